@@ -57,7 +57,7 @@ class FrameReader {
   virtual void rewind() = 0;
   virtual bool live() const = 0;
   /// One line for each camera that delivers no frames at present. Such cameras are opened again automatically.
-  virtual std::vector<std::string> troubles() const { return {}; }
+  virtual std::vector<std::string> faults() const { return {}; }
 };
 
 /// Opens and checks all sources, and pairs their frames by timestamps. Contradictory or missing files throw InputError

@@ -37,7 +37,7 @@ bool AlbedoSchedule::changed(const DistanceField& field, const Illumination& lig
 }
 
 bool AlbedoSchedule::moved(const DistanceField& field, const Illumination& light) const {
-  return !known_ || light_change(light) > kLittle || moved_share(field, *known_->field) > kMoved;
+  return !known_ || light_change(light) > kLittle || moved_fraction(field, *known_->field) > kMoved;
 }
 
 AlbedoWork AlbedoSchedule::next(const DistanceField& field, const Illumination& light) {
@@ -59,12 +59,12 @@ void AlbedoSchedule::begin(std::shared_ptr<const DistanceField> field, const Ill
 }
 
 void AlbedoSchedule::solved(std::shared_ptr<const AlbedoField> albedo, bool everything_due) {
-  bool told_little = false;
+  bool changed_little = false;
   if (albedo && albedo_ && !disturbed_) {
     const AlbedoDelta news = compare_albedo(*albedo, *albedo_);
-    told_little = news.change < kLittle && news.newly_known < kFew && news.surer < kFew;
+    changed_little = news.change < kLittle && news.newly_known < kFew && news.surer < kFew;
   }
-  patience_ = told_little ? std::min(2 * patience_, kMostPatience) : 1;
+  patience_ = changed_little ? std::min(2 * patience_, kMaxPatience) : 1;
   if (albedo) albedo_ = std::move(albedo);
   everything_due_ = everything_due;
 }

@@ -1,7 +1,7 @@
 #pragma once
 // Decides when albedo and lamps are solved again. A solution takes hundreds of milliseconds and changes slowly.
 //
-// After a solution that changed little the wait is doubled, up to kMostPatience times, as long as neither the room nor
+// After a solution that changed little the wait is doubled, up to kMaxPatience times, as long as neither the room nor
 // the light changes. The error of waiting is what another solution would have changed: less than kLittle of the albedo,
 // kLittle of the light, and kMoved of the room's bricks.
 #include <cstddef>
@@ -53,7 +53,7 @@ class AlbedoSchedule {
  public:
   static constexpr double kMuchMoreRoom = 1.25;  ///< ratio of bricks above which a solution is due at once
   static constexpr double kMuchLight = 0.2;      ///< the same for the relative change of the lamps' irradiance
-  static constexpr int kMostPatience = 8;
+  static constexpr int kMaxPatience = 8;
   static constexpr float kLittle = 0.01f;  ///< relative change of albedo or light
   static constexpr float kFew =
       0.05f;  ///< fraction of samples newly known; relative decrease of their standard deviation

@@ -145,20 +145,20 @@ std::optional<AlbedoStage::Result> SceneBuilder::State::solve(AlbedoWork work,
   schedule.begin(field, measured);
   if (work == AlbedoWork::incremental) {
     const AlbedoSchedule::Work at_work(schedule, work);
-    if (auto solution = albedo.solve_new(*field, measured, !may_solve_everything)) return solution;
+    if (auto solution = albedo.solve_incremental(*field, measured, !may_solve_everything)) return solution;
     if (!may_solve_everything) {
       schedule.wait_for_everything();
       return std::nullopt;
     }
   }
   const AlbedoSchedule::Work at_work(schedule, AlbedoWork::everything);
-  return albedo.solve_all(*field, measured);
+  return albedo.solve_complete(*field, measured);
 }
 
 void SceneBuilder::State::publish(AlbedoStage::Result solution, const DistanceField& field,
                                   const std::shared_ptr<const Illumination>& measured) {
   if (overrides.light) solution.illumination = measured;
-  if (solution.whole && solution.illumination) {
+  if (solution.complete && solution.illumination) {
     const Illumination& lit = *solution.illumination;
     const std::shared_ptr<const Enclosure> known = overrides.enclosure ? overrides.enclosure(lit) : nullptr;
     store.publish_enclosure(known ? known : enclosure.close(field, lit));

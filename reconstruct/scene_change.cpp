@@ -6,7 +6,7 @@ namespace lumigraft::reconstruct {
 
 using Eigen::Vector3f;
 
-float moved_share(const DistanceField& now, const DistanceField& before) {
+float moved_fraction(const DistanceField& now, const DistanceField& before) {
   if (now.bricks.empty()) return 0;
   const auto mean = [](const FieldBrick& brick) {
     Vector3f sum = Vector3f::Zero();

@@ -7,7 +7,7 @@ namespace lumigraft::reconstruct {
 
 /// Fraction of the field's bricks that are new, or whose mean radiance changed by more than kOtherRadiance: moved or
 /// newly seen surfaces, but not drift caused by noise.
-float moved_share(const DistanceField& now, const DistanceField& before);
+float moved_fraction(const DistanceField& now, const DistanceField& before);
 constexpr float kOtherRadiance = 0.05f;
 
 /// Difference of two successive solutions, over surface samples.

@@ -13,13 +13,13 @@ namespace {
 /// "12.345678901" to nanoseconds without rounding through a double. Empty if it is no such number.
 std::optional<std::int64_t> parse_seconds(std::string_view text) {
   const std::size_t dot = text.find('.');
-  const std::string_view whole = text.substr(0, dot);
+  const std::string_view seconds = text.substr(0, dot);
   std::string_view fraction = dot == std::string_view::npos ? std::string_view() : text.substr(dot + 1);
   std::int64_t time_ns = 0;
-  if (whole.empty() || whole.size() > 10) return std::nullopt;
+  if (seconds.empty() || seconds.size() > 10) return std::nullopt;
   fraction = fraction.substr(0, fraction.find_first_not_of("0123456789") == std::string_view::npos ? 9 : 0);
   if (dot != std::string_view::npos && fraction.empty()) return std::nullopt;
-  for (const char c : whole) {
+  for (const char c : seconds) {
     if (c < '0' || c > '9') return std::nullopt;
     time_ns = time_ns * 10 + (c - '0');
   }

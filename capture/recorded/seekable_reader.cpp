@@ -38,7 +38,7 @@ class FramesFrom : public SeekableReader {
     return last_ns ? std::optional(*last_ns - color->first_time_ns()) : std::nullopt;
   }
   bool live() const override { return false; }
-  std::vector<std::string> troubles() const override { return reader_->troubles(); }
+  std::vector<std::string> faults() const override { return reader_->faults(); }
 
  private:
   void begin() {

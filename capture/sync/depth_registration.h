@@ -56,7 +56,7 @@ class RegisteredFrames : public FrameReader {
   bool finished() const override { return reader_->finished(); }
   void rewind() override { reader_->rewind(); }
   bool live() const override { return reader_->live(); }
-  std::vector<std::string> troubles() const override { return reader_->troubles(); }
+  std::vector<std::string> faults() const override { return reader_->faults(); }
 
  private:
   RegistrationStage stage_;

@@ -5,7 +5,7 @@
 namespace lumigraft::capture {
 namespace {
 
-constexpr std::size_t kMostWaiting = 64;  ///< bounds the loop if a source always has another frame
+constexpr std::size_t kMaxFrames = 64;  ///< bounds the loop if a source always has another frame
 
 }  // namespace
 
@@ -30,7 +30,7 @@ std::optional<FisheyeReader::Result> FisheyeReader::next(std::chrono::millisecon
   if (!pull(timeout)) {
     return std::nullopt;
   }
-  for (std::size_t i = 0; i < kMostWaiting && pull(0ms); ++i) {  // LiveSource delivers complete brackets
+  for (std::size_t i = 0; i < kMaxFrames && pull(0ms); ++i) {  // LiveSource delivers complete brackets
   }
   Result result;
   while (!lane_.queue.empty()) {

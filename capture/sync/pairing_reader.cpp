@@ -8,10 +8,10 @@ namespace lumigraft::capture {
 namespace {
 
 constexpr std::int64_t kNsPerMs = 1'000'000;
-constexpr std::size_t kMostAhead = 16;    ///< colour frames read ahead while another stream is late
+constexpr std::size_t kMaxAhead = 16;     ///< colour frames read ahead while another stream is late
 constexpr std::size_t kPeriodsKept = 15;  ///< their median is the colour period
 constexpr std::int64_t kLongestLiveBound_ns = 250 * kNsPerMs;
-constexpr std::size_t kMostBuffered = 64;  ///< frames read from a live source at a time
+constexpr std::size_t kMaxBuffered = 64;  ///< frames read from a live source at a time
 
 std::int64_t period_between(const Stamp& a, const Stamp& b) {
   return (b.time_ns - a.time_ns) / static_cast<std::int64_t>(std::max<std::uint64_t>(b.sequence - a.sequence, 1));
@@ -44,8 +44,8 @@ bool PairingReader::pull(Source& source, std::chrono::milliseconds timeout) {
     }
     lane.accept(std::move(*item));
     if (sources_.live) {
-      lane.keep_newest(
-          kMostAhead);  // the other cameras continue, perhaps for hours, while the colour camera is disconnected
+      // The other cameras continue, perhaps for hours, while the colour camera is disconnected.
+      lane.keep_newest(kMaxAhead);
     }
   }
   return item.has_value();
@@ -55,7 +55,7 @@ void PairingReader::pull_all_waiting() {
   using namespace std::chrono_literals;
   for (Source* source : {color_.source, depth_.source, fisheye_.source}) {
     // To the end of a bracket; bounded, since a source may always have another frame.
-    for (std::size_t i = 0; i < kMostBuffered && source != nullptr && pull(*source, 0ms); ++i) {
+    for (std::size_t i = 0; i < kMaxBuffered && source != nullptr && pull(*source, 0ms); ++i) {
     }
   }
 }
@@ -95,7 +95,7 @@ std::int64_t PairingReader::bound_ns() const {
 Source* PairingReader::wanted() const {
   const std::vector<const Stamp*> good = good_colors();
   const std::size_t enough = sources_.live ? 1 : 2;  // the second determines the period
-  if (good.size() < enough && !color_.source->finished() && (good.empty() || color_.queue.size() < kMostAhead)) {
+  if (good.size() < enough && !color_.source->finished() && (good.empty() || color_.queue.size() < kMaxAhead)) {
     return color_.source;
   }
   if (good.empty()) {
@@ -103,7 +103,7 @@ Source* PairingReader::wanted() const {
   }
   const std::int64_t time_ns = good[0]->time_ns;
   const auto must_read = [&](const StreamLane& lane, std::int64_t until_ns) {
-    const bool color_piles_up = lane.source == color_.source && color_.queue.size() >= kMostAhead;
+    const bool color_piles_up = lane.source == color_.source && color_.queue.size() >= kMaxAhead;
     return lane.source != nullptr && !lane.source->finished() && lane.last_time_ns < until_ns && !color_piles_up &&
            lane.source->fault().empty();
   };
@@ -265,7 +265,7 @@ std::vector<std::shared_ptr<const Picture>> PairingReader::take_fisheye(std::int
 
 bool PairingReader::finished() const { return color_.source->finished() && good_colors().empty(); }
 
-std::vector<std::string> PairingReader::troubles() const {
+std::vector<std::string> PairingReader::faults() const {
   std::vector<std::string> out;
   for (const Source* source : {color_.source, depth_.source, fisheye_.source}) {
     const std::string fault = source != nullptr ? source->fault() : "";

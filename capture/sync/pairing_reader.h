@@ -43,7 +43,7 @@ class PairingReader : public FrameReader {
   bool finished() const override;
   void rewind() override;
   bool live() const override { return sources_.live; }
-  std::vector<std::string> troubles() const override;
+  std::vector<std::string> faults() const override;
 
  private:
   using Warnings = std::vector<std::string>;

@@ -142,7 +142,8 @@ struct AlbedoStage::State {
                                    const Surface& surface, const std::vector<Eigen::Vector3f>& gathered);
 
   /// The incremental solution; empty if a complete one is needed.
-  std::optional<Result> solve_new(const DistanceField& field, const Illumination& illumination, bool even_if_due);
+  std::optional<Result> solve_incremental(const DistanceField& field, const Illumination& illumination,
+                                          bool even_if_due);
   void add_warnings(const Illumination& lit);
 
   /// Enclosure, irradiance model, gathered light of the samples and lamp positions of a complete solution. `merged`:
@@ -238,8 +239,9 @@ void AlbedoStage::State::check_extrinsics(const DistanceField& field, const Fiel
 AlbedoStage::AlbedoStage(const capture::Session& session) : state_(std::make_unique<State>(session)) {}
 AlbedoStage::~AlbedoStage() = default;
 
-std::optional<AlbedoStage::Result> AlbedoStage::State::solve_new(const DistanceField& field,
-                                                                 const Illumination& illumination, bool even_if_due) {
+std::optional<AlbedoStage::Result> AlbedoStage::State::solve_incremental(const DistanceField& field,
+                                                                         const Illumination& illumination,
+                                                                         bool even_if_due) {
   if (!solved) return std::nullopt;
   if (field_version == field.version && illumination_version == illumination.version) return last;
   if (environment_change(illumination.environment, environment) > kParameters.max_environment_change)
@@ -266,7 +268,7 @@ std::optional<AlbedoStage::Result> AlbedoStage::State::solve_new(const DistanceF
     add_warnings(*lit);
     last.illumination = lit;
   }
-  last.whole = false;
+  last.complete = false;
   last.due = due;
   const IrradianceModel room(field, rays, metal, closed.get(), surroundings);
   auto albedo = std::make_shared<AlbedoField>(*last.albedo);
@@ -290,15 +292,15 @@ void AlbedoStage::State::add_warnings(const Illumination& lit) {
     if (!warning.empty()) last.warnings.push_back(warning);
 }
 
-std::optional<AlbedoStage::Result> AlbedoStage::solve_new(const DistanceField& field, const Illumination& illumination,
-                                                          bool even_if_due) {
-  return state_->solve_new(field, illumination, even_if_due);
+std::optional<AlbedoStage::Result> AlbedoStage::solve_incremental(const DistanceField& field,
+                                                                  const Illumination& illumination, bool even_if_due) {
+  return state_->solve_incremental(field, illumination, even_if_due);
 }
 
 AlbedoStage::Result AlbedoStage::solve(const DistanceField& field, const Illumination& illumination) {
   State& s = *state_;
-  const std::optional<Result> result = s.solve_new(field, illumination, false);
-  return result ? *result : solve_all(field, illumination);
+  const std::optional<Result> result = s.solve_incremental(field, illumination, false);
+  return result ? *result : solve_complete(field, illumination);
 }
 
 std::vector<PointLight> AlbedoStage::State::light_surface(const DistanceField& field, const FieldRays& rays,
@@ -343,7 +345,7 @@ std::vector<PointLight> AlbedoStage::State::light_surface(const DistanceField& f
   }
 }
 
-AlbedoStage::Result AlbedoStage::solve_all(const DistanceField& field, const Illumination& illumination) {
+AlbedoStage::Result AlbedoStage::solve_complete(const DistanceField& field, const Illumination& illumination) {
   State& s = *state_;
 
   const FieldRays rays(field);

@@ -39,18 +39,18 @@ class AlbedoStage {
     std::shared_ptr<const AlbedoField> albedo;
     std::shared_ptr<const Illumination> illumination;  ///< the input with lamp distances filled in
     std::vector<std::string> warnings;
-    bool whole = false;       ///< a complete solution: lamps and all samples
+    bool complete = false;    ///< a complete solution: lamps and all samples
     bool due = false;         ///< a complete one is due: more surface is known, much of it changed, or it is long ago
     std::size_t samples = 0;  ///< number of samples solved
   };
   /// Incremental solution if that is as good, else a complete one.
   Result solve(const DistanceField& field, const Illumination& illumination);
-  Result solve_all(const DistanceField& field, const Illumination& illumination);
+  Result solve_complete(const DistanceField& field, const Illumination& illumination);
   /// Solves only the samples of bricks that are new or changed since they were solved; all other samples, lamps and the
   /// surroundings stay fixed. Empty if that is not valid, as a lamp or the environment changed; and, unless
   /// `even_if_due`, if a complete solution is due.
-  std::optional<Result> solve_new(const DistanceField& field, const Illumination& illumination,
-                                  bool even_if_due = true);
+  std::optional<Result> solve_incremental(const DistanceField& field, const Illumination& illumination,
+                                          bool even_if_due = true);
 
  private:
   struct State;

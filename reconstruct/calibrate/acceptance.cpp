@@ -8,12 +8,12 @@
 namespace lumigraft::reconstruct {
 namespace {
 
-constexpr double kMost_px = 0.5, kMostOutliers = 0.1, kLeastReached = 0.6;
-constexpr double kMostFocal = 0.002, kMostCentre_px = 0.5, kMostWidest_px = 1.0;
-constexpr double kMostTurn_rad = 0.1 * 3.14159265358979 / 180, kMostShift_m = 0.002;
-constexpr double kMostFalloffSigma = 0.05, kLeastTransmission = 0.02, kMostTransmission = 2.0;
-constexpr double kMostOffset_s = 0.28, kMostOffsetSigma_s = 0.002, kMostMoving_px = 1.0;
-constexpr double kMostFromBoard_m = 0.01;
+constexpr double kMax_px = 0.5, kMaxOutliers = 0.1, kMinReached = 0.6;
+constexpr double kMaxFocalSigma = 0.002, kMaxCentreSigma_px = 0.5, kMaxSigma_px = 1.0;
+constexpr double kMaxTurnSigma_rad = 0.1 * 3.14159265358979 / 180, kMaxShiftSigma_m = 0.002;
+constexpr double kMaxFalloffSigma = 0.05, kMinTransmission = 0.02, kMaxTransmission = 2.0;
+constexpr double kMaxOffset_s = 0.28, kMaxOffsetSigma_s = 0.002, kMaxMoving_px = 1.0;
+constexpr double kMaxFromBoard_m = 0.01;
 
 [[gnu::format(printf, 1, 2)]] std::string text(const char* format, ...) {
   char line[400];
@@ -27,125 +27,124 @@ constexpr double kMostFromBoard_m = 0.01;
 }  // namespace
 
 std::string rejection_reason(const CameraCalibration& c) {
-  if (c.views < kFewestViews)
+  if (c.views < kMinViews)
     return text("too few views: found %d pictures that show the board in a new place, allowed: at least %d", c.views,
-                kFewestViews);
+                kMinViews);
   if (c.corners == 0)
     return "no lens explains the views: is the board flat, and rows, columns, size_m and spacing_m as printed?";
-  if (c.outliers > kMostOutliers * c.corners)
+  if (c.outliers > kMaxOutliers * c.corners)
     return text(
         "residual: found %.0f %% of the corners where no lens puts them, allowed: at most %.0f %%; is the board "
         "flat, and rows, columns, size_m and spacing_m as printed?",
-        100.0 * c.outliers / c.corners, 100 * kMostOutliers);
-  if (!(c.median_px <= kMost_px))
+        100.0 * c.outliers / c.corners, 100 * kMaxOutliers);
+  if (!(c.median_px <= kMax_px))
     return text(
         "residual: found corners %.2f px in the median from where the lens puts them, allowed: at most %.1f px; "
         "is the board flat, and size_m and spacing_m as printed?",
-        c.median_px, kMost_px);
-  if (c.coverage.reached() < kLeastReached)
+        c.median_px, kMax_px);
+  if (c.coverage.reached() < kMinReached)
     return text("coverage: found corners in %.0f %% of the %s, allowed: at least %.0f %%; hold the board to the %s",
-                100 * c.coverage.reached(), c.coverage.rings ? "field" : "picture", 100 * kLeastReached,
+                100 * c.coverage.reached(), c.coverage.rings ? "field" : "picture", 100 * kMinReached,
                 c.coverage.missing().c_str());
   const double focal = std::max(c.sigma[0] / c.model.fx, c.sigma[1] / c.model.fy);
-  if (!(focal <= kMostFocal))
+  if (!(focal <= kMaxFocalSigma))
     return text(
         "uncertainty: found the focal length known to %.2f %%, allowed: %.1f %%; hold the board at a slant, "
         "turned to either side",
-        100 * focal, 100 * kMostFocal);
+        100 * focal, 100 * kMaxFocalSigma);
   const double centre_px = std::max(c.sigma[2], c.sigma[3]);
-  if (!(centre_px <= kMostCentre_px))
+  if (!(centre_px <= kMaxCentreSigma_px))
     return text(
         "uncertainty: found the principal point known to %.2f px, allowed: %.1f px; take more views, at a slant "
         "and near the picture's sides",
-        centre_px, kMostCentre_px);
-  if (!(c.widest_sigma_px <= kMostWidest_px))
+        centre_px, kMaxCentreSigma_px);
+  if (!(c.widest_sigma_px <= kMaxSigma_px))
     return text(
         "uncertainty: found places in the picture known to %.1f px alone, allowed: %.1f px; hold the board to the "
         "%s",
-        c.widest_sigma_px, kMostWidest_px,
-        c.coverage.missing().empty() ? "picture's rim" : c.coverage.missing().c_str());
+        c.widest_sigma_px, kMaxSigma_px, c.coverage.missing().empty() ? "picture's rim" : c.coverage.missing().c_str());
   return {};
 }
 
 std::string rejection_reason(const ExtrinsicsCalibration& s) {
-  if (s.moments < kFewestMoments)
+  if (s.moments < kMinMoments)
     return text("too few views: found %d moments at which both cameras see the board, allowed: at least %d", s.moments,
-                kFewestMoments);
-  if (!(s.median_px <= kMost_px) || s.outliers > kMostOutliers)
+                kMinMoments);
+  if (!(s.median_px <= kMax_px) || s.outliers > kMaxOutliers)
     return text(
         "residual: found corners %.2f px in the median from where both cameras together put them, %.0f %% of them far "
         "off, "
         "allowed: at most %.1f px and %.0f %%; did one camera move, or the board between their pictures?",
-        s.median_px, 100 * s.outliers, kMost_px, 100 * kMostOutliers);
+        s.median_px, 100 * s.outliers, kMax_px, 100 * kMaxOutliers);
   const double turn = s.turn_sigma_rad.maxCoeff(), shift = s.shift_sigma_m.maxCoeff();
-  if (!(turn <= kMostTurn_rad && shift <= kMostShift_m))
+  if (!(turn <= kMaxTurnSigma_rad && shift <= kMaxShiftSigma_m))
     return text(
         "uncertainty: found one camera to stand to the other by %.2f° and %.1f mm, allowed: %.1f° and %.0f mm; "
         "take more views that both see, nearer and at a slant",
-        turn * 180 / 3.14159265358979, 1e3 * shift, kMostTurn_rad * 180 / 3.14159265358979, 1e3 * kMostShift_m);
+        turn * 180 / 3.14159265358979, 1e3 * shift, kMaxTurnSigma_rad * 180 / 3.14159265358979, 1e3 * kMaxShiftSigma_m);
   return {};
 }
 
 std::string rejection_reason(const RoomTagPose& place) {
-  if (!(place.median_px <= kMost_px))
+  if (!(place.median_px <= kMax_px))
     return text(
         "residual: found its corners %.2f px in the median from one place in the room, allowed: at most %.1f px; "
         "did the tag or the camera move?",
-        place.median_px, kMost_px);
+        place.median_px, kMax_px);
   return {};
 }
 
 std::string rejection_reason(const VignettingCalibration& v) {
-  if (v.moments < kFewestViews)
+  if (v.moments < kMinViews)
     return text("too few views: found %d pictures with white paper that is not clipped, allowed: at least %d",
-                v.moments, kFewestViews);
-  if (!(v.widest_sigma <= kMostFalloffSigma))
+                v.moments, kMinViews);
+  if (!(v.widest_sigma <= kMaxFalloffSigma))
     return text(
         "uncertainty: found the lens's falloff known to %.0f %% alone at the edge of its field, allowed: %.0f %%; hold "
         "the board nearer to the rim, in even light",
-        100 * v.widest_sigma, 100 * kMostFalloffSigma);
-  if (!(v.edge >= kLeastTransmission && v.edge <= kMostTransmission))
+        100 * v.widest_sigma, 100 * kMaxFalloffSigma);
+  if (!(v.edge >= kMinTransmission && v.edge <= kMaxTransmission))
     return text("found %.3f of the axis' light at the edge of the field, allowed: %.2f to %.0f", v.edge,
-                kLeastTransmission, kMostTransmission);
+                kMinTransmission, kMaxTransmission);
   return {};
 }
 
 std::string rejection_reason(const TimeOffsetCalibration& t) {
-  if (t.pictures < kFewestMoments)
+  if (t.pictures < kMinMoments)
     return text(
         "too few pictures: found %d of the fish-eye that show the board between pictures of the colour camera, "
         "allowed: at least %d; move the board to and fro where both see it",
-        t.pictures, kFewestMoments);
-  if (!(std::abs(t.offset_s) <= kMostOffset_s))
-    return text("found an offset of %.0f ms or more, allowed: at most %.0f ms", 1e3 * t.offset_s, 1e3 * kMostOffset_s);
-  if (!(t.median_px <= kMostMoving_px))
+        t.pictures, kMinMoments);
+  if (!(std::abs(t.offset_s) <= kMaxOffset_s))
+    return text("found an offset of %.0f ms or more, allowed: at most %.0f ms", 1e3 * t.offset_s, 1e3 * kMaxOffset_s);
+  if (!(t.median_px <= kMaxMoving_px))
     return text(
         "residual: found corners of the moving board %.2f px in the median from where its path puts them, allowed: at "
         "most %.0f px; move it slowly",
-        t.median_px, kMostMoving_px);
-  if (!(t.sigma_s <= kMostOffsetSigma_s))
+        t.median_px, kMaxMoving_px);
+  if (!(t.sigma_s <= kMaxOffsetSigma_s))
     return text(
         "uncertainty: found the offset known to %.1f ms alone, allowed: %.0f ms; move the board to and fro where both "
         "see it",
-        1e3 * t.sigma_s, 1e3 * kMostOffsetSigma_s);
+        1e3 * t.sigma_s, 1e3 * kMaxOffsetSigma_s);
   return {};
 }
 
 std::string rejection_reason(const DepthCalibration& d) {
-  if (d.views < kFewestViews)
+  if (d.views < kMinViews)
     return text("too few views: found %d pictures whose depth shows the board, allowed: at least %d", d.views,
-                kFewestViews);
-  if (!(d.median_m <= kMostFromBoard_m))
+                kMinViews);
+  if (!(d.median_m <= kMaxFromBoard_m))
     return text(
         "residual: found depth %.1f mm in the median from the board, allowed: at most %.0f mm; is unit_m right, and "
         "the depth camera's lens?",
-        1e3 * d.median_m, 1e3 * kMostFromBoard_m);
+        1e3 * d.median_m, 1e3 * kMaxFromBoard_m);
   const double turn = d.turn_sigma_rad.maxCoeff(), shift = d.shift_sigma_m.maxCoeff();
-  if (!(turn <= kMostTurn_rad && shift <= kMostShift_m))
+  if (!(turn <= kMaxTurnSigma_rad && shift <= kMaxShiftSigma_m))
     return text(
         "uncertainty: found the depth camera to stand to colour by %.2f° and %.1f mm, allowed: %.1f° and %.0f mm; hold "
         "the board at more slants, turned to either side",
-        turn * 180 / 3.14159265358979, 1e3 * shift, kMostTurn_rad * 180 / 3.14159265358979, 1e3 * kMostShift_m);
+        turn * 180 / 3.14159265358979, 1e3 * shift, kMaxTurnSigma_rad * 180 / 3.14159265358979, 1e3 * kMaxShiftSigma_m);
   return {};
 }
 

@@ -11,12 +11,12 @@
 
 namespace lumigraft::reconstruct {
 
-constexpr int kFewestViews = 8;
-constexpr int kFewestMoments = 5;  ///< at which both cameras see the board
+constexpr int kMinViews = 8;
+constexpr int kMinMoments = 5;  ///< at which both cameras see the board
 
 /// Empty where the calibration is accepted.
 std::string rejection_reason(const CameraCalibration& calibration);
-std::string rejection_reason(const ExtrinsicsCalibration& stand);
+std::string rejection_reason(const ExtrinsicsCalibration& extrinsics);
 std::string rejection_reason(const RoomTagPose& place);
 std::string rejection_reason(const VignettingCalibration& vignetting);
 std::string rejection_reason(const TimeOffsetCalibration& time);

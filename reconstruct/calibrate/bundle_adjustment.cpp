@@ -60,7 +60,7 @@ struct Cost {
 };
 
 /// Smaller errors are never outliers, however small the others are.
-constexpr double kLeastOutlier_px = 0.2;
+constexpr double kMinOutlier_px = 0.2;
 
 /// The median of a sum of squares of independent unit normals (Wilson & Hilferty 1931).
 double chi_square_median(double count) { return count * std::pow(1 - 2 / (9 * count), 3); }
@@ -69,7 +69,7 @@ class Adjuster {
  public:
   Adjuster(const Rig& rig, const RigViews& views, Freedom freedom) : rig_(rig), freedom_(freedom) {
     for (const capture::CameraModel& camera : rig.cameras) lenses_.push_back(lens_numbers(camera));
-    for (const Isometry3d& T : rig.T_camera_first) stands_.push_back(pose_of(T));
+    for (const Isometry3d& T : rig.T_camera_first) camera_poses_.push_back(pose_of(T));
     for (const Isometry3d& T : rig.T_first_board) boards_.push_back(pose_of(T));
     for (std::size_t camera = 0; camera < views.size(); ++camera)
       for (std::size_t moment = 0; moment < views[camera].size(); ++moment)
@@ -122,7 +122,7 @@ class Adjuster {
   }
 
   std::optional<std::vector<Vector2d>> projected(const Block& block) const {
-    const Isometry3d T = isometry_of(stands_[block.camera]) * isometry_of(boards_[block.moment]);
+    const Isometry3d T = isometry_of(camera_poses_[block.camera]) * isometry_of(boards_[block.moment]);
     const bool pinhole = rig_.cameras[block.camera].kind == capture::CameraModel::Kind::pinhole;
     std::vector<Vector2d> pixels;
     for (const Vector3d& point : block.seen->points_m) {
@@ -135,7 +135,7 @@ class Adjuster {
 
   void mark_outliers() {
     for (Block& block : blocks_)
-      block.outlier = block.error > scale_ * (block.width() + 4) && block.error_px > kLeastOutlier_px;
+      block.outlier = block.error > scale_ * (block.width() + 4) && block.error_px > kMinOutlier_px;
   }
 
   bool solve(bool final) {
@@ -149,7 +149,7 @@ class Adjuster {
                     new ceres::AutoDiffCostFunction<Cost<4>, 8, kLensNumbers, 6, 6>(new Cost<4>{pinhole, block.seen}))
               : new ceres::AutoDiffCostFunction<Cost<1>, 2, kLensNumbers, 6, 6>(new Cost<1>{pinhole, block.seen});
       problem.AddResidualBlock(cost, final ? nullptr : new ceres::HuberLoss(scale_ * (block.width() + 1.5)),
-                               lenses_[block.camera].data(), stands_[block.camera].data(),
+                               lenses_[block.camera].data(), camera_poses_[block.camera].data(),
                                boards_[block.moment].data());
     }
     hold_still(problem);
@@ -168,7 +168,7 @@ class Adjuster {
   void hold_still(ceres::Problem& problem) {
     for (std::size_t i = 0; i < lenses_.size(); ++i) {
       if (!problem.HasParameterBlock(lenses_[i].data())) continue;
-      if (i == 0 || freedom_ == Freedom::poses) problem.SetParameterBlockConstant(stands_[i].data());
+      if (i == 0 || freedom_ == Freedom::poses) problem.SetParameterBlockConstant(camera_poses_[i].data());
       if (freedom_ == Freedom::poses) {
         problem.SetParameterBlockConstant(lenses_[i].data());
         continue;
@@ -189,7 +189,7 @@ class Adjuster {
     for (std::size_t i = 0; i < lenses_.size(); ++i)
       wanted.emplace_back(lenses_[i].data(), kLensNumbers * static_cast<Eigen::Index>(i));
     if (lenses_.size() > 1)
-      wanted.emplace_back(stands_[1].data(), kLensNumbers * static_cast<Eigen::Index>(lenses_.size()));
+      wanted.emplace_back(camera_poses_[1].data(), kLensNumbers * static_cast<Eigen::Index>(lenses_.size()));
     covariance_.setZero(wanted.back().second + (lenses_.size() > 1 ? 6 : kLensNumbers),
                         wanted.back().second + (lenses_.size() > 1 ? 6 : kLensNumbers));
     std::vector<Eigen::Index> row_of;  // row of the result, by column of J
@@ -231,7 +231,7 @@ class Adjuster {
   /// The second camera's rotation is parametrised as axis times angle w. A change dw is the left rotation J dw, with
   /// the left Jacobian J of SO(3) (Chirikjian 2012, eq. 10.86).
   void turn_from_the_left() {
-    const Vector3d w(stands_[1][0], stands_[1][1], stands_[1][2]);
+    const Vector3d w(camera_poses_[1][0], camera_poses_[1][1], camera_poses_[1][2]);
     const double angle = w.norm();
     if (angle < 1e-9) return;
     const Vector3d axis = w / angle;
@@ -251,7 +251,7 @@ class Adjuster {
     out.covariance = covariance_;
     for (std::size_t i = 0; i < lenses_.size(); ++i) {
       if (freedom_ != Freedom::poses) out.rig.cameras[i] = with_lens(rig_.cameras[i], lenses_[i]);
-      out.rig.T_camera_first[i] = isometry_of(stands_[i]);
+      out.rig.T_camera_first[i] = isometry_of(camera_poses_[i]);
     }
     for (std::size_t i = 0; i < boards_.size(); ++i) out.rig.T_first_board[i] = isometry_of(boards_[i]);
     for (const Block& block : blocks_) {
@@ -266,7 +266,7 @@ class Adjuster {
   Rig rig_;
   Freedom freedom_;
   std::vector<LensNumbers> lenses_;
-  std::vector<Pose> stands_, boards_;
+  std::vector<Pose> camera_poses_, boards_;
   std::vector<Block> blocks_;
   double scale_ = 1;
   Eigen::MatrixXd covariance_;

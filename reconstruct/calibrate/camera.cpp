@@ -16,10 +16,10 @@ using Eigen::Vector3d;
 
 constexpr double kPi = std::numbers::pi;
 
-/// The quantile of the values at fraction `share`.
-double quantile(std::vector<double> values, double share) {
+/// The quantile of the values at `fraction`, 0 to 1.
+double quantile(std::vector<double> values, double fraction) {
   if (values.empty()) return 0;
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(fraction * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), at, values.end());
   return *at;
 }
@@ -112,7 +112,7 @@ CameraCalibration calibrate_camera(const capture::CameraModel& camera, const Boa
     calibration.views += !picture.view.seen.empty();
   }
   calibration.refusal = rejection_reason(calibration);
-  if (calibration.views < kFewestViews) return calibration;
+  if (calibration.views < kMinViews) return calibration;
 
   const auto start = start_camera(camera, views);
   auto adjusted = start ? adjust(*start, {views}, Freedom::all) : std::nullopt;

@@ -225,7 +225,7 @@ std::vector<ChartPixel> pixels_on_print(const capture::Image<std::uint16_t>& lig
 }
 
 /// Initial values: ink and paper from the darkest and brightest tenth of the pixels; a small blur.
-std::optional<Row> first_look(const Homography& h, const std::vector<ChartPixel>& pixels) {
+std::optional<Row> initial_values(const Homography& h, const std::vector<ChartPixel>& pixels) {
   std::vector<double> light;
   for (const ChartPixel& pixel : pixels) light.push_back(pixel.light);
   const auto tenth = static_cast<std::ptrdiff_t>(light.size() / 10);
@@ -276,11 +276,11 @@ std::optional<PrintCorners> print_corners(const capture::Image<std::uint16_t>& l
   if (!h) return std::nullopt;
   const std::vector<ChartPixel> pixels = pixels_on_print(light, pattern, start, *chart, *h);
   if (pixels.size() < 100) return std::nullopt;
-  const auto look = first_look(*h, pixels);
-  if (!look) return std::nullopt;
+  const auto initial = initial_values(*h, pixels);
+  if (!initial) return std::nullopt;
 
   const Problem problem(pixels, pattern);
-  Row p = *look;
+  Row p = *initial;
   const bool cut = std::any_of(pixels.begin(), pixels.end(), [](const ChartPixel& pixel) { return pixel.cut; });
   const double contrast = p[9] - p[8], limit = 0.15 * contrast, hold = cut ? kBlurHold * contrast : 0;
   Fit fit = problem.linearise(p, limit, hold);

@@ -134,13 +134,13 @@ Normal normal_equations(const DepthFit& fit, const std::vector<Point>& points, c
 
 /// Whether the boards determine all six parameters: parallel boards leave three undetermined.
 bool well_posed(const Square& jtj) {
-  constexpr double kLeast = 1e-4;  // squared tilt between boards, rad²
-  Row size;                        // scales rotations to the translations that they cause
+  constexpr double kMinTilt = 1e-4;  // squared tilt between boards, rad²
+  Row size;                          // scales rotations to the translations that they cause
   size << Vector3d::Constant(std::sqrt(jtj.diagonal().head<3>().sum() / 3)),
       Vector3d::Constant(std::sqrt(jtj.diagonal().tail<3>().sum() / 3));
   const Square scaled = size.cwiseInverse().asDiagonal() * jtj * size.cwiseInverse().asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scaled, Eigen::EigenvaluesOnly);
-  return solver.eigenvalues()[0] > kLeast * solver.eigenvalues()[5];
+  return solver.eigenvalues()[0] > kMinTilt * solver.eigenvalues()[5];
 }
 
 int views_in(const std::vector<Point>& points) {
@@ -162,7 +162,7 @@ DepthCalibration calibrate_depth(const capture::CameraModel& depth, const Isomet
   for (int round = 0; round < 25; ++round) {
     points = fit.points(result.T_color_depth, gate_m);
     result.views = views_in(points);
-    if (result.views < kFewestViews) break;
+    if (result.views < kMinViews) break;
     std::vector<double> whitened;
     for (const Point& point : points) whitened.push_back(std::abs(point.distance_m) * std::sqrt(point.weight));
     limit = 2 * median_of(std::move(whitened)) / 0.6745;
@@ -177,11 +177,11 @@ DepthCalibration calibrate_depth(const capture::CameraModel& depth, const Isomet
     gate_m = std::clamp(10 * median_distance_m(points), 0.02, gate_m);
     if (step.norm() < 1e-7) break;
   }
-  if (result.views >= kFewestViews) result.median_m = median_distance_m(points);
-  if (result.views >= kFewestViews && !well_posed(normal.jtj)) {
+  if (result.views >= kMinViews) result.median_m = median_distance_m(points);
+  if (result.views >= kMinViews && !well_posed(normal.jtj)) {
     result.turn_sigma_rad.setConstant(std::numbers::pi);
     result.shift_sigma_m.setConstant(10);
-  } else if (result.views >= kFewestViews) {
+  } else if (result.views >= kMinViews) {
     // Errors of neighbouring pixels are correlated, and all points of a board share the error of its pose. Views are
     // independent, so the covariance is cluster-robust (Liang & Zeger 1986).
     const Square inverse = information_of(normal.jtj);

@@ -21,15 +21,15 @@ double median_error_px(const Adjustment& adjusted) {
 
 /// The medoid: the guess with the smallest median distance from the others.
 Isometry3d middle_of(const std::vector<Isometry3d>& guesses) {
-  double least = std::numeric_limits<double>::infinity();
+  double min_distance = std::numeric_limits<double>::infinity();
   Isometry3d best = Isometry3d::Identity();
   for (const Isometry3d& guess : guesses) {
     std::vector<double> apart;  // metres and radians, of similar magnitude here
     for (const Isometry3d& other : guesses)
       apart.push_back((guess.translation() - other.translation()).norm() +
                       Eigen::AngleAxisd(Eigen::Matrix3d(guess.linear().transpose() * other.linear())).angle());
-    if (const double middle = median(apart); middle < least) {
-      least = middle;
+    if (const double middle = median(apart); middle < min_distance) {
+      min_distance = middle;
       best = guess;
     }
   }
@@ -43,10 +43,10 @@ capture::CameraModel unlimited(capture::CameraModel camera) {
 
 }  // namespace
 
-ExtrinsicsCalibration calibrate_stand(const capture::CameraModel& first, const capture::CameraModel& second,
-                                      const std::vector<BoardView>& first_views,
-                                      const std::vector<BoardView>& second_views) {
-  ExtrinsicsCalibration stand;
+ExtrinsicsCalibration calibrate_extrinsics(const capture::CameraModel& first, const capture::CameraModel& second,
+                                           const std::vector<BoardView>& first_views,
+                                           const std::vector<BoardView>& second_views) {
+  ExtrinsicsCalibration extrinsics;
   Rig rig{{unlimited(first), unlimited(second)}, {Isometry3d::Identity(), Isometry3d::Identity()}, {}};
   std::vector<std::array<std::optional<Isometry3d>, 2>> poses;
   std::vector<Isometry3d> guesses;
@@ -54,8 +54,8 @@ ExtrinsicsCalibration calibrate_stand(const capture::CameraModel& first, const c
     poses.push_back({board_pose(first_views[i], rig.cameras[0]), board_pose(second_views[i], rig.cameras[1])});
     if (poses.back()[0] && poses.back()[1]) guesses.push_back(*poses.back()[1] * poses.back()[0]->inverse());
   }
-  stand.moments = static_cast<int>(guesses.size());
-  if (stand.moments >= kFewestMoments) {
+  extrinsics.moments = static_cast<int>(guesses.size());
+  if (extrinsics.moments >= kMinMoments) {
     rig.T_camera_first[1] = middle_of(guesses);
     RigViews views(2);
     for (std::size_t i = 0; i < poses.size(); ++i) {
@@ -64,19 +64,19 @@ ExtrinsicsCalibration calibrate_stand(const capture::CameraModel& first, const c
       views[0].push_back(poses[i][0] ? first_views[i] : BoardView{});
       views[1].push_back(poses[i][1] ? second_views[i] : BoardView{});
     }
-    stand.median_px = std::numeric_limits<double>::infinity();
+    extrinsics.median_px = std::numeric_limits<double>::infinity();
     if (const auto adjusted = adjust(rig, views, Freedom::all)) {
-      stand.T_second_first = adjusted->rig.T_camera_first[1];
+      extrinsics.T_second_first = adjusted->rig.T_camera_first[1];
       const Eigen::VectorXd sigma = adjusted->covariance.diagonal().tail<6>().cwiseSqrt();
-      stand.turn_sigma_rad = sigma.head<3>();
-      stand.shift_sigma_m = sigma.tail<3>();
-      stand.median_px = median_error_px(*adjusted);
+      extrinsics.turn_sigma_rad = sigma.head<3>();
+      extrinsics.shift_sigma_m = sigma.tail<3>();
+      extrinsics.median_px = median_error_px(*adjusted);
       for (const Residual& residual : adjusted->residuals)
-        stand.outliers += (residual.outlier ? 1.0 : 0.0) / static_cast<double>(adjusted->residuals.size());
+        extrinsics.outliers += (residual.outlier ? 1.0 : 0.0) / static_cast<double>(adjusted->residuals.size());
     }
   }
-  stand.refusal = rejection_reason(stand);
-  return stand;
+  extrinsics.refusal = rejection_reason(extrinsics);
+  return extrinsics;
 }
 
 RoomTagPose place_room_tag(const capture::CameraModel& first, const capture::CameraModel& second,

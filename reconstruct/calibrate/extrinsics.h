@@ -24,9 +24,9 @@ struct ExtrinsicsCalibration {
 
 /// `first_views` and `second_views` are indexed by moment; views may be empty. The lenses are free in the adjustment,
 /// so that their uncertainty propagates.
-ExtrinsicsCalibration calibrate_stand(const capture::CameraModel& first, const capture::CameraModel& second,
-                                      const std::vector<BoardView>& first_views,
-                                      const std::vector<BoardView>& second_views);
+ExtrinsicsCalibration calibrate_extrinsics(const capture::CameraModel& first, const capture::CameraModel& second,
+                                           const std::vector<BoardView>& first_views,
+                                           const std::vector<BoardView>& second_views);
 
 /// Pose of a tag fixed in the room.
 struct RoomTagPose {

@@ -14,11 +14,11 @@ namespace lumigraft::reconstruct {
 namespace {
 
 constexpr int kCodes = 256;
-constexpr double kFirstNoise = 2.5, kLeastNoise = 0.3, kMostNoise = 8;  // 1σ in pixel values
+constexpr double kFirstNoise = 2.5, kMinNoise = 0.3, kMaxNoise = 8;  // 1σ in pixel values
 // Minimum distance in σ of a reading from both ends of the scale, where noise is clipped: by its measured value (a
 // selection that is biased by noise), and by its fitted value.
 constexpr double kFromEnds = 5.0, kFitFromEnds = 2.5;
-constexpr double kLargestResidual = 0.05, kLeastRatio = 4;
+constexpr double kLargestResidual = 0.05, kMinRatio = 4;
 constexpr int kFolds = 4, kFirstRounds = 3, kRounds = 8;
 
 using Codes = Eigen::VectorXd;   // one number per pixel value
@@ -44,8 +44,8 @@ class Noise {
     return sigma_[low] + (x - static_cast<double>(low)) * (sigma_[low + 1] - sigma_[low]);
   }
   /// Whether a reading is at least this far from both ends of the scale.
-  bool is_within(double code, double sigmas, double least) const {
-    const double from_ends = std::max(least, sigmas * at(code));
+  bool is_within(double code, double sigmas, double min_codes) const {
+    const double from_ends = std::max(min_codes, sigmas * at(code));
     return code >= from_ends && code <= kCodes - 1 - from_ends;
   }
 
@@ -53,10 +53,10 @@ class Noise {
   /// residuals.
   struct Sums {
     std::array<double, 16> square{}, left{};
-    void add(double code, double distance, double share_left) {
+    void add(double code, double distance, double left_fraction) {
       const auto bin = static_cast<std::size_t>(std::clamp(code / kBin, 0.0, kBins - 1.0));
       square[bin] += distance * distance;
-      left[bin] += share_left;
+      left[bin] += left_fraction;
     }
   };
   /// Bins with too few readings take the value of the nearest bin.
@@ -64,8 +64,7 @@ class Noise {
     constexpr double kEnough = 30;
     std::array<double, kBins> found{};
     for (std::size_t i = 0; i < kBins; ++i)
-      if (sums.left[i] > kEnough)
-        found[i] = std::clamp(std::sqrt(sums.square[i] / sums.left[i]), kLeastNoise, kMostNoise);
+      if (sums.left[i] > kEnough) found[i] = std::clamp(std::sqrt(sums.square[i] / sums.left[i]), kMinNoise, kMaxNoise);
     if (*std::max_element(found.begin(), found.end()) == 0) return;
     for (std::size_t i = 0; i < kBins; ++i)
       for (std::size_t off = 0; off < kBins; ++off) {
@@ -162,13 +161,13 @@ class Channel {
       for (const Reading& r : readings) {
         const double off = r.constant - mean;
         e.c += r.weight * off * off;
-        for (int k = 0; k < 2; ++k) e.b[r.code + k] += r.weight * r.share[k] * off;
+        for (int k = 0; k < 2; ++k) e.b[r.code + k] += r.weight * r.interpolation[k] * off;
         for (int k = 0; k < 2; ++k)
-          for (int l = 0; l < 2; ++l) e.a(r.code + k, r.code + l) += r.weight * r.share[k] * r.share[l];
+          for (int l = 0; l < 2; ++l) e.a(r.code + k, r.code + l) += r.weight * r.interpolation[k] * r.interpolation[l];
         for (const Reading& o : readings)
           for (int k = 0; k < 2; ++k)
             for (int l = 0; l < 2; ++l)
-              e.a(r.code + k, o.code + l) -= r.weight * r.share[k] * o.weight * o.share[l] / sum;
+              e.a(r.code + k, o.code + l) -= r.weight * r.interpolation[k] * o.weight * o.interpolation[l] / sum;
       }
       e.freedom += static_cast<double>(readings.size()) - 1;
     });
@@ -186,20 +185,20 @@ class Channel {
 
   /// Median deviation in ln(linear) of a pixel's readings at its exposures from their mean.
   double median_residual(const Codes& g, const Noise& noise) const {
-    std::vector<float> shares;
+    std::vector<float> residuals;
     const Forward forward(g);
     for (std::size_t fold = 0; fold < kFolds; ++fold)
       for_each_pixel(forward, noise, Trust::fits, fold, [&](const std::vector<Reading>& readings, double sum) {
         const auto off = [&](const Reading& r) {
-          return r.share[0] * g[r.code] + r.share[1] * g[r.code + 1] - r.constant;
+          return r.interpolation[0] * g[r.code] + r.interpolation[1] * g[r.code + 1] - r.constant;
         };
         double mean = 0;
         for (const Reading& r : readings) mean += r.weight * off(r) / sum;
-        for (const Reading& r : readings) shares.push_back(static_cast<float>(std::abs(off(r) - mean)));
+        for (const Reading& r : readings) residuals.push_back(static_cast<float>(std::abs(off(r) - mean)));
       });
-    if (shares.empty()) return 0;
-    const auto middle = shares.begin() + static_cast<std::ptrdiff_t>(shares.size() / 2);
-    std::nth_element(shares.begin(), middle, shares.end());
+    if (residuals.empty()) return 0;
+    const auto middle = residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2);
+    std::nth_element(residuals.begin(), middle, residuals.end());
     return *middle;
   }
 
@@ -207,7 +206,7 @@ class Channel {
   /// One equation: share · g at two pixel values = E + constant.
   struct Reading {
     int code = 0;
-    std::array<double, 2> share{};
+    std::array<double, 2> interpolation{};
     double constant = 0, weight = 0;
     double at = 0, distance = 0;  ///< fitted pixel value, and the reading's residual from it
   };
@@ -216,14 +215,14 @@ class Channel {
   template <typename Function>
   void for_each_pixel(const Forward& forward, const Noise& noise, Trust trust, std::size_t fold,
                       const Function& function) const {
-    constexpr double kLeastFromEnds = 3;
+    constexpr double kMinFromEnds = 3;
     std::vector<double> z(pictures_.size());
     std::vector<Reading> readings;
     for (std::size_t pixel = fold * step_; pixel < pixels_; pixel += kFolds * step_) {
       readings.clear();
       for (std::size_t i = 0; i < pictures_.size(); ++i) {
         z[i] = pictures_[i].encoded.data[3 * pixel + static_cast<std::size_t>(channel_)];
-        if (noise.is_within(z[i], kFromEnds, kLeastFromEnds))
+        if (noise.is_within(z[i], kFromEnds, kMinFromEnds))
           readings.push_back(reading(forward, z[i], z[i], ln_exposure_[i], noise));
       }
       if (trust == Trust::fits && readings.size() >= 2) fit(forward, noise, z, readings);
@@ -310,7 +309,7 @@ Eigen::LLT<Normal> solver_of(const Equations& e, double strength) {
 double strength_by_cross_validation(const std::array<Equations, kFolds>& folds, const Equations& all) {
   constexpr double kWeakest = 1e5, kStrongest = 1e11, kStep = 3.1622776601683795;
   std::vector<std::pair<double, double>> tried;  // strength, misfit
-  double least = std::numeric_limits<double>::infinity();
+  double min_misfit = std::numeric_limits<double>::infinity();
   for (double strength = kWeakest; strength < 1.1 * kStrongest; strength *= kStep) {
     double misfit = 0;
     for (const Equations& fold : folds) {
@@ -320,11 +319,11 @@ double strength_by_cross_validation(const std::array<Equations, kFolds>& folds, 
       misfit += fold.misfit(solver_of(others, strength).solve(others.b));
     }
     tried.emplace_back(strength, misfit);
-    least = std::min(least, misfit);
+    min_misfit = std::min(min_misfit, misfit);
   }
   double smoothest = kWeakest;
   for (const auto& [strength, misfit] : tried)
-    if (misfit <= least * (1 + std::sqrt(2 / std::max(all.freedom, 1.0)))) smoothest = strength;
+    if (misfit <= min_misfit * (1 + std::sqrt(2 / std::max(all.freedom, 1.0)))) smoothest = strength;
   return smoothest;
 }
 
@@ -332,21 +331,21 @@ double strength_by_cross_validation(const std::array<Equations, kFolds>& folds, 
 
 ResponseCalibration calibrate_response(const std::vector<ExposedPicture>& pictures) {
   ResponseCalibration result;
-  double least = 0, most = 0;
+  double shortest = 0, longest = 0;
   for (const ExposedPicture& picture : pictures) {
     const capture::Image<std::uint8_t>& first = pictures.front().encoded;
     if (picture.encoded.width != first.width || picture.encoded.height != first.height)
       throw capture::InputError("exposure sweep: found pictures of two sizes, allowed: one");
-    least = least > 0 ? std::min(least, picture.exposure) : picture.exposure;
-    most = std::max(most, picture.exposure);
+    shortest = shortest > 0 ? std::min(shortest, picture.exposure) : picture.exposure;
+    longest = std::max(longest, picture.exposure);
   }
   char line[200];
-  if (pictures.size() < 3 || !(most >= kLeastRatio * least)) {
+  if (pictures.size() < 3 || !(longest >= kMinRatio * shortest)) {
     std::snprintf(
         line, sizeof line,
         "exposures: found %zu pictures, the longest exposure %.1f times the shortest, allowed: at least 3 and "
         "%.0f times",
-        pictures.size(), least > 0 ? most / least : 0.0, kLeastRatio);
+        pictures.size(), shortest > 0 ? longest / shortest : 0.0, kMinRatio);
     result.refusal = line;
     return result;
   }

@@ -57,12 +57,12 @@ struct Stretch {
 std::vector<Stretch> stretches_of(const std::vector<TimedPose>& path) {
   std::vector<Stretch> stretches;
   for (std::size_t i = 1; i + 2 < path.size(); ++i) {
-    bool whole = true;
+    bool continuous = true;
     for (std::size_t k = i - 1; k < i + 2; ++k) {
       const double gap_s = path[k + 1].time_s - path[k].time_s;
-      whole &= gap_s > 0 && gap_s <= kLongestGap_s;
+      continuous &= gap_s > 0 && gap_s <= kLongestGap_s;
     }
-    if (!whole) continue;
+    if (!continuous) continue;
     Stretch& s = stretches.emplace_back();
     s.from_s = path[i].time_s;
     s.to_s = path[i + 1].time_s;
@@ -235,28 +235,28 @@ TimeOffsetCalibration calibrate_time(const capture::CameraModel& first, const ca
   const Vector3d w = turn.angle() * turn.axis(), t = T_second_first.translation();
   std::array<double, kUnknowns> x{0, w.x(), w.y(), w.z(), t.x(), t.y(), t.z()};
   const std::array<double, kUnknowns> start = x;
-  double least_px = std::numeric_limits<double>::infinity();
+  double min_px = std::numeric_limits<double>::infinity();
   const int steps = static_cast<int>(std::lround(kWidestOffset_s / kStep_s));
   for (int i = -steps; i <= steps; ++i) {
     std::array<double, kUnknowns> guess = start;
     guess[0] = i * kStep_s;
     const auto pairs = fit.pairs(guess[0]);
-    const double px = static_cast<int>(pairs.size()) < kFewestMoments ? std::numeric_limits<double>::infinity()
-                                                                      : TimeFit::misfit_px(pairs, guess);
-    if (px < least_px) {
-      least_px = px;
+    const double px = static_cast<int>(pairs.size()) < kMinMoments ? std::numeric_limits<double>::infinity()
+                                                                   : TimeFit::misfit_px(pairs, guess);
+    if (px < min_px) {
+      min_px = px;
       x = guess;
     }
   }
   // The offset changes which pictures lie within the trajectory.
   std::vector<TimeFit::Pair> pairs;
-  for (int round = 0; round < 3 && std::isfinite(least_px); ++round) {
+  for (int round = 0; round < 3 && std::isfinite(min_px); ++round) {
     pairs = fit.pairs(x[0]);
-    if (static_cast<int>(pairs.size()) < kFewestMoments || !TimeFit::refine(pairs, x)) break;
+    if (static_cast<int>(pairs.size()) < kMinMoments || !TimeFit::refine(pairs, x)) break;
   }
   result.pictures = static_cast<int>(pairs.size());
   result.offset_s = x[0];
-  if (result.pictures >= kFewestMoments) find_sigma(pairs, x, result);
+  if (result.pictures >= kMinMoments) find_sigma(pairs, x, result);
   result.refusal = rejection_reason(result);
   return result;
 }

@@ -10,12 +10,12 @@
 namespace lumigraft::reconstruct {
 namespace {
 
-constexpr double kLookEvery_s = 0.1;
+constexpr double kMinInterval_s = 0.1;
 constexpr double kStill = 0.06;         ///< maximum speed of a still board, picture widths per second
 constexpr double kSequenceGap_s = 0.5;  ///< motion is not estimated across longer gaps
 constexpr std::size_t kLongestPath = 300;
 constexpr int kClipped = 250;  ///< as in radiance.cpp: pixel values from here on are lower bounds
-constexpr double kMostClipped = 0.01;
+constexpr double kMaxClipped = 0.01;
 
 std::size_t corners_in(const BoardView& view) {
   std::size_t corners = 0;
@@ -58,18 +58,18 @@ void forget_clipped_paper(const capture::Picture& picture, BoardView& view) {
             ++clipped;
             break;
           }
-    if (clipped > kMostClipped * all) seen.paper = 0;
+    if (clipped > kMaxClipped * all) seen.paper = 0;
   }
 }
 
-struct Looked {
+struct Detected {
   BoardPicture picture;
   BoardView room_tag;
 };
 
-Looked found(const BoardFinder& finder, const std::optional<BoardFinder>& room_finder, const capture::Picture& picture,
-             const capture::Response& response) {
-  Looked result;
+Detected found(const BoardFinder& finder, const std::optional<BoardFinder>& room_finder,
+               const capture::Picture& picture, const capture::Response& response) {
+  Detected result;
   BoardPicture& board = result.picture;
   board.light = linear_light(picture, response);
   const float gain = picture.encoded.empty() ? detector_gain(picture.radiance) : 1.0f;
@@ -120,7 +120,7 @@ bool ViewSelector::somewhere_new(const BoardMoment& moment) const {
 
 /// Increases the minimum distance between board positions until half of the moments are removed.
 void ViewSelector::thin_out() {
-  while (2 * moments_.size() > kMost) {
+  while (2 * moments_.size() > kMaxMoments) {
     apart_ *= 1.3;
     std::vector<BoardMoment> all = std::move(moments_);
     moments_.clear();
@@ -129,18 +129,18 @@ void ViewSelector::thin_out() {
   }
 }
 
-ViewSelector::Seen ViewSelector::look(std::int64_t time_ns, const capture::Picture* color,
-                                      const capture::Response& color_response,
-                                      const std::vector<std::shared_ptr<const capture::Picture>>& fisheye,
-                                      const capture::Response& fisheye_response,
-                                      const std::shared_ptr<const capture::DepthPicture>& depth) {
+ViewSelector::Seen ViewSelector::add(std::int64_t time_ns, const capture::Picture* color,
+                                     const capture::Response& color_response,
+                                     const std::vector<std::shared_ptr<const capture::Picture>>& fisheye,
+                                     const capture::Response& fisheye_response,
+                                     const std::shared_ptr<const capture::DepthPicture>& depth) {
   const double passed_s = 1e-9 * static_cast<double>(time_ns - last_time_ns_);
   Seen seen;
-  if (any_ && passed_s >= 0 && passed_s < kLookEvery_s) return seen;
+  if (any_ && passed_s >= 0 && passed_s < kMinInterval_s) return seen;
   BoardMoment moment;
   moment.time_ns = time_ns;
   moment.depth = depth;
-  const auto take = [&](std::size_t camera, Looked one) {
+  const auto take = [&](std::size_t camera, Detected one) {
     BoardPicture& best = moment.by_camera[camera];
     if (!best.light.empty() && one.picture.view.seen.size() <= best.view.seen.size()) return;
     best = std::move(one.picture);
@@ -166,7 +166,7 @@ ViewSelector::Seen ViewSelector::look(std::int64_t time_ns, const capture::Pictu
   if (!moving && somewhere_new(moment)) {
     seen.kept = true;
     moments_.push_back(std::move(moment));
-    if (moments_.size() > kMost) thin_out();
+    if (moments_.size() > kMaxMoments) thin_out();
   }
   return seen;
 }

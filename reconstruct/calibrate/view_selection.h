@@ -32,10 +32,10 @@ class ViewSelector {
   };
   /// Processes the pictures of a moment; either camera's may be missing. Several fish-eye pictures are one exposure
   /// bracket, of which the one with the most board points is used.
-  Seen look(std::int64_t time_ns, const capture::Picture* color, const capture::Response& color_response,
-            const std::vector<std::shared_ptr<const capture::Picture>>& fisheye,
-            const capture::Response& fisheye_response,
-            const std::shared_ptr<const capture::DepthPicture>& depth = nullptr);
+  Seen add(std::int64_t time_ns, const capture::Picture* color, const capture::Response& color_response,
+           const std::vector<std::shared_ptr<const capture::Picture>>& fisheye,
+           const capture::Response& fisheye_response,
+           const std::shared_ptr<const capture::DepthPicture>& depth = nullptr);
 
   /// Views of the last processed moment, selected or not.
   const std::array<BoardView, 2>& newest() const { return last_; }
@@ -46,7 +46,7 @@ class ViewSelector {
   /// All recent views of the board by one camera (0, 1), still or moving.
   const std::vector<TimedView>& path(std::size_t camera) const { return paths_[camera]; }
 
-  static constexpr std::size_t kMost = 60;
+  static constexpr std::size_t kMaxMoments = 60;
 
  private:
   bool somewhere_new(const BoardMoment& moment) const;

@@ -16,8 +16,8 @@ using Eigen::VectorXd;
 constexpr int kTerms = 3;               // of the lens: θ², θ⁴, θ⁶
 constexpr int kSlopes = 2, kBends = 3;  // of the light on the board
 constexpr int kOwn = 1 + kSlopes + kBends;
-constexpr double kAlike = 4.0;        // moments with correlated illumination
-constexpr double kLeastNoise = 1e-4;  // lower bound of the noise, for synthetic pictures
+constexpr double kAlike = 4.0;      // moments with correlated illumination
+constexpr double kMinNoise = 1e-4;  // lower bound of the noise, for synthetic pictures
 constexpr double kNoVariance = 1e-8;
 constexpr double kOutlier = 4.0;  // σ; for example a finger's shadow or a highlight
 
@@ -121,8 +121,8 @@ Variances next_variances(const std::vector<Moment>& moments, const Solution& s) 
       (k < kSlopes ? sum.slope : sum.bend) += s.own[i][1 + k] * s.own[i][1 + k] + s.own_spread[i](1 + k, 1 + k);
   }
   const double count = static_cast<double>(moments.size());
-  return {std::max(sum.noise / samples, kLeastNoise * kLeastNoise),
-          std::max(sum.slope / (kSlopes * count), kNoVariance), std::max(sum.bend / (kBends * count), kNoVariance)};
+  return {std::max(sum.noise / samples, kMinNoise * kMinNoise), std::max(sum.slope / (kSlopes * count), kNoVariance),
+          std::max(sum.bend / (kBends * count), kNoVariance)};
 }
 
 Solution fitted(const std::vector<Moment>& moments, Variances& v) {
@@ -168,7 +168,7 @@ VignettingCalibration calibrate_vignetting(const std::vector<WhiteSample>& sampl
   for (int round = 0; round < 2; ++round) {
     const std::vector<Moment> moments = moments_of(samples, left_out);
     result.moments = static_cast<int>(moments.size());
-    if (result.moments < kFewestViews) break;
+    if (result.moments < kMinViews) break;
     solution = fitted(moments, variances);
     const Eigen::Matrix3d by_noise = solve(moments, {variances.noise, kNoVariance, kNoVariance}).covariance;
     covariance = by_noise + kAlike * (solution.covariance - by_noise);

@@ -43,8 +43,8 @@ void OutOfViewLamps::resolve(Illumination& light, const std::vector<capture::Tag
     const auto name = static_cast<std::size_t>(lamp->lamp_tag);
     const std::string text = "lamp " + (name < named.size() ? named[name].name : "") + ": ";
     const float irradiance = lamp->irradiance.mean();
-    const float at_most = irradiance + lamp->power_log_sigma * std::max(irradiance, kDim * all_light_);
-    if (at_most < kParameters.off_power * all_light_) {
+    const float upper_bound = irradiance + lamp->power_log_sigma * std::max(irradiance, kDim * all_light_);
+    if (upper_bound < kParameters.off_power * all_light_) {
       light.lights.erase(lamp);
       continue;
     }

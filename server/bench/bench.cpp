@@ -116,9 +116,9 @@ void say(const BenchRow& row, std::size_t done, std::size_t all) {
   }
 }
 
-relight::Exhibit simplified(relight::Exhibit exhibit, int most_triangles) {
+relight::Exhibit simplified(relight::Exhibit exhibit, int max_triangles) {
   for (relight::VirtualObject& object : exhibit.objects) {
-    if (most_triangles > 0) object.model = relight::simplify_model(*object.model, most_triangles);
+    if (max_triangles > 0) object.model = relight::simplify_model(*object.model, max_triangles);
   }
   return exhibit;
 }
@@ -238,7 +238,7 @@ bool run_bench(const BenchCommand& command, const std::atomic<bool>& interrupted
   results.machine = describe_machine(*device);
   results.oracle = name_of(command.oracle);
   results.enlarged = command.enlarge;
-  results.most_triangles = command.triangles;
+  results.max_triangles = command.triangles;
   const bool done =
       (!wants(command, kErrorTime) || measure_settings(command, sessions, methods, device, interrupted, results)) &&
       (!wants(command, kErrorBudget) || measure_budgets(command, sessions, device, interrupted, results)) &&

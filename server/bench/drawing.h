@@ -18,7 +18,7 @@ struct Box {
 
 struct Colour {
   double r = 0, g = 0, b = 0, alpha = 1;
-  Colour faded(double share) const { return {r, g, b, alpha * share}; }
+  Colour faded(double opacity) const { return {r, g, b, alpha * opacity}; }
 };
 
 struct Stroke {

@@ -64,9 +64,9 @@ double round_up_125(double value) {
 
 Box around(const Point& p, double reach) { return {p.x - reach, p.y - reach, p.x + reach, p.y + reach}; }
 
-class MethodLooks {
+class MethodStyles {
  public:
-  explicit MethodLooks(const std::vector<BenchRow>& rows) : methods_(all_methods(rows)) {}
+  explicit MethodStyles(const std::vector<BenchRow>& rows) : methods_(all_methods(rows)) {}
   std::size_t index_of(const std::string& method) const {
     return static_cast<std::size_t>(std::find(methods_.begin(), methods_.end(), method) - methods_.begin());
   }
@@ -77,9 +77,9 @@ class MethodLooks {
   std::vector<std::string> methods_;
 };
 
-void draw_legend(Drawing& drawing, Point at, const std::vector<std::string>& methods, const MethodLooks& looks) {
+void draw_legend(Drawing& drawing, Point at, const std::vector<std::string>& methods, const MethodStyles& styles) {
   for (const std::string& method : methods) {
-    drawing.mark(looks.mark(method), {at.x + 5, at.y - 4}, 5, looks.colour(method));
+    drawing.mark(styles.mark(method), {at.x + 5, at.y - 4}, 5, styles.colour(method));
     drawing.text({at.x + 16, at.y}, method, {.size = kText});
     at.x += 34 + drawing.text_width(method, {.size = kText});
   }
@@ -106,7 +106,7 @@ std::vector<Point> front_line(const std::vector<SettingMean>& means, const Axis&
 }
 
 void draw_errors(Drawing& drawing, const Box& frame, const std::vector<SettingMean>& means, CostKind kind,
-                 const MethodLooks& looks) {
+                 const MethodStyles& styles) {
   double low = 1e30, lowest = 1e30, high = 0, worst = 0;
   for (const SettingMean& mean : means) {
     low = std::min(low, mean.cost_ms);
@@ -129,7 +129,7 @@ void draw_errors(Drawing& drawing, const Box& frame, const std::vector<SettingMe
   std::vector<std::vector<Point>> lines{front_line(means, x, y, frame)};
   drawing.line(lines.front(), {kInk.faded(0.5), 2});
   for (const SettingMean& mean : means) {
-    const Colour colour = looks.colour(mean.method).faded(0.35);
+    const Colour colour = styles.colour(mean.method).faded(0.35);
     const double at = y.at(mean.relight_error), still = x.at(std::max(low, mean.still_cost_ms));
     lines.push_back({{still, at}, {x.at(mean.cost_ms), at}});
     drawing.line(lines.back(), {colour, 1.2});
@@ -142,7 +142,7 @@ void draw_errors(Drawing& drawing, const Box& frame, const std::vector<SettingMe
   std::vector<std::size_t> order = pareto_front(means);  // first, so that their labels find room
   for (std::size_t i = 0; i < means.size(); ++i) {
     const Point p{x.at(means[i].cost_ms), y.at(means[i].relight_error)};
-    drawing.mark(looks.mark(means[i].method), p, 5.5, looks.colour(means[i].method));
+    drawing.mark(styles.mark(means[i].method), p, 5.5, styles.colour(means[i].method));
     taken.push_back(around(p, 6.5));
     if (std::find(order.begin(), order.end(), i) == order.end()) {
       order.push_back(i);
@@ -150,13 +150,13 @@ void draw_errors(Drawing& drawing, const Box& frame, const std::vector<SettingMe
   }
   for (const std::size_t i : order) {
     labels.push_back(
-        {{x.at(means[i].cost_ms), y.at(means[i].relight_error)}, means[i].setting, looks.colour(means[i].method)});
+        {{x.at(means[i].cost_ms), y.at(means[i].relight_error)}, means[i].setting, styles.colour(means[i].method)});
   }
   place_labels(drawing, labels, {frame.left + 2, frame.top, frame.right + 8, frame.bottom - 2}, taken, lines, kSmall);
 }
 
 void draw_published(Drawing& drawing, const Box& frame, const std::vector<BenchRow>& rows, CostKind kind,
-                    const MethodLooks& looks) {
+                    const MethodStyles& styles) {
   double low = 10, high = 200, worst = 24, best = 38;
   for (const BenchRow& row : rows) {
     const double cost_ms = *cost_of(row.run.moving, kind);
@@ -180,7 +180,7 @@ void draw_published(Drawing& drawing, const Box& frame, const std::vector<BenchR
   std::vector<Label> labels;
   std::map<std::size_t, const BenchRow*> highest;  // by method
   for (const BenchRow& row : rows) {
-    const std::size_t method = looks.index_of(row.method);
+    const std::size_t method = styles.index_of(row.method);
     const Point p{x.at(*cost_of(row.run.moving, kind)), y.at(row.run.measures.psnr_db)};
     drawing.mark(mark_of(method), p, 4.5, colour_of(method));
     taken.push_back(around(p, 5.5));
@@ -297,13 +297,13 @@ void draw_error_time(const BenchResults& results, CostKind kind, const std::file
   drawing.text({20, 50},
                (sessions.size() > 1 ? "Mean over " : "") + joined(sessions) + "; " + about_room(results.oracle),
                {.size = kText, .colour = kQuiet});
-  const MethodLooks looks(results.rows);
-  draw_legend(drawing, {20, 78}, methods, looks);
-  draw_errors(drawing, left, means, kind, looks);
+  const MethodStyles styles(results.rows);
+  draw_legend(drawing, {20, 78}, methods, styles);
+  draw_errors(drawing, left, means, kind, styles);
   if (two) {
     drawing.text({right.left, 78}, kPublishedScene, {.size = kText, .bold = true});
     drawing.text({right.left, 94}, "○ Franke 2015, fig. 5.19, on GPUs of its time", {.size = kSmall, .colour = kQuiet});
-    draw_published(drawing, right, like_published, kind, looks);
+    draw_published(drawing, right, like_published, kind, styles);
   }
   drawing.text({20, kHeight - 12}, line_of(results.machine), {.size = kSmall, .colour = kQuiet});
   write(drawing, stem);

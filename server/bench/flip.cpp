@@ -78,9 +78,9 @@ double colour_distance(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
 
 /// Eq. 9: expands the range of distances that natural images use.
 double redistribute(double distance) {
-  static const double most = colour_distance(hunt_lab({0, 1, 0}), hunt_lab({0, 0, 1}));
-  const double knee = kKnee * most;
-  return distance < knee ? distance * kAtKnee / knee : kAtKnee + (distance - knee) / (most - knee) * (1.0 - kAtKnee);
+  static const double largest = colour_distance(hunt_lab({0, 1, 0}), hunt_lab({0, 0, 1}));
+  const double knee = kKnee * largest;
+  return distance < knee ? distance * kAtKnee / knee : kAtKnee + (distance - knee) / (largest - knee) * (1.0 - kAtKnee);
 }
 
 /// Separable convolution; border pixels are replicated.
@@ -224,9 +224,9 @@ double mean_flip(const capture::Image<float>& reference, const capture::Image<fl
   double sum = 0;
   for (std::size_t i = 0; i < a[0].data.size(); ++i) {
     const double colour = redistribute(colour_distance(seen_colour(seen_a, i), seen_colour(seen_b, i)));
-    const double most = std::max(std::abs(features_a.edges.data[i] - features_b.edges.data[i]),
-                                 std::abs(features_a.points.data[i] - features_b.points.data[i]));
-    const double feature = std::pow(most / std::numbers::sqrt2, kFeatureExponent);
+    const double largest = std::max(std::abs(features_a.edges.data[i] - features_b.edges.data[i]),
+                                    std::abs(features_a.points.data[i] - features_b.points.data[i]));
+    const double feature = std::pow(largest / std::numbers::sqrt2, kFeatureExponent);
     sum += std::pow(colour, 1.0 - feature);  // eq. 1
   }
   return sum / static_cast<double>(a[0].data.size());

@@ -75,7 +75,7 @@ Measures measure_picture(const capture::Image<std::uint8_t>& picture, const capt
                               ", its truth " + std::to_string(truth.augmented.width) + "x" +
                               std::to_string(truth.augmented.height));
   }
-  Squares relit, object, whole_shown, affected_shown, object_shown, relit_shown;
+  Squares relit, object, all_shown, affected_shown, object_shown, relit_shown;
   capture::Image<float> shown(picture.width, picture.height, 3), wanted(picture.width, picture.height, 3);
   for (std::size_t pixel = 0; pixel < truth.coverage.data.size(); ++pixel) {
     const double coverage = truth.coverage.data[pixel];
@@ -94,7 +94,7 @@ Measures measure_picture(const capture::Image<std::uint8_t>& picture, const capt
       affected |= std::abs(static_cast<double>(capture::linear_to_srgb(rho)) - capture::linear_to_srgb(mu)) > kAffected;
     }
     for (std::size_t c = 0; c < 3; ++c) {
-      whole_shown.add(difference_shown[c], 1);
+      all_shown.add(difference_shown[c], 1);
       if (affected) {
         affected_shown.add(difference_shown[c], 1);
       }
@@ -108,7 +108,7 @@ Measures measure_picture(const capture::Image<std::uint8_t>& picture, const capt
       }
     }
   }
-  return {relit.relative(),       object.relative(),     whole_shown.psnr_db(),   affected_shown.psnr_db(),
+  return {relit.relative(),       object.relative(),     all_shown.psnr_db(),     affected_shown.psnr_db(),
           object_shown.psnr_db(), relit_shown.psnr_db(), mean_flip(wanted, shown)};
 }
 

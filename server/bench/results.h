@@ -32,7 +32,7 @@ struct BudgetRow {
 struct BenchResults {
   BenchMachine machine;
   std::string oracle;
-  int enlarged = 1, most_triangles = 0;  ///< as BenchCommand
+  int enlarged = 1, max_triangles = 0;  ///< as BenchCommand
   std::vector<BenchRow> rows;
   std::string work_session, work_setting;  ///< session and setting of the work rows
   std::vector<WorkRow> work;

@@ -49,7 +49,7 @@ void write_results_json(const std::filesystem::path& path, const BenchResults& r
               {"program", results.machine.program}}},
             {"oracle", results.oracle},
             {"enlarged", results.enlarged},
-            {"most_triangles", results.most_triangles},
+            {"most_triangles", results.max_triangles},
             {"results", Json::array()},
             {"stages", Json::object()}};
   for (const BenchRow& row : results.rows) {

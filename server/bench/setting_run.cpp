@@ -13,7 +13,7 @@ namespace lumigraft::server {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
-constexpr int kMostFrames = 5;
+constexpr int kMaxFrames = 5;
 constexpr double kEnough_ms = 1000;  ///< time limit for measuring one cost
 
 double gpu_ms_of(const relight::RelitPicture& picture) {
@@ -24,13 +24,13 @@ double gpu_ms_of(const relight::RelitPicture& picture) {
   return sum_ms;
 }
 
-/// Mean cost over frames; `frame` renders the i-th. Measures at least `least` frames, because the cost of amortized
-/// updates differs from frame to frame.
-FrameCost measure_cost(bool hardware, int least, const std::function<relight::RelitPicture(int)>& frame) {
+/// Mean cost over frames; `frame` renders the i-th. Measures at least `min_frames` frames, because the cost of
+/// amortized updates differs from frame to frame.
+FrameCost measure_cost(bool hardware, int min_frames, const std::function<relight::RelitPicture(int)>& frame) {
   reconstruct::StageCost sum{0, 0};
   double gpu_ms = 0;
   int frames = 0;
-  for (; frames < least || (frames < kMostFrames && sum.wall_ms < kEnough_ms); ++frames) {
+  for (; frames < min_frames || (frames < kMaxFrames && sum.wall_ms < kEnough_ms); ++frames) {
     const reconstruct::CostClock clock;
     const relight::RelitPicture picture = frame(frames);
     const reconstruct::StageCost cost = clock.elapsed();

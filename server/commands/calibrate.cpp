@@ -94,9 +94,9 @@ std::unique_ptr<capture::FrameReader> open_raw_frames(capture::Session raw, capt
 }
 
 /// Processes frames until the recording or the time limit ends; true when the guide has enough views before.
-bool look_through(capture::FrameReader& reader, const std::function<bool()>& late, const capture::Session& session,
-                  const std::atomic<bool>& interrupted, reconstruct::ViewSelector& collector, CalibrateGuide* guide,
-                  std::ostream& report) {
+bool read_views(capture::FrameReader& reader, const std::function<bool()>& late, const capture::Session& session,
+                const std::atomic<bool>& interrupted, reconstruct::ViewSelector& collector, CalibrateGuide* guide,
+                std::ostream& report) {
   while (!interrupted && !reader.finished() && !(reader.live() && late())) {
     if (guide != nullptr && (guide->finish_asked() || (reader.live() && guide->covered()))) {
       return true;
@@ -106,10 +106,10 @@ bool look_through(capture::FrameReader& reader, const std::function<bool()>& lat
       continue;
     }
     const capture::Response none = capture::Response::srgb();
-    const auto seen = collector.look(frame->time_ns, frame->color.get(), session.color.response, frame->fisheye,
-                                     session.fisheye ? session.fisheye->response : none, frame->depth);
+    const auto seen = collector.add(frame->time_ns, frame->color.get(), session.color.response, frame->fisheye,
+                                    session.fisheye ? session.fisheye->response : none, frame->depth);
     if (guide != nullptr) {
-      guide->look(*frame, collector);
+      guide->add(*frame, collector);
     }
     if (seen.kept && reader.live()) {
       say_view(report, collector.moments().size(), seen);
@@ -136,8 +136,8 @@ void check_size(const capture::Picture& picture, const fs::path& file, std::opti
   }
 }
 
-Input look_through_folders(const CalibrateCommand& command, const std::atomic<bool>& interrupted,
-                           reconstruct::ViewSelector& collector) {
+Input read_folder_views(const CalibrateCommand& command, const std::atomic<bool>& interrupted,
+                        reconstruct::ViewSelector& collector) {
   std::map<std::string, std::array<fs::path, 2>> moments;  // by file name
   for (std::size_t c = 0; c < 2; ++c) {
     const fs::path& folder = c == 0 ? command.color : command.fisheye;
@@ -167,7 +167,7 @@ Input look_through_folders(const CalibrateCommand& command, const std::atomic<bo
     if (pictures[1]) {
       fisheye.push_back(pictures[1]);
     }
-    collector.look(time_ns, pictures[0].get(), capture::Response::srgb(), fisheye, capture::Response::srgb());
+    collector.add(time_ns, pictures[0].get(), capture::Response::srgb(), fisheye, capture::Response::srgb());
     time_ns += 1'000'000'000;  // one second apart: separate views, no motion
   }
   return input;
@@ -209,26 +209,27 @@ using Cameras = std::array<std::optional<CalibratedCamera>, 2>;
 using Views = std::array<std::vector<reconstruct::BoardView>, 2>;
 
 /// Pose and time offset of the fish-eye relative to the colour camera.
-std::optional<Eigen::Isometry3d> find_stand(const reconstruct::ViewSelector& collector, const reconstruct::Board& board,
-                                            const Cameras& cameras, const Views& views, CalibratedRest& rest,
-                                            std::ostream& report) {
+std::optional<Eigen::Isometry3d> find_extrinsics(const reconstruct::ViewSelector& collector,
+                                                 const reconstruct::Board& board, const Cameras& cameras,
+                                                 const Views& views, CalibratedRest& rest, std::ostream& report) {
   if (!cameras[0] || !cameras[1] ||
       board.kind != reconstruct::Board::Kind::tags) {  // a chessboard is symmetric under half a turn
     return std::nullopt;
   }
   const capture::CameraModel &color = cameras[0]->calibration.model, &fisheye = cameras[1]->calibration.model;
-  const reconstruct::ExtrinsicsCalibration stand = reconstruct::calibrate_stand(color, fisheye, views[0], views[1]);
-  write_stand_report(report, stand);
-  if (!stand.refusal.empty()) {
+  const reconstruct::ExtrinsicsCalibration extrinsics =
+      reconstruct::calibrate_extrinsics(color, fisheye, views[0], views[1]);
+  write_extrinsics_report(report, extrinsics);
+  if (!extrinsics.refusal.empty()) {
     return std::nullopt;
   }
   const reconstruct::TimeOffsetCalibration time =
-      reconstruct::calibrate_time(color, fisheye, stand.T_second_first, collector.path(0), collector.path(1));
+      reconstruct::calibrate_time(color, fisheye, extrinsics.T_second_first, collector.path(0), collector.path(1));
   write_time_report(report, time);
   if (time.refusal.empty()) {
     rest.time_offset_s = time.offset_s;
   }
-  return stand.T_second_first;
+  return extrinsics.T_second_first;
 }
 
 /// Pose of the fish-eye in the room, from the room's tag.
@@ -289,7 +290,7 @@ std::optional<CalibratedRest::Depth> find_depth(const capture::DepthCamera& dept
 }
 
 /// Writes the file atomically.
-void write_whole(const fs::path& file, const std::string& text) {
+void write_file(const fs::path& file, const std::string& text) {
   const fs::path partial = file.string() + ".partial";
   std::ofstream out(partial);
   out << text;
@@ -320,7 +321,7 @@ void find_response(const CalibrateCommand& command, std::ostream& report) {
   }
   std::ostringstream text;
   reconstruct::write_response_file(text, found);
-  write_whole(command.out, text.str());
+  write_file(command.out, text.str());
   report << "response: " << pictures.size() << " pictures, code values " << found.darkest << " to " << found.brightest
          << " at two exposures or more\nwritten to " << command.out.string() << '\n';
 }
@@ -342,7 +343,7 @@ void conclude(const CalibrateCommand& command, const reconstruct::Board& board, 
     throw std::runtime_error("calibration refused: no picture shows the board of " + command.board.string());
   }
   CalibratedRest rest;
-  const auto T_fisheye_color = find_stand(collector, board, cameras, views, rest, report);
+  const auto T_fisheye_color = find_extrinsics(collector, board, cameras, views, rest, report);
   rest.T_tag_fisheye = find_room_tag(collector, cameras, T_fisheye_color, report);
   const bool tags = board.kind == reconstruct::Board::Kind::tags;
   if (cameras[1] && tags) {
@@ -353,7 +354,7 @@ void conclude(const CalibrateCommand& command, const reconstruct::Board& board, 
   }
   std::ostringstream text;
   write_calibration_file(text, cameras[0], cameras[1], rest);
-  write_whole(command.out, text.str());
+  write_file(command.out, text.str());
   report << "written to " << command.out.string() << '\n';
 }
 
@@ -367,7 +368,7 @@ void find_lenses_in(const capture::Session& session, const CalibrateCommand& com
     return command.seconds && std::chrono::duration<double>(Clock::now() - begin).count() >= *command.seconds;
   };
   for (;;) {
-    const bool may_go_on = look_through(*reader, late, session, interrupted, collector, guide, report);
+    const bool may_go_on = read_views(*reader, late, session, interrupted, collector, guide, report);
     if (guide != nullptr) {
       guide->calculating();
     }
@@ -391,7 +392,7 @@ void find_lenses_in(const capture::Session& session, const CalibrateCommand& com
 void find_lenses_in_folders(const CalibrateCommand& command, const reconstruct::Board& board,
                             const std::atomic<bool>& interrupted, std::ostream& report) {
   reconstruct::ViewSelector collector(board, std::nullopt);
-  const Input input = look_through_folders(command, interrupted, collector);
+  const Input input = read_folder_views(command, interrupted, collector);
   conclude(command, board, nullptr, input, collector, report);
 }
 

@@ -47,7 +47,7 @@ CalibrateGuide::CalibrateGuide(const std::array<std::optional<capture::CameraMod
   }
 }
 
-void CalibrateGuide::look(const capture::FrameSet& frame, const reconstruct::ViewSelector& collector) {
+void CalibrateGuide::add(const capture::FrameSet& frame, const reconstruct::ViewSelector& collector) {
   const std::lock_guard lock(mutex_);
   const bool more = collector.moments().size() != moments_;
   moments_ = collector.moments().size();
@@ -110,14 +110,14 @@ bool CalibrateGuide::finish_asked() const {
 
 /// Whether every camera that saw the board has enough views for a result.
 bool CalibrateGuide::can_finish() const {
-  int most = 0;
+  int max_views = 0;
   for (const std::optional<Camera>& camera : cameras_) {
-    if (camera && camera->views > 0 && camera->views < reconstruct::kFewestViews) {
+    if (camera && camera->views > 0 && camera->views < reconstruct::kMinViews) {
       return false;
     }
-    most = std::max(most, camera ? camera->views : 0);
+    max_views = std::max(max_views, camera ? camera->views : 0);
   }
-  return most >= reconstruct::kFewestViews && !finish_asked_ && doing_ == std::string_view("looking");
+  return max_views >= reconstruct::kMinViews && !finish_asked_ && doing_ == std::string_view("looking");
 }
 
 std::string CalibrateGuide::json() const {
@@ -187,7 +187,7 @@ WebReply CalibrateGuide::ask(std::string_view path) {
   }
   if (!can_finish()) {
     return {409, "text/plain; charset=utf-8",
-            "too few views, allowed: at least " + std::to_string(reconstruct::kFewestViews) + " of every camera\n"};
+            "too few views, allowed: at least " + std::to_string(reconstruct::kMinViews) + " of every camera\n"};
   }
   finish_asked_ = true;
   return {200, "text/plain; charset=utf-8", "calculating\n"};

@@ -20,7 +20,7 @@ class CalibrateGuide {
   explicit CalibrateGuide(const std::array<std::optional<capture::CameraModel>, 2>& cameras);
 
   /// Call after each moment that `collector` processed.
-  void look(const capture::FrameSet& frame, const reconstruct::ViewSelector& collector);
+  void add(const capture::FrameSet& frame, const reconstruct::ViewSelector& collector);
   void calculating();
   void done(const std::string& report, const std::string& refusal);
   /// Whether every camera has enough views and full coverage; after a rejection, more views are required.

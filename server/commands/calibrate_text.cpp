@@ -103,13 +103,13 @@ void write_calibration_report(std::ostream& out, const std::string& name, const 
   }
 }
 
-void write_stand_report(std::ostream& out, const reconstruct::ExtrinsicsCalibration& stand) {
-  if (!stand.refusal.empty()) {
-    out << "fish-eye to colour: not found: " << stand.refusal << '\n';
+void write_extrinsics_report(std::ostream& out, const reconstruct::ExtrinsicsCalibration& extrinsics) {
+  if (!extrinsics.refusal.empty()) {
+    out << "fish-eye to colour: not found: " << extrinsics.refusal << '\n';
     return;
   }
-  print(out, "fish-eye to colour: %d moments, %.3f px in the median\n", stand.moments, stand.median_px);
-  write_transform(out, stand.T_second_first, stand.shift_sigma_m, stand.turn_sigma_rad);
+  print(out, "fish-eye to colour: %d moments, %.3f px in the median\n", extrinsics.moments, extrinsics.median_px);
+  write_transform(out, extrinsics.T_second_first, extrinsics.shift_sigma_m, extrinsics.turn_sigma_rad);
 }
 
 void write_vignetting_report(std::ostream& out, const reconstruct::VignettingCalibration& v) {

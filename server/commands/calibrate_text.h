@@ -22,7 +22,7 @@ void write_calibration_report(std::ostream& out, const std::string& name,
                               const reconstruct::CameraCalibration& calibration);
 
 /// Pose of the fish-eye relative to the colour camera.
-void write_stand_report(std::ostream& out, const reconstruct::ExtrinsicsCalibration& stand);
+void write_extrinsics_report(std::ostream& out, const reconstruct::ExtrinsicsCalibration& extrinsics);
 
 /// Vignetting of the fish-eye's lens.
 void write_vignetting_report(std::ostream& out, const reconstruct::VignettingCalibration& vignetting);

@@ -52,7 +52,7 @@ class Recording {
         Clock::now() + kGrace +
         std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds_.value_or(0)));
     while (reading_ > 0 && !interrupted && !stop_ && !lanes_.failure() && (!limited || Clock::now() < deadline)) {
-      say_troubles();
+      print_faults();
       std::this_thread::sleep_for(kTick);
     }
     stop_ = true;
@@ -60,7 +60,7 @@ class Recording {
       lanes_.finish();  // a reader may be waiting for space in a queue
     }
     readers.clear();
-    say_troubles();
+    print_faults();
     lanes_.finish();
     for (const std::exception_ptr& failure : {failure_, lanes_.failure()}) {
       if (failure) {
@@ -94,7 +94,7 @@ class Recording {
     return session;
   }
   /// Reports a camera's fault once when it begins.
-  void say_troubles() {
+  void print_faults() {
     std::set<std::string> now;
     for (const capture::Source* source : distinct_) {
       now.insert(source->fault());

@@ -5,7 +5,7 @@
 namespace lumigraft::server {
 namespace {
 
-constexpr std::size_t kMostRemembered = 200;  // bounds the memory for warnings that contain numbers
+constexpr std::size_t kMaxRemembered = 200;  // bounds the memory for warnings that contain numbers
 
 }  // namespace
 
@@ -15,7 +15,7 @@ std::vector<std::string> ServeLog::lines(const std::vector<std::string>& warning
   for (const std::string& warning : warnings) {
     const auto said = said_.find(warning);
     if (said == said_.end() || now - said->second >= kWarningAgain) {
-      if (said_.size() >= kMostRemembered) {
+      if (said_.size() >= kMaxRemembered) {
         said_.clear();
       }
       said_[warning] = now;

@@ -6,7 +6,7 @@
 namespace lumigraft::server {
 namespace {
 
-constexpr std::size_t kMostInterval =
+constexpr std::size_t kMaxInterval =
     4096;  // bound when take_interval() is not called for long: the older half is discarded
 
 StageSummary summarise(std::vector<float>& times_ms) {
@@ -33,8 +33,8 @@ void Metrics::time(const std::string& stage, double seconds) {
   const auto bucket = std::lower_bound(kBuckets_s.begin(), kBuckets_s.end(), seconds) - kBuckets_s.begin();
   ++s.buckets[static_cast<std::size_t>(bucket)];
   s.sum_s += seconds;
-  if (s.interval_ms.size() >= kMostInterval) {
-    s.interval_ms.erase(s.interval_ms.begin(), s.interval_ms.begin() + kMostInterval / 2);
+  if (s.interval_ms.size() >= kMaxInterval) {
+    s.interval_ms.erase(s.interval_ms.begin(), s.interval_ms.begin() + kMaxInterval / 2);
   }
   s.interval_ms.push_back(static_cast<float>(1e3 * seconds));
 }
@@ -118,7 +118,7 @@ std::string Metrics::prometheus() const {
   head("lumigraft_viewers", "gauge", "Open streams.");
   out << "lumigraft_viewers " << viewers_ << '\n';
   head("lumigraft_cameras_in_trouble", "gauge", "Cameras that give no pictures now.");
-  out << "lumigraft_cameras_in_trouble " << cameras_in_trouble_ << '\n';
+  out << "lumigraft_cameras_in_trouble " << cameras_with_faults_ << '\n';
   head("lumigraft_connections_refused_total", "counter", "Connections and streams refused or cut short by a limit.");
   out << "lumigraft_connections_refused_total " << refused_ << '\n';
   head("lumigraft_warnings_total", "counter", "Warnings that frames carried.");

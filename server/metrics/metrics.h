@@ -34,7 +34,7 @@ class Metrics {
   /// Records the newest value chosen for a key of the plan or for an update interval, and the fraction of light that it
   /// omits.
   void decided(const std::string& key, int value, double left_out = 0);
-  void cameras_in_trouble(int count) { cameras_in_trouble_ = count; }
+  void cameras_with_faults(int count) { cameras_with_faults_ = count; }
 
   std::uint64_t frames() const;
   double age_of_last_frame_s() const;  ///< negative before the first
@@ -67,7 +67,7 @@ class Metrics {
   std::uint64_t interval_frames_ = 0;
   Clock::time_point last_frame_{}, interval_start_ = Clock::now();
   std::atomic<int> viewers_ = 0;
-  std::atomic<int> cameras_in_trouble_ = 0;
+  std::atomic<int> cameras_with_faults_ = 0;
 };
 
 /// Times a stage from construction to destruction.

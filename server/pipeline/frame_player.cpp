@@ -116,11 +116,11 @@ bool FramePlayer::wait_until_due(const std::stop_token& stop) const {
 }
 
 /// The newest frame again, with a later time.
-std::optional<PlayedFrame> FramePlayer::stand_still(const std::stop_token& stop) {
+std::optional<PlayedFrame> FramePlayer::repeat_newest(const std::stop_token& stop) {
   due_ = std::max(due_ + usual_gap_, Clock::now());
-  stood_still_ns_ += usual_gap_.count();
+  repeated_ns_ += usual_gap_.count();
   auto again = std::make_shared<capture::FrameSet>(*newest_);
-  again->time_ns += stood_still_ns_;
+  again->time_ns += repeated_ns_;
   again->warnings.clear();
   return wait_until_due(stop) ? std::optional(PlayedFrame{std::move(again), due_, round_}) : std::nullopt;
 }
@@ -130,10 +130,10 @@ std::optional<PlayedFrame> FramePlayer::next(const std::stop_token& stop, const 
     seek(std::llround(1e9 * *orders.at_s));
   }
   if (newest_ && orders.paused && !orders.step && !jumped_) {
-    return stand_still(stop);
+    return repeat_newest(stop);
   }
-  if (stood_still_ns_ > 0) {
-    stood_still_ns_ = 0;
+  if (repeated_ns_ > 0) {
+    repeated_ns_ = 0;
     ++round_;  // the next frame's time is earlier than that of the last repeated one
   }
   std::shared_ptr<const capture::FrameSet> frame = read();

@@ -41,13 +41,13 @@ class FramePlayer {
   /// A recording gave no frame from its beginning to its end.
   bool gone() const { return gone_; }
   /// See FrameReader::troubles.
-  std::vector<std::string> troubles() const { return reader_->troubles(); }
+  std::vector<std::string> faults() const { return reader_->faults(); }
 
  private:
   std::shared_ptr<const capture::FrameSet> read();
   void seek(std::int64_t from_ns);
   bool begin_again();
-  std::optional<PlayedFrame> stand_still(const std::stop_token& stop);
+  std::optional<PlayedFrame> repeat_newest(const std::stop_token& stop);
   bool wait_until_due(const std::stop_token& stop) const;
   void set_due(const capture::FrameSet& frame);
 
@@ -64,8 +64,8 @@ class FramePlayer {
   bool jumped_ = false;       ///< seeked, and no frame was given since
   std::uint64_t round_ = 0;
   std::shared_ptr<const capture::FrameSet> newest_;
-  std::int64_t stood_still_ns_ = 0;  ///< for which the newest frame was repeated
-  std::int64_t first_time_ns_ = 0;   ///< of the recording's first frame
+  std::int64_t repeated_ns_ = 0;    ///< for which the newest frame was repeated
+  std::int64_t first_time_ns_ = 0;  ///< of the recording's first frame
   std::int64_t length_ns_ = 0;
   bool gone_ = false;
   std::int64_t last_time_ns_ = 0;  ///< recorded time of the previous frame

@@ -26,7 +26,7 @@ constexpr std::chrono::milliseconds kTick{100};
 constexpr std::chrono::milliseconds kGeometryEvery{100}, kLightEvery{100}, kRoomEvery{1000};
 constexpr std::int64_t kSameMoment_ns = 250'000'000;  // between a colour and a fish-eye frame: light changes slowly
 constexpr std::chrono::milliseconds kKeepAlive{1000};
-constexpr int kBehindThePicture = 10;  // niceness of geometry, lamp tags, light and albedo
+constexpr int kBackgroundNiceness = 10;  // of geometry, lamp tags, light and albedo
 // Rest after a turn, as a multiple of its processor time: each uses a third of a core while the room is unknown, later
 // geometry and room use a tenth. For albedo see RestingPace.
 constexpr int kRest = 2, kGeometryRestLater = 9, kRoomRestLater = 9;
@@ -50,7 +50,7 @@ class BackgroundThreads {
     const auto thread = static_cast<id_t>(syscall(SYS_gettid));
     std::lock_guard lock(mutex_);
     threads_.push_back(thread);
-    setpriority(PRIO_PROCESS, thread, kBehindThePicture);
+    setpriority(PRIO_PROCESS, thread, kBackgroundNiceness);
   }
   /// Restores the normal priority where the system permits it. The last thread of a process frees its memory when it
   /// ends, which on a busy machine takes seconds at low priority.
@@ -99,7 +99,7 @@ struct Pipeline::State {
   mutable std::mutex newest_mutex;
   ShownPicture newest;
   Record newest_record;
-  std::vector<std::string> troubles;  ///< current faults of the cameras
+  std::vector<std::string> faults;  ///< current faults of the cameras
 
   std::mutex newest_color_mutex;
   std::shared_ptr<const capture::Picture> newest_color;  ///< the last frame of capture
@@ -107,7 +107,7 @@ struct Pipeline::State {
   Clock::time_point last_encoded{};  ///< used by the encode thread only
 
   std::stop_source stopping;
-  BackgroundThreads threads_behind;
+  BackgroundThreads background_threads;
   std::vector<std::jthread> threads;
 
   State(ServiceInput input, Cameras cameras, OpenCameras the_open_again, LiveRelighter::MakeDevice make_device,
@@ -137,7 +137,7 @@ struct Pipeline::State {
     threads.emplace_back([this, stage, behind, turn = std::move(turn)] {
       pthread_setname_np(pthread_self(), stage.c_str());  // for `top -H`
       if (behind) {
-        threads_behind.add();
+        background_threads.add();
       }
       while (!stopping.stop_requested()) {
         try {
@@ -158,7 +158,7 @@ struct Pipeline::State {
     return !stopping.stop_requested();
   }
 
-  void note_troubles(std::vector<std::string> found);
+  void publish_faults(std::vector<std::string> found);
   void capture_turn();
   void fisheye_turn();
   PosedFrame pose_of(const PlayedFrame& played);
@@ -173,18 +173,18 @@ struct Pipeline::State {
 };
 
 /// Called for every frame, and in every timeout while none arrives.
-void Pipeline::State::note_troubles(std::vector<std::string> found) {
+void Pipeline::State::publish_faults(std::vector<std::string> found) {
   store.publish_warnings("camera", found);
-  metrics.cameras_in_trouble(static_cast<int>(found.size()));
+  metrics.cameras_with_faults(static_cast<int>(found.size()));
   std::lock_guard lock(newest_mutex);
-  troubles = std::move(found);
+  faults = std::move(found);
 }
 
 void Pipeline::State::capture_turn() {
   const std::optional<PlayedFrame> played = frames.next(stopping.get_token(), playback.take());
-  std::vector<std::string> found = frames.troubles();
+  std::vector<std::string> found = frames.faults();
   if (fisheye && !fisheye->fault().empty()) reconstruct::append_warnings(found, {fisheye->fault()});
-  note_troubles(std::move(found));
+  publish_faults(std::move(found));
   if (!played) {
     if (frames.gone() && !stopping.stop_requested()) {
       store.publish_warnings("camera", {"the recording gives no pictures and is opened again every second"});
@@ -389,7 +389,7 @@ void Pipeline::State::encode_turn() {
   } else if (Clock::now() - last_encoded > kKeepAlive) {
     // While the camera is disconnected its last image is sent again, also for viewers that connect now.
     std::lock_guard lock(newest_mutex);
-    if (!troubles.empty() && newest.srgb) {
+    if (!faults.empty() && newest.srgb) {
       picture = newest;
       picture->captured = last_encoded = Clock::now();
     }
@@ -430,7 +430,7 @@ void Pipeline::start() {
 void Pipeline::stop() {
   State& s = *state_;
   s.stopping.request_stop();
-  s.threads_behind.restore_priority();
+  s.background_threads.restore_priority();
   s.to_pose.close();
   s.to_relight.close();
   s.to_geometry.close();
@@ -454,7 +454,7 @@ Pipeline::Record Pipeline::newest_record() const {
   std::lock_guard lock(state_->newest_mutex);
   Record record = state_->newest_record;
   // Camera faults first: other warnings often follow from them.
-  std::vector<std::string> warnings = state_->troubles;
+  std::vector<std::string> warnings = state_->faults;
   reconstruct::append_warnings(warnings, record.warnings);
   record.warnings = std::move(warnings);
   return record;

@@ -12,8 +12,8 @@ void ViewerQueue::want(Codec codec) {
 }
 
 bool ViewerQueue::offer(std::shared_ptr<const StreamMessage> message) {
-  // A viewer that loses frames on its side never acknowledges them: after kMostUnderWay more frames the count restarts.
-  if (owes_acknowledgements() && ++held_back_ >= kMostUnderWay) {
+  // A viewer that loses frames on its side never acknowledges them: after kMaxInFlight more frames the count restarts.
+  if (owes_acknowledgements() && ++held_back_ >= kMaxInFlight) {
     under_way_.clear();
     held_back_ = 0;
   }
@@ -101,7 +101,7 @@ std::optional<ViewerQueue::Outgoing> ViewerQueue::next() {
   auto picture = std::move(pictures_.front());
   pictures_.pop_front();
   under_way_.push_back(picture->header.sequence);
-  if (under_way_.size() > kMostUnderWay) {
+  if (under_way_.size() > kMaxInFlight) {
     under_way_.pop_front();
   }
   return picture;

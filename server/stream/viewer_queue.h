@@ -15,9 +15,8 @@ namespace lumigraft::server {
 
 class ViewerQueue {
  public:
-  static constexpr std::size_t kLongestRun = 8;  ///< H.264 frames in the queue
-  static constexpr std::uint32_t kMostUnderWay =
-      16;  ///< frames sent and not acknowledged, for viewers that acknowledge
+  static constexpr std::size_t kLongestRun = 8;      ///< H.264 frames in the queue
+  static constexpr std::uint32_t kMaxInFlight = 16;  ///< frames sent and not acknowledged, for viewers that acknowledge
 
   using Outgoing = std::variant<std::string, std::shared_ptr<const StreamMessage>>;
 
@@ -36,7 +35,7 @@ class ViewerQueue {
   std::optional<Outgoing> next_text();
 
  private:
-  bool owes_acknowledgements() const { return acknowledges_ && under_way_.size() >= kMostUnderWay; }
+  bool owes_acknowledgements() const { return acknowledges_ && under_way_.size() >= kMaxInFlight; }
   bool offer_picture(std::shared_ptr<const StreamMessage> message);
 
   Codec codec_ = Codec::none;

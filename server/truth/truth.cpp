@@ -45,8 +45,8 @@ std::filesystem::path truth_folder(const std::filesystem::path& session, std::ui
   char name[24];
   std::snprintf(name, sizeof name, "%06llu", static_cast<unsigned long long>(index));
   const std::filesystem::path truth = session / "truth";
-  const bool stands_still = !std::filesystem::exists(truth / "000001");
-  return std::filesystem::exists(truth / name) || !stands_still ? truth / name : truth / "000000";
+  const bool is_static = !std::filesystem::exists(truth / "000001");
+  return std::filesystem::exists(truth / name) || !is_static ? truth / name : truth / "000000";
 }
 
 Eigen::Isometry3d read_true_pose(const std::filesystem::path& pose_json) {

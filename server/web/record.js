@@ -3,8 +3,8 @@
 const $ = (id) => document.getElementById(id);
 
 function time(seconds) {
-  const whole = Math.floor(seconds);
-  return `${Math.floor(whole / 60)}:${String(whole % 60).padStart(2, "0")}`;
+  const total = Math.floor(seconds);
+  return `${Math.floor(total / 60)}:${String(total % 60).padStart(2, "0")}`;
 }
 
 function words({ doing, seconds, folder, pictures, lost, error }) {

@@ -157,7 +157,7 @@ TEST_F(OpenFrames, AnAbsentCameraIsOpenedLater) {
   live.fisheye.reset();
   const auto reader = open_frames(live);
   EXPECT_TRUE(reader->live());
-  EXPECT_EQ(reader->troubles(), std::vector<std::string>{"colour: v4l2:/dev/no-such-camera: found no such camera"});
+  EXPECT_EQ(reader->faults(), std::vector<std::string>{"colour: v4l2:/dev/no-such-camera: found no such camera"});
   live.color.source = "v4l2:/dev/null";
   EXPECT_THROW(open_frames(live), InputError);
 }

@@ -87,7 +87,7 @@ TEST(AlbedoSchedule, WhatTellsNothingNewIsSolvedMoreSeldom) {
   AlbedoSchedule schedule;
   const auto same = [](int) { return albedo_of(0.5f, 0.02f); };
   EXPECT_EQ(frames_solved(schedule, room(100, 1), 200, same), "0 8 24 56 120 184 ");
-  EXPECT_EQ(schedule.patience(), AlbedoSchedule::kMostPatience);
+  EXPECT_EQ(schedule.patience(), AlbedoSchedule::kMaxPatience);
 }
 
 TEST(AlbedoSchedule, OtherAlbedoEndsThePatience) {

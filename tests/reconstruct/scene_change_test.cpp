@@ -19,13 +19,13 @@ TEST(SceneChange, WhatMovedIsNotWhatNoiseMakesDrift) {
   DistanceField before, now;
   for (int i = 0; i < 100; ++i) before.bricks[{i, 0, 0}] = grey(0.5f);
   now = before;
-  EXPECT_EQ(moved_share(now, before), 0);
+  EXPECT_EQ(moved_fraction(now, before), 0);
   now.bricks[{0, 0, 0}] = grey(0.51f);
-  EXPECT_EQ(moved_share(now, before), 0);
+  EXPECT_EQ(moved_fraction(now, before), 0);
   now.bricks[{0, 0, 0}] = grey(0.4f);
-  EXPECT_NEAR(moved_share(now, before), 0.01, 1e-6);
+  EXPECT_NEAR(moved_fraction(now, before), 0.01, 1e-6);
   now.bricks[{0, 1, 0}] = grey(0.5f);
-  EXPECT_NEAR(moved_share(now, before), 2.0 / 101, 1e-6);
+  EXPECT_NEAR(moved_fraction(now, before), 2.0 / 101, 1e-6);
 }
 
 TEST(SceneChange, WhatASolutionTells) {

@@ -300,8 +300,8 @@ class AravisSource::Camera {
     if (arv_buffer_get_payload_type(&buffer) == ARV_BUFFER_PAYLOAD_TYPE_CHUNK_DATA) {
       // The leader does not describe the image, which is the first chunk; only its length shows a different size.
       const auto* data = static_cast<const std::uint8_t*>(arv_buffer_get_data(&buffer, &size));
-      const bool whole = data != nullptr && chunks_ && chunks_->are_complete(buffer, wanted);
-      return whole ? Pixels{data, wanted} : Pixels{};
+      const bool complete = data != nullptr && chunks_ && chunks_->are_complete(buffer, wanted);
+      return complete ? Pixels{data, wanted} : Pixels{};
     }
     const auto* data = static_cast<const std::uint8_t*>(arv_buffer_get_image_data(&buffer, &size));
     gint row_padding = 0, picture_padding = 0;
@@ -336,9 +336,9 @@ class AravisSource::Camera {
     std::uint64_t sequence = next_sequence_;
     if (status == ARV_BUFFER_STATUS_SUCCESS) {  // the ID of a damaged frame may be wrong
       const guint64 id = arv_buffer_get_frame_id(&buffer);
-      sequence = last_id_ ? std::max(sequence, last_whole_ + steps_to(id)) : sequence;
+      sequence = last_id_ ? std::max(sequence, last_complete_ + steps_to(id)) : sequence;
       last_id_ = id;
-      last_whole_ = sequence;
+      last_complete_ = sequence;
     }
     next_sequence_ = sequence + 1;
     const guint64 time_ns = arv_buffer_get_timestamp(&buffer);
@@ -385,8 +385,8 @@ class AravisSource::Camera {
   ArvDevice* device_ = nullptr;  ///< the camera's
   bool started_ = false;
   std::atomic<bool> lost_{false};
-  std::optional<guint64> last_id_;  ///< of the last complete frame
-  std::uint64_t last_whole_ = 0;    ///< its sequence number
+  std::optional<guint64> last_id_;   ///< of the last complete frame
+  std::uint64_t last_complete_ = 0;  ///< its sequence number
   std::uint64_t next_sequence_ = 0;
 };
 

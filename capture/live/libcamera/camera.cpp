@@ -148,7 +148,7 @@ void Camera::completed(libcamera::Request* request) {
   HelperMessage message;
   message.kind = HelperMessage::Kind::picture;
   message.index = static_cast<std::uint32_t>(request->cookie());
-  message.whole = frame.status == libcamera::FrameMetadata::FrameSuccess;
+  message.complete = frame.status == libcamera::FrameMetadata::FrameSuccess;
   for (std::size_t i = 0; i < std::min<std::size_t>(frame.planes().size(), kMaxPlanes); ++i) {
     message.used[i] = frame.planes()[i].bytesused;
   }

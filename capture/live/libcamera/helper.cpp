@@ -119,19 +119,19 @@ StreamSpec spec_of(int count, char** words) {
 void send(const HelperMessage& message, const std::vector<int>& descriptors = {}) {
   iovec piece{const_cast<HelperMessage*>(&message), sizeof message};
   alignas(cmsghdr) std::array<char, CMSG_SPACE(kMaxPlanes * sizeof(int))> room{};
-  msghdr whole{};
-  whole.msg_iov = &piece;
-  whole.msg_iovlen = 1;
+  msghdr header{};
+  header.msg_iov = &piece;
+  header.msg_iovlen = 1;
   if (!descriptors.empty()) {
-    whole.msg_control = room.data();
-    whole.msg_controllen = CMSG_SPACE(descriptors.size() * sizeof(int));
-    cmsghdr* head = CMSG_FIRSTHDR(&whole);
+    header.msg_control = room.data();
+    header.msg_controllen = CMSG_SPACE(descriptors.size() * sizeof(int));
+    cmsghdr* head = CMSG_FIRSTHDR(&header);
     head->cmsg_level = SOL_SOCKET;
     head->cmsg_type = SCM_RIGHTS;
     head->cmsg_len = CMSG_LEN(descriptors.size() * sizeof(int));
     std::memcpy(CMSG_DATA(head), descriptors.data(), descriptors.size() * sizeof(int));
   }
-  if (sendmsg(kHelperSocket, &whole, MSG_NOSIGNAL) < 0) {
+  if (sendmsg(kHelperSocket, &header, MSG_NOSIGNAL) < 0) {
     _exit(0);  // the other end is closed
   }
 }

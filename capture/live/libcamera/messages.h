@@ -29,7 +29,7 @@ struct HelperMessage {
   std::uint32_t planes = 0;                      ///< memory
   std::array<Plane, kMaxPlanes> plane{};         ///< memory
   std::array<std::uint32_t, kMaxPlanes> used{};  ///< picture; bytes
-  bool whole = false;                            ///< picture
+  bool complete = false;                         ///< picture
   std::int64_t time_ns = 0;                      ///< picture: sensor time
   std::uint32_t sequence = 0;                    ///< picture: the driver's number
   double exposure = 1.0;                         ///< picture

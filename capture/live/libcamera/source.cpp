@@ -186,16 +186,16 @@ class LibcameraSource::Camera {
     Received out;
     iovec piece{&out.first, sizeof out.first};
     alignas(cmsghdr) std::array<char, CMSG_SPACE(libcam::kMaxPlanes * sizeof(int))> room{};
-    msghdr whole{};
-    whole.msg_iov = &piece;
-    whole.msg_iovlen = 1;
-    whole.msg_control = room.data();
-    whole.msg_controllen = room.size();
-    if (recvmsg(waiting.fd, &whole, MSG_CMSG_CLOEXEC) != static_cast<ssize_t>(sizeof out.first)) {
+    msghdr envelope{};
+    envelope.msg_iov = &piece;
+    envelope.msg_iovlen = 1;
+    envelope.msg_control = room.data();
+    envelope.msg_controllen = room.size();
+    if (recvmsg(waiting.fd, &envelope, MSG_CMSG_CLOEXEC) != static_cast<ssize_t>(sizeof out.first)) {
       fault_ = "the camera is gone";
       return std::nullopt;
     }
-    for (cmsghdr* head = CMSG_FIRSTHDR(&whole); head != nullptr; head = CMSG_NXTHDR(&whole, head)) {
+    for (cmsghdr* head = CMSG_FIRSTHDR(&envelope); head != nullptr; head = CMSG_NXTHDR(&envelope, head)) {
       std::vector<int> numbers((head->cmsg_len - CMSG_LEN(0)) / sizeof(int));
       std::memcpy(numbers.data(), CMSG_DATA(head), numbers.size() * sizeof(int));
       for (const int number : numbers) {
@@ -238,7 +238,7 @@ class LibcameraSource::Camera {
         shared_.get(), [shared = shared_, index = frame.index](const void*) { shared->give_back(index); });
     const Stamp stamp{frame.time_ns, steady_now_ns(), count_.sequence_of(frame.sequence)};
     std::vector<std::uint8_t> own;
-    const Bytes bytes = frame.whole ? bytes_of_frame(frame, own) : Bytes();
+    const Bytes bytes = frame.complete ? bytes_of_frame(frame, own) : Bytes();
     auto rgb = bytes.empty() ? std::nullopt : pixels_.to_rgb(format_, spec_.width, spec_.height, bytes);
     if (!rgb) return LostPicture{stamp, spec_.stream, "the picture is damaged"};
     Picture picture{.stamp = stamp, .stream = spec_.stream, .exposure = frame.exposure, .encoded = std::move(*rgb)};

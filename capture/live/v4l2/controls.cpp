@@ -68,17 +68,17 @@ int set(const Device& device, std::uint32_t id, std::int64_t value) {
 
 /// Refuses values that the driver would clip to its range.
 void set_within(const Device& device, const Control& control, double value, const std::string& key) {
-  const std::int64_t whole = std::llround(value);
+  const std::int64_t rounded = std::llround(value);
   if (control.read_only) {
     throw InputError(key + ": found a control that can only be read");
   }
-  if (whole < control.low || whole > control.high) {
-    throw InputError(key + ": found " + std::to_string(whole) + ", allowed: " + std::to_string(control.low) + " to " +
+  if (rounded < control.low || rounded > control.high) {
+    throw InputError(key + ": found " + std::to_string(rounded) + ", allowed: " + std::to_string(control.low) + " to " +
                      std::to_string(control.high));
   }
-  const int error = set(device, control.id, whole);
+  const int error = set(device, control.id, rounded);
   if (error == EINVAL || error == ERANGE || error == EACCES) {  // EACCES: another control disables this one
-    throw InputError(key + ": found " + std::to_string(whole) + ", which the camera does not take now");
+    throw InputError(key + ": found " + std::to_string(rounded) + ", which the camera does not take now");
   }
   if (error != 0) {
     fail(error, key);

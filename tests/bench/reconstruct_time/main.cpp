@@ -52,7 +52,7 @@ class Stages {
     if (count % (count < kLearning ? kSolveThen : kSolveLater) != 0) return;
     const double start_ms = cpu_ms();
     solved_ = albedo_.solve(*field_, *measured_);
-    times_ms[solved_.whole ? "albedo" : "new"].push_back(cpu_ms() - start_ms);
+    times_ms[solved_.complete ? "albedo" : "new"].push_back(cpu_ms() - start_ms);
   }
 
   std::map<std::string, std::vector<double>> times_ms;

@@ -48,7 +48,7 @@ size_m = 0.1
   static Clock::duration wait_for_frame(FrameReader& reader) {
     const Clock::time_point begin = Clock::now();
     while (Clock::now() - begin < 15s) {
-      if (reader.next(100ms) && reader.troubles().empty()) {
+      if (reader.next(100ms) && reader.faults().empty()) {
         return Clock::now() - begin;
       }
     }
@@ -57,15 +57,15 @@ size_m = 0.1
   }
   static void wait_for_fault(FrameReader& reader, const std::string& says) {
     const Clock::time_point begin = Clock::now();
-    std::vector<std::string> troubles;
+    std::vector<std::string> faults;
     while (Clock::now() - begin < 10s) {
       reader.next(100ms);
-      troubles = reader.troubles();
-      if (troubles.size() == 1 && troubles[0].find("colour: ") == 0 && troubles[0].find(says) != std::string::npos) {
+      faults = reader.faults();
+      if (faults.size() == 1 && faults[0].find("colour: ") == 0 && faults[0].find(says) != std::string::npos) {
         return;
       }
     }
-    ADD_FAILURE() << "no fault \"" << says << "\" but \"" << (troubles.empty() ? "" : troubles[0]) << '"';
+    ADD_FAILURE() << "no fault \"" << says << "\" but \"" << (faults.empty() ? "" : faults[0]) << '"';
   }
   static constexpr Clock::duration kBackWithin = 5s;
 };
@@ -128,7 +128,7 @@ TEST_F(LiveAravis, PicturesRepeatedSwappedLateOrInPieces) {
         continue;
       }
       EXPECT_TRUE(test::is_ramp(set->color->encoded)) << fault;
-      EXPECT_TRUE(reader->troubles().empty()) << fault;
+      EXPECT_TRUE(reader->faults().empty()) << fault;
       late += set->color->stamp.host_time_ns - set->time_ns > 60'000'000 ? 1 : 0;
       if (last) {
         EXPECT_GT(set->index, last->index) << fault;
@@ -163,7 +163,7 @@ TEST_F(LiveAravis, DamagedChunksWarnOnce) {
     }
     ++frames;
     EXPECT_TRUE(test::is_ramp(set->color->encoded));
-    EXPECT_TRUE(reader->troubles().empty());
+    EXPECT_TRUE(reader->faults().empty());
     without += set->color->exposure == kSessionExposure ? 1 : 0;
     warnings += std::count_if(set->warnings.begin(), set->warnings.end(), [](const std::string& warning) {
       return warning.find("colour: the camera's chunks do not tell") == 0;

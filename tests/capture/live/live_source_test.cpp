@@ -94,7 +94,7 @@ class LiveCamera : public testing::Test {
     EXPECT_EQ(count, 0);
     EXPECT_EQ(source.fault(), "");
   }
-  static void expect_trouble(LiveSource& source, const std::string& says) {
+  static void expect_fault(LiveSource& source, const std::string& says) {
     const Clock::time_point deadline = Clock::now() + 5s;
     while (source.fault().find(says) == std::string::npos && Clock::now() < deadline) {
       source.next(10ms);
@@ -124,7 +124,7 @@ TEST_F(LiveCamera, RunsAtRealtimePriorityIfPermitted) {
 TEST_F(LiveCamera, AbsentAtTheStartItIsLookedFor) {
   switches_.absent = true;
   const auto source = open();
-  expect_trouble(*source, "found no camera");
+  expect_fault(*source, "found no camera");
   switches_.absent = false;
   expect_pictures(*source, 3);
 }
@@ -145,7 +145,7 @@ TEST_F(LiveCamera, UnpluggedAndReplugged) {
   for (int i = 0; i < 20; ++i) {
     expect_pictures(*source, 3);
     switches_.absent = true;
-    expect_trouble(*source, i % 2 == 0 ? "gone" : "found no camera");
+    expect_fault(*source, i % 2 == 0 ? "gone" : "found no camera");
     EXPECT_LE(switches_.alive, 1);
     switches_.absent = false;
   }
@@ -156,7 +156,7 @@ TEST_F(LiveCamera, ReportsTheDriversFault) {
   const auto source = open();
   expect_pictures(*source, 3);
   switches_.unplugged = true;
-  expect_trouble(*source, "colour: somebody pulled the plug, it is looked for again");
+  expect_fault(*source, "colour: somebody pulled the plug, it is looked for again");
   switches_.unplugged = false;
   expect_pictures(*source, 3);
 }
@@ -200,7 +200,7 @@ TEST_F(LiveCamera, IsReopenedIfFrozenOrOnlyDamaged) {
     expect_pictures(*source, 3);
     const int opened = switches_.opened;
     *fault = true;
-    expect_trouble(*source, says);
+    expect_fault(*source, says);
     *fault = false;
     expect_pictures(*source, 3);
     EXPECT_GT(switches_.opened, opened);

@@ -77,7 +77,7 @@ size_m = 0.1
     const Clock::time_point begin = Clock::now();
     while (Clock::now() - begin < 10s) {
       const auto set = reader.next(100ms);
-      if (set && set->depth && reader.troubles().empty()) {
+      if (set && set->depth && reader.faults().empty()) {
         return Clock::now() - begin;
       }
     }
@@ -88,9 +88,9 @@ size_m = 0.1
     const Clock::time_point begin = Clock::now();
     while (Clock::now() - begin < 10s) {
       reader.next(20ms);
-      const std::vector<std::string> troubles = reader.troubles();
-      if (troubles.size() == 1 && troubles[0].find(says) != std::string::npos) {
-        EXPECT_EQ(troubles[0].find("colour and depth: "), 0u) << "one fault per device: " << troubles[0];
+      const std::vector<std::string> faults = reader.faults();
+      if (faults.size() == 1 && faults[0].find(says) != std::string::npos) {
+        EXPECT_EQ(faults[0].find("colour and depth: "), 0u) << "one fault per device: " << faults[0];
         return;
       }
     }
@@ -132,7 +132,7 @@ size_m = 0.1
       out.without_depth += set->depth ? 0 : 1;
       last = set;
     }
-    EXPECT_TRUE(reader.troubles().empty()) << "none of these faults ends the camera";
+    EXPECT_TRUE(reader.faults().empty()) << "none of these faults ends the camera";
     return out;
   }
   Summary play_with(const char* fault) const {
@@ -261,7 +261,7 @@ T_tag_fisheye = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
     const Clock::time_point begin = Clock::now();
     while (Clock::now() - begin < 15s) {
       const auto set = reader.next(100ms);
-      if (set && set->depth && !set->fisheye.empty() && reader.troubles().empty()) {
+      if (set && set->depth && !set->fisheye.empty() && reader.faults().empty()) {
         return Clock::now() - begin;
       }
     }
@@ -286,8 +286,8 @@ TEST_F(TwoCameras, AFaultInOneStopsNotTheOther) {
     }
   }
   EXPECT_LT(longest, 500ms) << "longest pause of colour while the fish-eye was absent";
-  ASSERT_EQ(reader->troubles().size(), 1u);
-  EXPECT_EQ(reader->troubles()[0].find("fish-eye: "), 0u) << reader->troubles()[0];
+  ASSERT_EQ(reader->faults().size(), 1u);
+  EXPECT_EQ(reader->faults()[0].find("fish-eye: "), 0u) << reader->faults()[0];
   fisheye = std::make_unique<test::GigeCamera>();
   EXPECT_LT(wait_for_both(*reader), 5s);
 

@@ -323,11 +323,11 @@ TEST_P(AlbedoNewSessions, WhatIsSolvedAloneIsAsNearToTheTruth) {
       first_pose = pose;
     }
     const std::clock_t start = std::clock();
-    last = whole == 0 ? solve.solve(*field, *seen) : *solve.solve_new(*field, *seen);
+    last = whole == 0 ? solve.solve(*field, *seen) : *solve.solve_incremental(*field, *seen);
     (last.whole ? whole_ms : alone_ms) += 1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
     ++(last.whole ? whole : alone);
   }
-  const auto all = solve.solve_all(*field, *seen);
+  const auto all = solve.solve_complete(*field, *seen);
   const Agreement agree = agreement(*last.albedo, *all.albedo);
   std::printf("new: %-16s %d times all, %.0f CPU ms each, %d times what is new, %.0f CPU ms each\n", GetParam(), whole,
               whole_ms / whole, alone, alone_ms / std::max(alone, 1));

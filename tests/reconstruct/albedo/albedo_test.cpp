@@ -492,7 +492,7 @@ TEST(AlbedoStage, RepeatedInputIsNotSolvedAgainAndResultsAreDeterministic) {
   next.version = 2;
   EXPECT_EQ(first.solve(next, seen).albedo, a.albedo);
   // A complete solution starts at the last estimate.
-  const auto c = first.solve_all(next, seen);
+  const auto c = first.solve_complete(next, seen);
   EXPECT_GT(c.albedo->version, a.albedo->version);
   EXPECT_LT((c.illumination->lights[0].position_m - a.illumination->lights[0].position_m).norm(), 0.01);
 }

@@ -94,7 +94,7 @@ TEST(IncrementalSolver, NoDriftOverManySolutions) {
       for (Eigen::Vector3f& radiance : darker->radiance) radiance *= 0.5f;
       brick = darker;
     }
-    const auto found = stage.solve_new(field, seen);
+    const auto found = stage.solve_incremental(field, seen);
     ASSERT_TRUE(found);
     ASSERT_FALSE(found->whole);
     if (gone) agree.push_back(agreement(*found->albedo, *first.albedo));
@@ -131,11 +131,11 @@ TEST(IncrementalSolver, CostDependsOnTheChangeNotTheRoom) {
     for (int i = 0; i < 3; ++i) {
       whole.version += 2;
       const double begin_ms = cpu_ms();
-      const auto found = stage.solve_new(whole, room.illumination());
+      const auto found = stage.solve_incremental(whole, room.illumination());
       result.new_ms = std::min(result.new_ms, cpu_ms() - begin_ms);
       result.samples = found ? found->samples : 0;
       without.version = whole.version + 1;
-      stage.solve_new(without, room.illumination());
+      stage.solve_incremental(without, room.illumination());
     }
     return result;
   };

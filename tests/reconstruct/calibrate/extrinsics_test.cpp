@@ -48,7 +48,7 @@ TEST(CalibrateStand, OfDrawnPicturesToAMillimetreAndATenthOfADegree) {
     views[0].emplace_back();
     views[1].push_back(std::move(view));
   }
-  const ExtrinsicsCalibration found = calibrate_stand(first.model, second.model, views[0], views[1]);
+  const ExtrinsicsCalibration found = calibrate_extrinsics(first.model, second.model, views[0], views[1]);
   EXPECT_EQ(found.refusal, "");
   EXPECT_EQ(found.moments, 8);
   EXPECT_LT(millimetres_apart(found.T_second_first, fisheye_beside_color()), 1.0);
@@ -60,20 +60,20 @@ TEST(CalibrateStand, OfDrawnPicturesToAMillimetreAndATenthOfADegree) {
 
 TEST(CalibrateStand, RefusesFewMomentsAndCamerasThatMoved) {
   const capture::CameraModel color = distorted_pinhole(), fisheye = test_fisheye();
-  const auto stand = [&](int moments, double moved_m) {
+  const auto extrinsics = [&](int moments, double moved_m) {
     std::vector<Eigen::Isometry3d> poses = pinhole_poses(moments), seen_by_fisheye;
     for (const Eigen::Isometry3d& pose : poses) {
       const Eigen::Isometry3d user_set(
           Eigen::Translation3d(moved_m * static_cast<double>(seen_by_fisheye.size() % 3), 0, 0));
       seen_by_fisheye.push_back(user_set * fisheye_beside_color() * pose);
     }
-    return calibrate_stand(color, fisheye, exact_views(test_board(), color, poses, 0.05, 1),
-                           exact_views(test_board(), fisheye, seen_by_fisheye, 0.05, 2))
+    return calibrate_extrinsics(color, fisheye, exact_views(test_board(), color, poses, 0.05, 1),
+                                exact_views(test_board(), fisheye, seen_by_fisheye, 0.05, 2))
         .refusal;
   };
-  EXPECT_EQ(stand(12, 0), "");
-  EXPECT_EQ(stand(4, 0).find("too few views: found 4 moments"), 0u) << stand(4, 0);
-  EXPECT_EQ(stand(12, 0.02).find("residual: found"), 0u) << stand(12, 0.02);
+  EXPECT_EQ(extrinsics(12, 0), "");
+  EXPECT_EQ(extrinsics(4, 0).find("too few views: found 4 moments"), 0u) << extrinsics(4, 0);
+  EXPECT_EQ(extrinsics(12, 0.02).find("residual: found"), 0u) << extrinsics(12, 0.02);
 }
 
 TEST(CalibrateStand, PlacesTheRoomsTag) {

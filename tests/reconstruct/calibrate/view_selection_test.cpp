@@ -28,13 +28,13 @@ class CalibrateCollect : public testing::Test {
     small.cy = 59.5;
     return small;
   }
-  bool look(double time_s, double right_m) {
+  bool add(double time_s, double right_m) {
     Eigen::Isometry3d pose = board_at(0.25, 0, 0, 0.3);
     pose.translation().x() += right_m;
     const capture::Picture picture = drawing_.picture(pose, {});
     return collector_
-        .look(static_cast<std::int64_t>(1e9 * time_s), &picture, capture::Response::srgb(), {},
-              capture::Response::srgb())
+        .add(static_cast<std::int64_t>(1e9 * time_s), &picture, capture::Response::srgb(), {},
+             capture::Response::srgb())
         .kept;
   }
 
@@ -43,25 +43,25 @@ class CalibrateCollect : public testing::Test {
 };
 
 TEST_F(CalibrateCollect, OnlyWhatIsNew) {
-  EXPECT_TRUE(look(1, 0));
-  EXPECT_FALSE(look(2, 0.001));
-  EXPECT_TRUE(look(3, 0.04));
-  EXPECT_FALSE(look(4, 0));
+  EXPECT_TRUE(add(1, 0));
+  EXPECT_FALSE(add(2, 0.001));
+  EXPECT_TRUE(add(3, 0.04));
+  EXPECT_FALSE(add(4, 0));
   ASSERT_EQ(collector_.moments().size(), 2u);
   EXPECT_EQ(collector_.moments()[0].by_camera[0].view.seen.size(), 4u);
   EXPECT_TRUE(collector_.moments()[0].by_camera[1].light.empty());
 }
 
 TEST_F(CalibrateCollect, OnlyWhatStandsStill) {
-  EXPECT_TRUE(look(1.0, 0));
-  EXPECT_FALSE(look(1.2, 0.03)) << "on its way";
-  EXPECT_FALSE(look(1.25, 0.03)) << "not looked at so soon";
-  EXPECT_TRUE(look(1.45, 0.03)) << "arrived";
-  EXPECT_TRUE(look(9.0, -0.03)) << "pictures that are no sequence";
+  EXPECT_TRUE(add(1.0, 0));
+  EXPECT_FALSE(add(1.2, 0.03)) << "on its way";
+  EXPECT_FALSE(add(1.25, 0.03)) << "not looked at so soon";
+  EXPECT_TRUE(add(1.45, 0.03)) << "arrived";
+  EXPECT_TRUE(add(9.0, -0.03)) << "pictures that are no sequence";
 }
 
 TEST_F(CalibrateCollect, NothingWhereThereIsNoBoard) {
-  EXPECT_FALSE(look(1, 1.0));
+  EXPECT_FALSE(add(1, 1.0));
   EXPECT_TRUE(collector_.moments().empty());
 }
 
@@ -71,7 +71,7 @@ TEST_F(CalibrateCollect, ClippedPaperSaysNothingAboutLight) {
     capture::Image<float> light = drawing_.light(board_at(0.25, 0, 0, 0.3), {});
     for (float& value : light.data) value *= exposure;
     const capture::Picture picture = encoded(light);
-    ASSERT_TRUE(collector.look(0, &picture, capture::Response::srgb(), {}, capture::Response::srgb()).kept);
+    ASSERT_TRUE(collector.add(0, &picture, capture::Response::srgb(), {}, capture::Response::srgb()).kept);
     const auto& board_picture = collector.moments().at(0).by_camera[0];
     ASSERT_EQ(board_picture.view.seen.size(), 4u);
     const BoardView again = collector.finder().again(board_picture.view, board_picture.light, camera());
@@ -81,7 +81,7 @@ TEST_F(CalibrateCollect, ClippedPaperSaysNothingAboutLight) {
 }
 
 TEST_F(CalibrateCollect, ThePathHoldsTheMovingBoardToo) {
-  for (int i = 0; i < 5; ++i) look(0.2 * i, 0.01 * i);
+  for (int i = 0; i < 5; ++i) add(0.2 * i, 0.01 * i);
   EXPECT_LT(collector_.moments().size(), 5u);
   ASSERT_EQ(collector_.path(0).size(), 5u);
   EXPECT_TRUE(collector_.path(1).empty());

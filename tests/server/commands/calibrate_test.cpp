@@ -120,8 +120,8 @@ TEST_F(Calibrate, ThePageMayEndItOnceThereAreViewsEnough) {
     capture::FrameSet frame;
     frame.time_ns = time_ns += 1'000'000'000;
     frame.color = std::make_shared<const capture::Picture>(drawing.picture(pose, {}));
-    collector.look(frame.time_ns, frame.color.get(), capture::Response::srgb(), {}, capture::Response::srgb());
-    guide.look(frame, collector);
+    collector.add(frame.time_ns, frame.color.get(), capture::Response::srgb(), {}, capture::Response::srgb());
+    guide.add(frame, collector);
     const bool enough = collector.moments().size() >= 8;
     const std::string can = enough ? "\"can_finish\":true" : "\"can_finish\":false";
     EXPECT_NE(guide.reply("/calibrate.json").body.find(can), std::string::npos) << collector.moments().size();
@@ -144,8 +144,8 @@ TEST_F(Calibrate, WhatIsCoveredAndRefusedIsTriedAgainAfterSomeMoreViews) {
     capture::FrameSet frame;
     frame.time_ns = time_ns += 1'000'000'000;
     frame.color = std::make_shared<const capture::Picture>(drawing.picture(pose, {}));
-    collector.look(frame.time_ns, frame.color.get(), capture::Response::srgb(), {}, capture::Response::srgb());
-    guide.look(frame, collector);
+    collector.add(frame.time_ns, frame.color.get(), capture::Response::srgb(), {}, capture::Response::srgb());
+    guide.add(frame, collector);
   };
   const auto poses = test::pinhole_poses(48);
   std::size_t shown = 0;

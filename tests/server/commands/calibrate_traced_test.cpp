@@ -96,22 +96,22 @@ TEST(CalibrateTraced, LensesPlacesAndFalloff) {
   EXPECT_LT(farthest_apart_px(second.model, fisheye_truth, 85 * kTestDegree), 0.3);
   expect_honest(second, fisheye_truth);
 
-  const reconstruct::ExtrinsicsCalibration stand =
-      reconstruct::calibrate_stand(first.model, second.model, views_of(color), views_of(fisheye));
-  EXPECT_EQ(stand.refusal, "");
-  const Eigen::Vector3d shift = stand.T_second_first.translation() - fisheye_beside_color().translation();
+  const reconstruct::ExtrinsicsCalibration extrinsics =
+      reconstruct::calibrate_extrinsics(first.model, second.model, views_of(color), views_of(fisheye));
+  EXPECT_EQ(extrinsics.refusal, "");
+  const Eigen::Vector3d shift = extrinsics.T_second_first.translation() - fisheye_beside_color().translation();
   const Eigen::AngleAxisd turn(
-      Eigen::Matrix3d(stand.T_second_first.linear() * fisheye_beside_color().linear().transpose()));
+      Eigen::Matrix3d(extrinsics.T_second_first.linear() * fisheye_beside_color().linear().transpose()));
   const Eigen::Vector3d turned = turn.angle() * turn.axis();
   std::printf("stand, %d moments: %.3f mm, %.4f°; in sigmas: shift %.1f %.1f %.1f, turn %.1f %.1f %.1f\n",
-              stand.moments, 1e3 * shift.norm(), turn.angle() / kTestDegree, shift.x() / stand.shift_sigma_m.x(),
-              shift.y() / stand.shift_sigma_m.y(), shift.z() / stand.shift_sigma_m.z(),
-              turned.x() / stand.turn_sigma_rad.x(), turned.y() / stand.turn_sigma_rad.y(),
-              turned.z() / stand.turn_sigma_rad.z());
+              extrinsics.moments, 1e3 * shift.norm(), turn.angle() / kTestDegree,
+              shift.x() / extrinsics.shift_sigma_m.x(), shift.y() / extrinsics.shift_sigma_m.y(),
+              shift.z() / extrinsics.shift_sigma_m.z(), turned.x() / extrinsics.turn_sigma_rad.x(),
+              turned.y() / extrinsics.turn_sigma_rad.y(), turned.z() / extrinsics.turn_sigma_rad.z());
   EXPECT_LT(1e3 * shift.norm(), 1.0);
   EXPECT_LT(turn.angle(), 0.1 * kTestDegree);
-  EXPECT_LT(shift.cwiseQuotient(stand.shift_sigma_m).cwiseAbs().maxCoeff(), 3.5);
-  EXPECT_LT(turned.cwiseQuotient(stand.turn_sigma_rad).cwiseAbs().maxCoeff(), 3.5);
+  EXPECT_LT(shift.cwiseQuotient(extrinsics.shift_sigma_m).cwiseAbs().maxCoeff(), 3.5);
+  EXPECT_LT(turned.cwiseQuotient(extrinsics.turn_sigma_rad).cwiseAbs().maxCoeff(), 3.5);
 
   const reconstruct::VignettingCalibration falloff = reconstruct::calibrate_vignetting(
       reconstruct::white_of(views_of(fisheye), second.model), 0.5 * fisheye_truth.fov_rad);

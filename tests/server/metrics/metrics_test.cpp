@@ -15,7 +15,7 @@ TEST(Metrics, HistogramsAreCumulative) {
   metrics.drop("fuse", 3);
   metrics.frame_made();
   metrics.encoded("jpeg", 1000);
-  metrics.cameras_in_trouble(1);
+  metrics.cameras_with_faults(1);
   const std::string text = metrics.prometheus();
   for (const char* line : {"lumigraft_stage_seconds_bucket{stage=\"pose\",le=\"0.001\"} 0\n",
                            "lumigraft_stage_seconds_bucket{stage=\"pose\",le=\"0.002\"} 1\n",

@@ -81,12 +81,12 @@ TEST(ViewerQueue, WhoAcknowledgesIsHeldBackUntilItDoesAgain) {
   EXPECT_FALSE(queue.acknowledge(0)) << "said before";
   EXPECT_FALSE(queue.acknowledge(999)) << "never sent";
   std::uint32_t sent = 0;
-  for (std::uint32_t i = 1; i <= ViewerQueue::kMostUnderWay + 3; ++i) {
+  for (std::uint32_t i = 1; i <= ViewerQueue::kMaxInFlight + 3; ++i) {
     queue.offer(picture(StreamKind::jpeg, i));
     sent += drain(queue).empty() ? 0 : 1;
   }
-  EXPECT_EQ(sent, ViewerQueue::kMostUnderWay);
-  EXPECT_TRUE(queue.acknowledge(ViewerQueue::kMostUnderWay));
+  EXPECT_EQ(sent, ViewerQueue::kMaxInFlight);
+  EXPECT_TRUE(queue.acknowledge(ViewerQueue::kMaxInFlight));
   EXPECT_NE(drain(queue), "");
 }
 
