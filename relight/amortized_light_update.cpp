@@ -10,10 +10,10 @@ namespace {
 
 constexpr int kSlices = 8;
 // Larger changes between two frames are jumps, which are shown at once instead of faded.
-constexpr float kMostMove = 0.25f;         // of the object's radius
-constexpr float kMostTurn_rad = 0.26f;     // 15°
-constexpr float kMostLampMove = 0.1f;      // relative to its distance
-constexpr float kMostLightChange = 0.25f;  // relative, of a lamp or of the residual environment
+constexpr float kMaxMove = 0.25f;          // of the object's radius
+constexpr float kMaxTurn_rad = 0.26f;      // 15°
+constexpr float kMaxLampMove = 0.1f;       // relative to its distance
+constexpr float kMaxLightChange = 0.25f;   // relative, of a lamp or of the residual environment
 constexpr std::uint64_t kYoungField = 64;  // publications; a younger field still changes much
 
 bool near(const PlacedObject& a, const PlacedObject& b) {
@@ -24,11 +24,11 @@ bool near(const PlacedObject& a, const PlacedObject& b) {
   const Eigen::Matrix3f turn = a.T_tag_model.linear().inverse() * b.T_tag_model.linear();
   const float scale = std::cbrt(turn.determinant());
   const float cosine = 0.5f * (turn.trace() / scale - 1);
-  return std::abs(scale - 1) < 0.02f && cosine > std::cos(kMostTurn_rad) &&
-         (a.bounds.sphere.centre_m - b.bounds.sphere.centre_m).norm() < kMostMove * a.bounds.sphere.radius_m;
+  return std::abs(scale - 1) < 0.02f && cosine > std::cos(kMaxTurn_rad) &&
+         (a.bounds.sphere.centre_m - b.bounds.sphere.centre_m).norm() < kMaxMove * a.bounds.sphere.radius_m;
 }
 
-bool near(float a, float b) { return std::abs(a - b) <= kMostLightChange * std::max(std::abs(a), std::abs(b)); }
+bool near(float a, float b) { return std::abs(a - b) <= kMaxLightChange * std::max(std::abs(a), std::abs(b)); }
 
 bool near(const reconstruct::Illumination& a, const reconstruct::Illumination& b) {
   if (&a == &b) return true;
@@ -38,9 +38,9 @@ bool near(const reconstruct::Illumination& a, const reconstruct::Illumination& b
     if (p.id != q.id || p.distance_known != q.distance_known || p.flat != q.flat) return false;
     if (!near(p.irradiance.maxCoeff(), q.irradiance.maxCoeff())) return false;
     if (p.distance_known && !near(p.intensity.maxCoeff(), q.intensity.maxCoeff())) return false;
-    if ((p.direction - q.direction).norm() > kMostLampMove) return false;
+    if ((p.direction - q.direction).norm() > kMaxLampMove) return false;
     if (p.distance_known &&
-        (p.position_m - q.position_m).norm() > kMostLampMove * (p.position_m - a.probe_position_m).norm())
+        (p.position_m - q.position_m).norm() > kMaxLampMove * (p.position_m - a.probe_position_m).norm())
       return false;
   }
   return near(a.environment_sh[0].maxCoeff(), b.environment_sh[0].maxCoeff());
@@ -237,7 +237,7 @@ void AmortizedLightUpdate::fade(gpu::CommandList& list, const shader::FrameParam
   shader::FrameParams params = lit_params;
   params.pass_f = older_cascade_[0];
   params.pass_g = older_cascade_[1];
-  params.pass_m(0, 0) = share();
+  params.pass_m(0, 0) = newer_weight();
   const int cells = shown_->volumes.edge / 2;
   list.begin_pass("fade");
   dispatch_3d(list, *mix_,

@@ -49,7 +49,7 @@ class AmortizedLightUpdate {
   /// Light at the objects' vertices of the last two rounds, and the blend weight of the newer.
   const VertexLight& older() const { return older_gathered_; }
   const VertexLight& newer() const { return shown_->gathered; }
-  float share() const { return fading_ ? static_cast<float>(frame_) / kRoundFrames : 1.0f; }
+  float newer_weight() const { return fading_ ? static_cast<float>(frame_) / kRoundFrames : 1.0f; }
 
  private:
   bool make_next();

@@ -58,11 +58,11 @@ void CameraView::show_live(const capture::FrameSet& frame, const View& view, con
 void CameraView::show_full(const capture::FrameSet& frame, const View& view, const Light& light, gpu::CommandList& list,
                            RelitPicture* result) {
   bool anew = view.anew || view.with_maps || shown_ != Shown::full;
-  const float least_m = 2 * view.params.field.x();
-  const std::vector<char> changed = still_.changed_tiles(*camera_.coded(), depth_of(frame), least_m, anew);
+  const float min_change_m = 2 * view.params.field.x();
+  const std::vector<char> changed = still_.changed_tiles(*camera_.coded(), depth_of(frame), min_change_m, anew);
   if (!anew && std::find(changed.begin(), changed.end(), 1) != changed.end()) {
     anew = true;
-    still_.changed_tiles(*camera_.coded(), depth_of(frame), least_m, true);
+    still_.changed_tiles(*camera_.coded(), depth_of(frame), min_change_m, true);
   }
   if (anew || !same_codes() || full_exposure_ != camera_.exposure()) {
     camera_.upload(device_, frame, true, *screen_);

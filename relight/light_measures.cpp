@@ -10,16 +10,16 @@ namespace lumigraft::relight {
 LightMeasures measure_light(const reconstruct::Illumination& light) {
   LightMeasures measures;
   const capture::Image<float>& rest = light.environment.radiance;
-  double remainder = 0;
+  double environment = 0;
   for (int v = 0; v < rest.height; ++v) {
     const double solid_angle = reconstruct::environment_solid_angle_sr(v, rest.width, rest.height) / 3;
     for (int u = 0; u < rest.width; ++u)
-      for (int c = 0; c < 3; ++c) remainder += solid_angle * rest.at(u, v, c);
+      for (int c = 0; c < 3; ++c) environment += solid_angle * rest.at(u, v, c);
   }
-  double all = remainder;
+  double all = environment;
   for (const reconstruct::PointLight& lamp : light.lights) all += lamp.irradiance.mean();
   const double scale = all > 0 ? 1 / all : 0;
-  measures.remainder_share = static_cast<float>(scale * remainder);
+  measures.environment_fraction = static_cast<float>(scale * environment);
 
   // In the mean square over the sphere the bands add up, as their functions are orthonormal (Ramamoorthi & Hanrahan
   // 2001, eq. 7, 8).

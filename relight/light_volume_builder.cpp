@@ -42,7 +42,7 @@ std::vector<LightStep> LightVolumeBuilder::steps(const Work& work, const BrickPo
   if (surfaces) add_surfaces(work, bricks, room, &steps);
   steps.push_back({"volumes", 20, [this, work, &volumes](gpu::CommandList& list) {
                      virtual_area_.record(list, work.params, work.key.objects, volumes);
-                     bounce_.list_cells(list, work.params, kLeastShare, volumes);
+                     bounce_.list_cells(list, work.params, kMinHemisphereFraction, volumes);
                    }});
   steps.push_back({"inject", 5, [&volumes](gpu::CommandList& list) {
                      // The first resolve must not use bounces under other lamps.

@@ -7,10 +7,10 @@ namespace lumigraft::relight {
 namespace {
 
 /// Fraction of each lamp in all light at a point; strongest at the probe first, the order in which they are rendered.
-std::vector<float> lamp_shares(const std::vector<reconstruct::PointLight>& lamps, const Eigen::Vector3f* place_m,
-                               float remainder) {
-  std::vector<float> shares;
-  float sum = remainder;
+std::vector<float> lamp_fractions(const std::vector<reconstruct::PointLight>& lamps, const Eigen::Vector3f* place_m,
+                                  float environment) {
+  std::vector<float> fractions;
+  float sum = environment;
   for (const reconstruct::PointLight& lamp : lamps) {
     float irradiance = lamp.irradiance.mean();
     if (place_m && lamp.distance_known) {
@@ -18,24 +18,25 @@ std::vector<float> lamp_shares(const std::vector<reconstruct::PointLight>& lamps
       const float distance_m = std::max(from.norm(), std::max(lamp.radius_m, 1e-3f));
       irradiance = lamp.intensity.mean() * lamp.emission(from / distance_m) / (distance_m * distance_m);
     }
-    shares.push_back(irradiance);
+    fractions.push_back(irradiance);
     sum += irradiance;
   }
-  for (float& share : shares) share = sum > 0 ? share / sum : 0;
-  return shares;
+  for (float& fraction : fractions) fraction = sum > 0 ? fraction / sum : 0;
+  return fractions;
 }
 
 }  // namespace
 
 /// The smallest value that keeps to the bound; the largest if none does.
 int Planner::Held::hold(const std::vector<float>& left_out) {
-  const auto least = [&](float bound) {
-    const auto found = std::find_if(left_out.begin(), left_out.end(), [&](float share) { return share <= bound; });
+  const auto smallest_within = [&](float bound) {
+    const auto found =
+        std::find_if(left_out.begin(), left_out.end(), [&](float fraction) { return fraction <= bound; });
     return std::min(static_cast<int>(found - left_out.begin()), static_cast<int>(left_out.size()) - 1);
   };
-  const int safe = least(0.5f * kLeftOut);
+  const int safe = smallest_within(0.5f * kLeftOut);
   if (value < 0) {
-    value = least(kLeftOut);
+    value = smallest_within(kLeftOut);
   } else if (value >= static_cast<int>(left_out.size()) || left_out[static_cast<std::size_t>(value)] > kLeftOut) {
     value = safe;
     calm = 0;
@@ -55,27 +56,27 @@ Eigen::Vector3f Planner::middle_of(const VirtualObject& object, double time_s) {
 }
 
 /// By the number of rendered lamps: the maximum over all points of the fraction that the other lamps contribute.
-std::vector<float> Planner::shares_left_out(const reconstruct::Illumination& light, const Exhibit& exhibit,
-                                            double time_s) {
+std::vector<float> Planner::fractions_left_out(const reconstruct::Illumination& light, const Exhibit& exhibit,
+                                               double time_s) {
   std::vector<reconstruct::PointLight> lamps = light.lights;
   std::stable_sort(lamps.begin(), lamps.end(), [](const reconstruct::PointLight& a, const reconstruct::PointLight& b) {
     return a.irradiance.sum() > b.irradiance.sum();
   });
   float lamps_at_probe = 0;
   for (const reconstruct::PointLight& lamp : lamps) lamps_at_probe += lamp.irradiance.mean();
-  const float share = measures_.remainder_share;
-  const float remainder = share < 1 ? lamps_at_probe * share / (1 - share) : 1;
-  std::vector<std::vector<float>> places{lamp_shares(lamps, nullptr, remainder)};
+  const float fraction = measures_.environment_fraction;
+  const float environment = fraction < 1 ? lamps_at_probe * fraction / (1 - fraction) : 1;
+  std::vector<std::vector<float>> places{lamp_fractions(lamps, nullptr, environment)};
   for (const VirtualObject& object : exhibit.objects) {
     if (!object.visible || !object.model) continue;
     const Eigen::Vector3f place_m = middle_of(object, time_s);
-    places.push_back(lamp_shares(lamps, &place_m, remainder));
+    places.push_back(lamp_fractions(lamps, &place_m, environment));
   }
   std::vector<float> left_out(lamps.size() + 1, 0);
-  for (const std::vector<float>& shares : places) {
+  for (const std::vector<float>& fractions : places) {
     float rest = 0;
     for (std::size_t drawn = lamps.size(); drawn-- > 0;) {
-      rest += shares[drawn];
+      rest += fractions[drawn];
       left_out[drawn] = std::max(left_out[drawn], rest);
     }
   }
@@ -91,17 +92,17 @@ Planner::Decision Planner::decide(const reconstruct::Scene& scene, const Exhibit
   }
   const auto take = [&](const char* key, int Plan::*value, Held& held, const std::vector<float>& left_out, int first) {
     if (asked_.user_set.contains(key)) return;
-    const int most = asked_.*value;
-    const int taken = std::min(held.hold(left_out) + first, most);
+    const int requested = asked_.*value;
+    const int taken = std::min(held.hold(left_out) + first, requested);
     const auto at = std::min(static_cast<std::size_t>(std::max(taken - first, 0)), left_out.size() - 1);
     decision.plan.*value = taken;
-    decision.choices.push_back({key, most, taken, left_out[at]});
+    decision.choices.push_back({key, requested, taken, left_out[at]});
   };
   if (!asked_.user_set.contains("rsm") && !asked_.in_cells()) {
     decision.plan.rsm = std::min(asked_.rsm, 2 * asked_.volume);
     decision.choices.push_back({"rsm", asked_.rsm, decision.plan.rsm, 0});
   }
-  take("max_lights", &Plan::max_lights, lights_, shares_left_out(*measured_, exhibit, time_s), 0);
+  take("max_lights", &Plan::max_lights, lights_, fractions_left_out(*measured_, exhibit, time_s), 0);
   take("sh_bands", &Plan::sh_bands, bands_, {measures_.bands_left_out.begin(), measures_.bands_left_out.end()}, 1);
   return decision;
 }

@@ -30,10 +30,10 @@
 namespace lumigraft::relight {
 
 struct PlanChoice {
-  std::string key;  ///< of plan.KEY
-  int most = 0;     ///< as requested
-  int value = 0;    ///< as chosen
-  /// Fraction of the irradiance that the value leaves out; exceeds the bound where `most` is too small.
+  std::string key;    ///< of plan.KEY
+  int requested = 0;  ///< as requested
+  int value = 0;      ///< as chosen
+  /// Fraction of the irradiance that the value leaves out; exceeds the bound where `requested` is too small.
   float left_out = 0;
 };
 
@@ -56,7 +56,7 @@ class Planner {
     int value = -1, calm = 0;
     int hold(const std::vector<float>& left_out);
   };
-  std::vector<float> shares_left_out(const reconstruct::Illumination& light, const Exhibit& exhibit, double time_s);
+  std::vector<float> fractions_left_out(const reconstruct::Illumination& light, const Exhibit& exhibit, double time_s);
   Eigen::Vector3f middle_of(const VirtualObject& object, double time_s);
 
   Plan asked_;

@@ -47,6 +47,6 @@ constexpr int kChangeCones = 9;
 
 /// Real cells whose hemisphere the objects cover by a smaller fraction do not gather: their change is below one pixel
 /// value (8 bit).
-constexpr float kLeastShare = 0.004f;
+constexpr float kMinHemisphereFraction = 0.004f;
 
 }  // namespace lumigraft::relight

@@ -6,7 +6,7 @@
 namespace lumigraft::relight {
 namespace {
 
-constexpr float kLeastVoxels = 6;  // along an object's longest edge
+constexpr float kMinVoxels = 6;  // along an object's longest edge
 
 std::string quoted(const VirtualObject& object) { return "object \"" + object.name + "\""; }
 
@@ -37,7 +37,7 @@ std::vector<std::string> quality_warnings(const Exhibit& exhibit, const std::vec
     }
     if (const auto line = left_out(object)) lines.push_back(*line);
     const float voxels = box.sizes().maxCoeff() / placement.cascade[0].w();
-    if (voxels < kLeastVoxels) {
+    if (voxels < kMinVoxels) {
       lines.push_back(quoted(object) + " is " + rounded(voxels) +
                       " voxels long, because objects are far apart: its light on what is near it is coarse");
     }

@@ -23,10 +23,10 @@
 namespace lumigraft::relight {
 namespace {
 
-constexpr int kLeastVolume = 32;
+constexpr int kMinVolume = 32;
 static_assert(reconstruct::kMaxSides == shader::kMaxSides);
 constexpr float kNearPlane_m = 0.02f;
-constexpr float kLeastNearest_m = 0.05f;  // minimum distance at which camera motion is measured
+constexpr float kMinNearPlane_m = 0.05f;  // minimum distance at which camera motion is measured
 constexpr float kGlossyMargin_m = 0.03f;
 constexpr float kSharpGloss = 0.1f;  // of GGX's alpha: at smaller values the reflection must follow the objects at once
 
@@ -82,7 +82,7 @@ struct Relighter::State {
 
   // State kept between frames.
   Plan made_for;
-  int most_voxels = 1 << 30;  ///< maximum edge of the volumes; larger ones did not fit in device memory
+  int max_voxels = 1 << 30;  ///< maximum edge of the volumes; larger ones did not fit in device memory
   std::string why_not_more;
   std::optional<LightKey> directly_lit;  ///< state that the lamp maps and everything derived from them were computed
                                          ///< for
@@ -138,16 +138,16 @@ struct Relighter::State {
 
   /// Reduces the volumes' size for the next attempt; false if there is no smaller one.
   bool no_room_for(int volume, const gpu::GpuError& e) {
-    if (volume <= kLeastVolume) return false;
-    most_voxels = volume / 2;
-    why_not_more = std::string(e.what()) + "; " + gpu::megabytes_text(device->holdings().most_bytes()) + " held";
+    if (volume <= kMinVolume) return false;
+    max_voxels = volume / 2;
+    why_not_more = std::string(e.what()) + "; " + gpu::megabytes_text(device->holdings().max_bytes()) + " held";
     return true;
   }
 
   /// The plan with the largest volumes that fit in device memory. Throws gpu::GpuError if none fit.
   Plan fit_what_there_is_room_for(Plan plan, std::vector<std::string>* warnings) {
     const int wanted = plan.volume;
-    plan.volume = std::min(plan.volume, most_voxels);
+    plan.volume = std::min(plan.volume, max_voxels);
     for (;;) {
       try {
         fit(plan);
@@ -156,7 +156,7 @@ struct Relighter::State {
         throw;
       } catch (const gpu::GpuError& e) {
         if (light.any_room() || !no_room_for(plan.volume, e)) throw;
-        plan.volume = most_voxels;
+        plan.volume = max_voxels;
       }
     }
     if (plan.volume < wanted) {
@@ -246,7 +246,7 @@ struct Relighter::State {
       lamp_shadows->record(list, params, *lamp_maps, lit);
       if (ObjectLight::enough_for(key.objects)) {
         list.begin_pass("object light");
-        light.passes().object_light().record(*device, list, params, light.older(), light.newer(), light.share(),
+        light.passes().object_light().record(*device, list, params, light.older(), light.newer(), light.newer_weight(),
                                              key.objects, *lamp_maps, lit.volumes);
       }
     }
@@ -315,7 +315,7 @@ RelitPicture Relighter::relight(const capture::FrameSet& frame, const reconstruc
   const float nearest_m = (placement.sphere.centre_m - scene.pose->T_tag_camera.translation().cast<float>()).norm() -
                           placement.sphere.radius_m;
   shader::FrameParams params = s.frame_params(
-      scene, s.view.hold(scene.pose->T_tag_camera, std::max(nearest_m, kLeastNearest_m), &moved), placement, plan);
+      scene, s.view.hold(scene.pose->T_tag_camera, std::max(nearest_m, kMinNearPlane_m), &moved), placement, plan);
 
   const LightKey key{objects, placement, scene.illumination, scene.enclosure, s.room.field(), s.room.albedo(), plan};
   const bool live = s.is_live(params);

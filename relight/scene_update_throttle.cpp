@@ -6,13 +6,13 @@
 namespace lumigraft::relight {
 namespace {
 
-constexpr std::uint64_t kMostBehind = 24, kMostBehindCalm = 64;  // publications of the field
-constexpr double kCalmShare = 0.1;                               // fraction of bricks
+constexpr std::uint64_t kMaxBehind = 24, kMaxBehindFewChanged = 64;  // publications of the field
+constexpr double kFewChanged = 0.1;                                  // fraction of bricks
 
 /// Fraction of the bricks of `now` that differ from those of `before`. Bricks are immutable: the same pointer means
 /// unchanged.
 template <typename Field>
-double changed_share(const std::shared_ptr<const Field>& before, const std::shared_ptr<const Field>& now) {
+double changed_fraction(const std::shared_ptr<const Field>& before, const std::shared_ptr<const Field>& now) {
   if (!now || before == now) return 0;
   if (!before) return 1;
   const auto changed = std::count_if(now->bricks.begin(), now->bricks.end(), [&](const auto& entry) {
@@ -28,10 +28,10 @@ void SceneUpdateThrottle::follow(const reconstruct::Scene& scene) {
   const std::uint64_t now = scene.field->version;
   const bool again = !field_ || now < field_->version;
   const std::uint64_t behind = again ? 0 : now - field_->version;
-  const bool due = again || behind >= kMostBehindCalm ||
-                   (behind >= std::clamp<std::uint64_t>(field_->version / 4, 1, kMostBehind) &&
-                    changed_share(field_, scene.field) > kCalmShare) ||
-                   changed_share(albedo_, scene.albedo) > kCalmShare;
+  const bool due = again || behind >= kMaxBehindFewChanged ||
+                   (behind >= std::clamp<std::uint64_t>(field_->version / 4, 1, kMaxBehind) &&
+                    changed_fraction(field_, scene.field) > kFewChanged) ||
+                   changed_fraction(albedo_, scene.albedo) > kFewChanged;
   if (!due) return;
   field_ = scene.field;
   albedo_ = scene.albedo;

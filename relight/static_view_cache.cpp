@@ -10,37 +10,39 @@ namespace lumigraft::relight {
 namespace {
 
 constexpr int kStep_px = 2;
-constexpr int kLeastPixels = 2;
-constexpr float kDepthShare = 0.02f;  // relative to the depth
-constexpr int kLeastCodes = 8, kCodesShare = 8;
+constexpr int kMinPixels = 2;
+constexpr float kRelativeDepthChange = 0.02f;  // relative to the depth
+constexpr int kMinCodeChange = 8, kCodeChangeDivisor = 8;
 
-bool other_depth(float z, float before, float least_m) {
+bool other_depth(float z, float before, float min_change_m) {
   // Holes are filled from the fused field, so a pixel becoming a hole or not is no change.
-  return z > 0 && before > 0 && std::abs(z - before) > std::max(least_m, kDepthShare * before);
+  return z > 0 && before > 0 && std::abs(z - before) > std::max(min_change_m, kRelativeDepthChange * before);
 }
 
-bool other_code(int code, int before) { return std::abs(code - before) > std::max(kLeastCodes, before / kCodesShare); }
+bool other_code(int code, int before) {
+  return std::abs(code - before) > std::max(kMinCodeChange, before / kCodeChangeDivisor);
+}
 
 }  // namespace
 
 const Eigen::Isometry3d& StaticViewCache::hold(const Eigen::Isometry3d& T_tag_camera, double nearest_m, bool* moved) {
-  double most_px = any_ ? 0 : 2 * kStill_px;
+  double max_px = any_ ? 0 : 2 * kStill_px;
   const Eigen::Isometry3d T_now_held = T_tag_camera.inverse() * held_;
-  for (int i = 0; i < 9 && most_px <= kStill_px; ++i) {
+  for (int i = 0; i < 9 && max_px <= kStill_px; ++i) {
     const Eigen::Vector2d pixel(0.5 * (i % 3) * (camera_.width - 1), 0.5 * (i / 3) * (camera_.height - 1));
     const auto ray = camera_.unproject(pixel);
     if (!ray) continue;
     const auto now = camera_.project(T_now_held * (nearest_m * *ray));
-    most_px = now ? std::max(most_px, (*now - pixel).norm()) : 2 * kStill_px;
+    max_px = now ? std::max(max_px, (*now - pixel).norm()) : 2 * kStill_px;
   }
-  *moved = most_px > kStill_px;
+  *moved = max_px > kStill_px;
   if (*moved) held_ = T_tag_camera;
   any_ = true;
   return held_;
 }
 
 std::vector<char> StaticViewCache::changed_tiles(const capture::Image<std::uint8_t>& codes,
-                                                 const capture::Image<float>* depth_m, float least_m, bool all) {
+                                                 const capture::Image<float>* depth_m, float min_change_m, bool all) {
   const int columns = (codes.width + kTile_px - 1) / kTile_px, rows = (codes.height + kTile_px - 1) / kTile_px;
   std::vector<char> changed(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows), all);
   const auto samples =
@@ -65,9 +67,9 @@ std::vector<char> StaticViewCache::changed_tiles(const capture::Image<std::uint8
       if (!all && !first) {
         int others = 0;
         each(column, row, [&](std::size_t at, int code, float z) {
-          others += other_depth(z, depth_m_[at], least_m) || other_code(code, codes_[at]);
+          others += other_depth(z, depth_m_[at], min_change_m) || other_code(code, codes_[at]);
         });
-        tile = others >= kLeastPixels;
+        tile = others >= kMinPixels;
       }
       tile = tile || first;
       if (!tile) continue;

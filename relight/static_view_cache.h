@@ -24,9 +24,9 @@ class StaticViewCache {
   /// Blocks of kTile_px whose content differs from when they were last stored; stores these. Changed means: depth
   /// differs by more than a depth camera's noise, or colour by more than a colour camera's, at two or more of the
   /// block's pixels; every second pixel along each axis is compared. `depth_m` null: none. `all`: returns every block.
-  /// `least_m`: depth changes below this are ignored at any distance.
+  /// `min_change_m`: depth changes below this are ignored at any distance.
   std::vector<char> changed_tiles(const capture::Image<std::uint8_t>& codes, const capture::Image<float>* depth_m,
-                                  float least_m, bool all);
+                                  float min_change_m, bool all);
 
  private:
   capture::CameraModel camera_;

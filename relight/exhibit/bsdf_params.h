@@ -20,15 +20,15 @@ BsdfParams bsdf_params_of(const Eigen::Array3f& base_color, const Material& mate
 BsdfParams bsdf_params_of(const Eigen::Array3f& diffuse, const Eigen::Array3f& f0, float alpha);
 
 /// Schlick 1994.
-Eigen::Array3f fresnel(const BsdfParams& look, float cos_half);
+Eigen::Array3f fresnel(const BsdfParams& bsdf, float cos_half);
 
 /// Light passes the layer on its way to the Lambert part and back (Ashikhmin & Shirley 2000): transmittance of one
 /// pass, and its mean over uniform incident light from the hemisphere.
-Eigen::Array3f through(const BsdfParams& look, float cosine);
-Eigen::Array3f through_evenly(const BsdfParams& look);
+Eigen::Array3f through(const BsdfParams& bsdf, float cosine);
+Eigen::Array3f through_evenly(const BsdfParams& bsdf);
 
 /// Reflectance for uniform incident light, layer and body together. Energy that a rough layer loses by masking is not
 /// subtracted.
-Eigen::Array3f reflectance_evenly(const BsdfParams& look);
+Eigen::Array3f reflectance_evenly(const BsdfParams& bsdf);
 
 }  // namespace lumigraft::relight

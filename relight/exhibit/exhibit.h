@@ -29,8 +29,8 @@ struct MaterialOverride {
   std::optional<float> metallic, roughness, specular;
 
   MaterialOverride() = default;
-  MaterialOverride(const Material& whole)  ///< replaces everything
-      : base_color(whole.base_color), metallic(whole.metallic), roughness(whole.roughness), specular(whole.specular) {}
+  MaterialOverride(const Material& all)  ///< replaces everything
+      : base_color(all.base_color), metallic(all.metallic), roughness(all.roughness), specular(all.specular) {}
 
   bool empty() const { return *this == MaterialOverride(); }
   /// The resulting material of a part whose own is `part`.

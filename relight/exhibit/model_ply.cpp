@@ -11,14 +11,14 @@
 namespace lumigraft::relight {
 
 PlyFacts check_ply(const std::filesystem::path& file) {
-  constexpr int most_header_lines = 10000;
+  constexpr int max_header_lines = 10000;
   const std::string where = file.string() + ": not a model that can be read: ";
   PlyFacts facts;
   bool ascii = false, ended = false;
   std::size_t elements = 0;
   std::ifstream in(file, std::ios::binary);
   std::string line;
-  for (int n = 0; n < most_header_lines && !ended && std::getline(in, line); ++n) {
+  for (int n = 0; n < max_header_lines && !ended && std::getline(in, line); ++n) {
     std::istringstream words(line);
     std::string keyword, second, third;
     words >> keyword >> second >> third;

@@ -3,27 +3,27 @@
 namespace lumigraft::relight {
 namespace {
 
-constexpr int kMostRounds = 12;
-constexpr float kSettled = 0.003f;   // contribution of one more bounce, as a fraction of the change
-constexpr float kMostShare = 0.95f;  // maximum ratio of successive bounces for which the series is summed
+constexpr int kMaxRounds = 12;
+constexpr float kSettled = 0.003f;  // contribution of one more bounce, as a fraction of the change
+constexpr float kMaxRatio = 0.95f;  // maximum ratio of successive bounces for which the series is summed
 
 }  // namespace
 
-bool BounceSeries::goes_on(std::vector<Rgb>& irradiance, int least_rounds) {
+bool BounceSeries::goes_on(std::vector<Rgb>& irradiance, int min_rounds) {
   // Sums of absolute values over all cells and channels: after the round, and of the round's contribution.
   float all = 0, brought = 0;
   for (std::size_t i = 0; i < irradiance.size(); ++i) {
     all += irradiance[i].abs().sum();
     brought += (irradiance[i] - before_[i]).abs().sum();
   }
-  if (round_ >= least_rounds && brought <= kSettled * all) return false;
-  const float share = last_ > 0 ? brought / last_ : 1;
-  if (round_ % 3 == 0 && share < kMostShare) {
+  if (round_ >= min_rounds && brought <= kSettled * all) return false;
+  const float ratio = last_ > 0 ? brought / last_ : 1;
+  if (round_ % 3 == 0 && ratio < kMaxRatio) {
     for (std::size_t i = 0; i < before_.size(); ++i)
-      irradiance[i] += share / (1 - share) * (irradiance[i] - before_[i]);
+      irradiance[i] += ratio / (1 - ratio) * (irradiance[i] - before_[i]);
   }
   last_ = brought;
-  return ++round_ <= kMostRounds;
+  return ++round_ <= kMaxRounds;
 }
 
 }  // namespace lumigraft::relight

@@ -12,9 +12,9 @@ class BounceSeries {
  public:
   /// Call before a round; `irradiance`: of all cells.
   void begin(const std::vector<Rgb>& irradiance) { before_ = irradiance; }
-  /// Call after it. False if no further round is needed: at least `least_rounds` rounds ran and the last bounce was
+  /// Call after it. False if no further round is needed: at least `min_rounds` rounds ran and the last bounce was
   /// negligible, or the maximum number of rounds is reached.
-  bool goes_on(std::vector<Rgb>& irradiance, int least_rounds);
+  bool goes_on(std::vector<Rgb>& irradiance, int min_rounds);
   int round() const { return round_; }  ///< the next round, from 1
 
  private:

@@ -39,7 +39,7 @@ class CellTable {
   std::size_t home(std::uint64_t key) const { return (key * 0x9e3779b97f4a7c15u) >> 32 & (slots_.size() - 1); }
 
   void grow() {
-    std::vector<Slot> before(slots_.empty() ? kLeastSlots : 2 * slots_.size());
+    std::vector<Slot> before(slots_.empty() ? kMinSlots : 2 * slots_.size());
     before.swap(slots_);
     count_ = 0;
     for (const Slot& slot : before) {
@@ -47,7 +47,7 @@ class CellTable {
     }
   }
 
-  static constexpr std::size_t kLeastSlots = 1024;
+  static constexpr std::size_t kMinSlots = 1024;
   std::vector<Slot> slots_;  ///< a power of two
   std::size_t count_ = 0;
 };

@@ -12,26 +12,26 @@ namespace {
 
 constexpr float kOff_m = 1e-4f;  // offset from the surface of origin
 
-SurfaceHit with_look(SurfaceHit surface, const BsdfParams& look) {
-  surface.look = look;
+SurfaceHit with_bsdf(SurfaceHit surface, const BsdfParams& bsdf) {
+  surface.bsdf = bsdf;
   return surface;
 }
 
 }  // namespace
 
-Rgb diffuse_under(const BsdfParams& look, float cos_v) {
-  if (!look.mirrors()) return look.diffuse;
-  return look.diffuse * through(look, cos_v) * through_evenly(look);
+Rgb diffuse_under(const BsdfParams& bsdf, float cos_v) {
+  if (!bsdf.mirrors()) return bsdf.diffuse;
+  return bsdf.diffuse * through(bsdf, cos_v) * through_evenly(bsdf);
 }
 
 SurfaceHit white_surface(SurfaceHit surface) {
-  surface.look = {};
-  surface.look.diffuse.setOnes();
+  surface.bsdf = {};
+  surface.bsdf.diffuse.setOnes();
   return surface;
 }
 
-BsdfParams mirror_of(const BsdfParams& look) {
-  BsdfParams mirror = look;
+BsdfParams mirror_of(const BsdfParams& bsdf) {
+  BsdfParams mirror = bsdf;
   mirror.diffuse.setZero();
   return mirror;
 }
@@ -73,8 +73,8 @@ Rgb DeltaLight::lamps(const PathVertex& vertex, Sampler& sampler, Counts counts)
     const Rgb f = vertex.response(s.w);
     if (f.maxCoeff() <= 0 || !counts(from_m, s.w, s.distance_m - kBeforeLamp_m, i)) continue;
     // Only rays of specular surfaces can hit lamps.
-    const float share = vertex.mirrors() ? balanced(s.pdf, vertex.pdf(s.w) + vertex.aim_pdf(s.w)) : 1;
-    sum += f * s.radiance * (share / s.pdf);
+    const float weight = vertex.mirrors() ? balanced(s.pdf, vertex.pdf(s.w) + vertex.aim_pdf(s.w)) : 1;
+    sum += f * s.radiance * (weight / s.pdf);
   }
   return sum;
 }
@@ -93,7 +93,7 @@ Rgb DeltaLight::hidden(const PathVertex& vertex, Sampler& sampler) const {
 
 std::uint32_t DeltaLight::behind_room(const RayFan& fan, std::size_t lamp) const {
   std::uint32_t behind = room_.meshes().blocked(fan);
-  for (std::size_t k = 0; k < RayFan::kMost; ++k) {
+  for (std::size_t k = 0; k < RayFan::kMaxRays; ++k) {
     if (!((fan.some & ~behind) >> k & 1)) continue;
     if (behind_other_lamp(room_.lamps(), lamp, fan.from_m, fan.w[k], fan.limit_m[k])) behind |= 1u << k;
   }
@@ -173,7 +173,7 @@ Rgb DeltaLight::left_change(const SampledRay& ray, const Arrival& a, Sampler& sa
   const PathVertex vertex(point.surface, ray.w);
   Rgb sum = -hidden(vertex, sampler);
   if (point.is_even()) {
-    return sum + point.surface.look.diffuse / kPi * cells_.at(point.surface.position_m, point.surface.face);
+    return sum + point.surface.bsdf.diffuse / kPi * cells_.at(point.surface.position_m, point.surface.face);
   }
   Rgb throughput;
   if (mirrors > 0) {
@@ -187,10 +187,10 @@ Rgb DeltaLight::left_object(const SampledRay& ray, const Arrival& a, Sampler& sa
   if (const Rgb* even = objects_.even_radiance(a.hit, ray.w)) return *even;
   const SurfaceHit surface = objects_.meshes().surface(a.hit, ray.w);
   const RayObjects::Irradiance e = objects_.irradiance(a.hit, surface.face);
-  const BsdfParams& look = surface.look;
-  const Rgb sum = diffuse_under(look, -surface.normal.dot(ray.w)) / kPi * (e.direct + e.indirect);
-  if (mirrors == 0) return sum + look.f0 / kPi * (e.direct + e.indirect);
-  return sum + mirrored_by_object(PathVertex(with_look(surface, mirror_of(look)), ray.w), sampler, mirrors);
+  const BsdfParams& bsdf = surface.bsdf;
+  const Rgb sum = diffuse_under(bsdf, -surface.normal.dot(ray.w)) / kPi * (e.direct + e.indirect);
+  if (mirrors == 0) return sum + bsdf.f0 / kPi * (e.direct + e.indirect);
+  return sum + mirrored_by_object(PathVertex(with_bsdf(surface, mirror_of(bsdf)), ray.w), sampler, mirrors);
 }
 
 Rgb DeltaLight::before(const SampledRay& ray, Sampler& sampler, int mirrors) const {

@@ -81,8 +81,8 @@ class DeltaLight {
 SurfaceHit white_surface(SurfaceHit surface);
 /// The Lambert part below the interface, viewed at the cosine `cos_v`: π times radiance per uniform incident
 /// irradiance.
-Rgb diffuse_under(const BsdfParams& look, float cos_v);
+Rgb diffuse_under(const BsdfParams& bsdf, float cos_v);
 /// The specular part only.
-BsdfParams mirror_of(const BsdfParams& look);
+BsdfParams mirror_of(const BsdfParams& bsdf);
 
 }  // namespace lumigraft::relight

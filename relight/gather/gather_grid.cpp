@@ -11,10 +11,10 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr int kRow = 4;               // rows per thread and block
-constexpr int kSteps = 2;             // of the filter: spacing of one pixel, then two
-constexpr float kOffPlane_px = 1.5f;  // maximum distance from the other's plane, for the same surface
-constexpr float kNearShare = 0.5f;    // of the distance to an object, within which its light changes little
+constexpr int kRow = 4;                // rows per thread and block
+constexpr int kSteps = 2;              // of the filter: spacing of one pixel, then two
+constexpr float kOffPlane_px = 1.5f;   // maximum distance from the other's plane, for the same surface
+constexpr float kNearFraction = 0.5f;  // of the distance to an object, within which its light changes little
 
 float alike(const SurfaceHit& a, const SurfaceHit& b, float pixel_m, float near_m) {
   const Vector3f apart = b.position_m - a.position_m;
@@ -33,7 +33,7 @@ GatherGrid::GatherGrid(const std::vector<GBufferPixel>& seen, const capture::Cam
       width_((camera.width + scale - 1) / scale),
       height_((camera.height + scale - 1) / scale),
       cells_(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_)),
-      shares_(seen.size()) {
+      weights_(seen.size()) {
   for_each_block(height_, kRow, [&](int first, int last) {
     for (int y = first; y < last; ++y) {
       for (int x = 0; x < width_; ++x) choose_pixel(x, y);
@@ -43,7 +43,7 @@ GatherGrid::GatherGrid(const std::vector<GBufferPixel>& seen, const capture::Cam
     for (int v = first; v < last; ++v) {
       for (int u = 0; u < camera_.width; ++u) {
         const auto pixel = static_cast<std::size_t>(v * camera_.width + u);
-        if (is_meant(seen_[pixel])) shares_[pixel] = shares_around(u, v, seen_[pixel].surface);
+        if (is_meant(seen_[pixel])) weights_[pixel] = weights_around(u, v, seen_[pixel].surface);
       }
     }
   });
@@ -52,23 +52,23 @@ GatherGrid::GatherGrid(const std::vector<GBufferPixel>& seen, const capture::Cam
 /// The block's pixel of such a surface nearest to its centre.
 void GatherGrid::choose_pixel(int x, int y) {
   Cell& cell = cells_[at(x, y)];
-  float least = std::numeric_limits<float>::infinity();
+  float min_off = std::numeric_limits<float>::infinity();
   for (int v = y * scale_; v < std::min((y + 1) * scale_, camera_.height); ++v) {
     for (int u = x * scale_; u < std::min((x + 1) * scale_, camera_.width); ++u) {
       const int pixel = v * camera_.width + u;
       const GBufferPixel& p = seen_[static_cast<std::size_t>(pixel)];
       const float off = std::hypot(static_cast<float>(u - x * scale_) - 0.4f * static_cast<float>(scale_),
                                    static_cast<float>(v - y * scale_) - 0.4f * static_cast<float>(scale_));
-      if (!is_meant(p) || off >= least) continue;
-      least = off;
+      if (!is_meant(p) || off >= min_off) continue;
+      min_off = off;
       cell.pixel = pixel;
       cell.pixel_m = static_cast<float>(scale_) * p.depth_m / static_cast<float>(camera_.fx);
     }
   }
 }
 
-std::array<float, 9> GatherGrid::shares_around(int u, int v, const SurfaceHit& own) const {
-  std::array<float, 9> shares{};
+std::array<float, 9> GatherGrid::weights_around(int u, int v, const SurfaceHit& own) const {
+  std::array<float, 9> weights{};
   float sum = 0;
   for (int j = -1; j <= 1; ++j) {
     for (int i = -1; i <= 1; ++i) {
@@ -78,17 +78,17 @@ std::array<float, 9> GatherGrid::shares_around(int u, int v, const SurfaceHit& o
       if (cell.pixel < 0) continue;
       const float du = static_cast<float>(cell.pixel % camera_.width - u) / static_cast<float>(scale_),
                   dv = static_cast<float>(cell.pixel / camera_.width - v) / static_cast<float>(scale_);
-      float& share = shares[static_cast<std::size_t>(3 * (j + 1) + i + 1)];
-      share = fast_exp(2 * (du * du + dv * dv)) *
-                  alike(own, surface(cell), cell.pixel_m, std::numeric_limits<float>::infinity()) +
-              1e-8f;
-      sum += share;
+      float& weight = weights[static_cast<std::size_t>(3 * (j + 1) + i + 1)];
+      weight = fast_exp(2 * (du * du + dv * dv)) *
+                   alike(own, surface(cell), cell.pixel_m, std::numeric_limits<float>::infinity()) +
+               1e-8f;
+      sum += weight;
     }
   }
   if (sum > 0) {
-    for (float& share : shares) share /= sum;
+    for (float& weight : weights) weight /= sum;
   }
-  return shares;
+  return weights;
 }
 
 void GatherGrid::gather(const DeltaLight& light, const std::vector<ChangeRegion>& places, int rays, std::uint32_t seed,
@@ -114,12 +114,12 @@ void GatherGrid::gather(const DeltaLight& light, const std::vector<ChangeRegion>
       const GBufferPixel& pixel = seen_[static_cast<std::size_t>(cell.pixel)];
       const bool glossy = kind_ == Of::glossy;
       PathVertex vertex(glossy ? pixel.surface : white_surface(pixel.surface), pixel.w);
-      vertex.look_for(places);
+      vertex.aim_at(places);
       cell.near_m = std::numeric_limits<float>::infinity();
       const auto number = static_cast<std::uint32_t>(i);
       cell.light = glossy ? radiance(number, vertex, &cell.near_m) : irradiance(number, vertex, &cell.near_m);
       // The width of a GGX lobe is about its alpha.
-      cell.near_m *= glossy ? std::min(pixel.surface.look.alpha, kNearShare) : kNearShare;
+      cell.near_m *= glossy ? std::min(pixel.surface.bsdf.alpha, kNearFraction) : kNearFraction;
     }
   });
 }
@@ -168,10 +168,10 @@ std::vector<Eigen::Array4f> GatherGrid::at_pixels() const {
         const auto pixel = static_cast<std::size_t>(v * camera_.width + u);
         if (!is_meant(seen_[pixel])) continue;
         for (std::size_t k = 0; k < 9; ++k) {
-          const float share = shares_[pixel][k];
-          if (share <= 0) continue;
+          const float weight = weights_[pixel][k];
+          if (weight <= 0) continue;
           const int x = u / scale_ + static_cast<int>(k % 3) - 1, y = v / scale_ + static_cast<int>(k / 3) - 1;
-          pixels[pixel] += share * light[at(x, y)];
+          pixels[pixel] += weight * light[at(x, y)];
         }
       }
     }

@@ -41,7 +41,7 @@ class GatherGrid {
   const SurfaceHit& surface(const Cell& cell) const { return seen_[static_cast<std::size_t>(cell.pixel)].surface; }
   bool is_meant(const GBufferPixel& p) const { return p.known && p.glossy == (kind_ == Of::glossy); }
   void choose_pixel(int x, int y);
-  std::array<float, 9> shares_around(int u, int v, const SurfaceHit& own) const;
+  std::array<float, 9> weights_around(int u, int v, const SurfaceHit& own) const;
   std::vector<Eigen::Array4f> smoothed() const;
 
   const std::vector<GBufferPixel>& seen_;
@@ -50,7 +50,7 @@ class GatherGrid {
   Of kind_;
   int width_, height_;
   std::vector<Cell> cells_;
-  std::vector<std::array<float, 9>> shares_;  ///< per pixel: weights of the cells around it, row by row
+  std::vector<std::array<float, 9>> weights_;  ///< per pixel: weights of the cells around it, row by row
 };
 
 }  // namespace lumigraft::relight

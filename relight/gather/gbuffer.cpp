@@ -11,7 +11,7 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr float kLeastDetail = 0.2f, kMostDetail = 4;  // of a pixel's radiance over its surroundings'
+constexpr float kMinDetail = 0.2f, kMaxDetail = 4;  // of a pixel's radiance over its surroundings'
 
 /// `hit`: null if there is none. `radiance`: of the camera at this pixel.
 GBufferPixel pixel_of(const RayRoom& room, const Vector3f& w, const MeshHit* hit, const Rgb& radiance) {
@@ -25,8 +25,8 @@ GBufferPixel pixel_of(const RayRoom& room, const Vector3f& w, const MeshHit* hit
   p.depth_m = hit->t_m;
   if (p.glossy) return p;
   // The room's triangles are coarser than pixels: the image's detail modulates their values.
-  const Rgb detail = (radiance / point.before.max(1e-5f)).max(kLeastDetail).min(kMostDetail);
-  p.albedo = (point.surface.look.diffuse * detail).min(1.0f);
+  const Rgb detail = (radiance / point.before.max(1e-5f)).max(kMinDetail).min(kMaxDetail);
+  p.albedo = (point.surface.bsdf.diffuse * detail).min(1.0f);
   return p;
 }
 
@@ -62,10 +62,10 @@ void trace_room(const RayRoom& room, const CameraRays& eye, const capture::Image
   seen.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   for_each_block(height, 4, [&](int first, int last) {
     RayFan fan = all;
-    std::array<MeshHit, RayFan::kMost> hits;
+    std::array<MeshHit, RayFan::kMaxRays> hits;
     for (int v = first; v < last; ++v) {
-      for (int from = 0; from < width; from += RayFan::kMost) {
-        const int count = std::min(width - from, RayFan::kMost);
+      for (int from = 0; from < width; from += RayFan::kMaxRays) {
+        const int count = std::min(width - from, RayFan::kMaxRays);
         fan.some = 0;
         for (int k = 0; k < count; ++k) {
           fan.w[static_cast<std::size_t>(k)] = eye.ray(from + k, v);

@@ -12,12 +12,12 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr float kReach = 0.04f;                        // search radius, fraction of the image width
-constexpr float kUnlikeColor = 0.15f;                  // in coded colour from 0 to 1: a larger difference means another
-                                                       // surface
-constexpr float kNearerColor = 0.1f;                   // colour difference that counts as much as the search radius
-constexpr float kLeastDetail = 0.2f, kMostDetail = 4;  // of a pixel's radiance over the neighbouring one's
-constexpr float kLeastCosine = 0.05f;                  // of a plane viewed from the camera
+constexpr float kReach = 0.04f;                     // search radius, fraction of the image width
+constexpr float kUnlikeColor = 0.15f;               // in coded colour from 0 to 1: a larger difference means another
+                                                    // surface
+constexpr float kNearerColor = 0.1f;                // colour difference that counts as much as the search radius
+constexpr float kMinDetail = 0.2f, kMaxDetail = 4;  // of a pixel's radiance over the neighbouring one's
+constexpr float kMinCosine = 0.05f;                 // of a plane viewed from the camera
 
 struct Filled {
   int pixel;
@@ -57,7 +57,7 @@ void fill_holes(const PosedCamera& camera, const capture::Image<float>& radiance
         const GBufferPixel& hole = seen[static_cast<std::size_t>(v * width + u)];
         if (!is_hole(hole) || hole.w.isZero(0)) continue;
         const Rgb own = pixel(radiance, v * width + u), own_code = coded(own, exposure);
-        float least = kUnlikeColor;
+        float min_unlike = kUnlikeColor;
         int best = -1;
         for (const auto& [x, y] : ways) {
           for (int s = 1; s <= static_cast<int>(reach); ++s) {
@@ -67,26 +67,26 @@ void fill_holes(const PosedCamera& camera, const capture::Image<float>& radiance
             const int at = (v + in * y) * width + u + in * x;
             const float unlike = std::sqrt((coded(pixel(radiance, at), exposure) - own_code).square().sum()) +
                                  kNearerColor * static_cast<float>(s) / reach;
-            if (unlike < least) {
-              least = unlike;
+            if (unlike < min_unlike) {
+              min_unlike = unlike;
               best = at;
             }
             break;
           }
         }
         if (best < 0) continue;
-        const GBufferPixel& beside = seen[static_cast<std::size_t>(best)];
-        const Vector3f eye_m = camera.T_tag_camera.translation(), &n = beside.surface.normal;
-        const float fall = n.dot(hole.w), t = n.dot(beside.surface.position_m - eye_m) / fall;
-        if (fall > -kLeastCosine || !(std::abs(t - beside.depth_m) < 0.5f * beside.depth_m)) continue;
-        Filled& now = filled[static_cast<std::size_t>(v)].emplace_back(Filled{v * width + u, beside});
+        const GBufferPixel& similar = seen[static_cast<std::size_t>(best)];
+        const Vector3f eye_m = camera.T_tag_camera.translation(), &n = similar.surface.normal;
+        const float fall = n.dot(hole.w), t = n.dot(similar.surface.position_m - eye_m) / fall;
+        if (fall > -kMinCosine || !(std::abs(t - similar.depth_m) < 0.5f * similar.depth_m)) continue;
+        Filled& now = filled[static_cast<std::size_t>(v)].emplace_back(Filled{v * width + u, similar});
         GBufferPixel& p = now.surface;
         p.w = hole.w;
         p.depth_m = t;
         p.surface.position_m = eye_m + t * hole.w;
         p.surface.face = n;
-        const Rgb detail = (own / pixel(radiance, best).max(1e-5f)).max(kLeastDetail).min(kMostDetail);
-        p.albedo = (beside.albedo * detail).min(1.0f);
+        const Rgb detail = (own / pixel(radiance, best).max(1e-5f)).max(kMinDetail).min(kMaxDetail);
+        p.albedo = (similar.albedo * detail).min(1.0f);
       }
     }
   });

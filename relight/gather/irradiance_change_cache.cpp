@@ -18,7 +18,7 @@ constexpr int kBlock = 4096;  // patches per thread and block
 /// Doubles when the distance from the sphere, in radii plus one, doubles.
 int IrradianceChangeCache::Layout::level(const Vector3f& p_m) const {
   const float far = std::max((p_m - sphere.centre_m).norm() / sphere.radius_m - 1, 0.0f);
-  return std::clamp(static_cast<int>(std::log2(1 + far)), 0, kMostLevels);
+  return std::clamp(static_cast<int>(std::log2(1 + far)), 0, kMaxLevels);
 }
 
 std::uint64_t IrradianceChangeCache::Layout::key(const Vector3f& p_m, const Vector3f& normal, int level) const {

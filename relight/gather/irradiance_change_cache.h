@@ -26,13 +26,13 @@ class IrradianceChangeCache {
   Rgb at(const Eigen::Vector3f& p_m, const Eigen::Vector3f& normal) const;
 
  private:
-  static constexpr int kMostLevels = 12;
+  static constexpr int kMaxLevels = 12;
   static constexpr int kCoarser = 3;  ///< additional levels, for patches farther apart than the cells
 
   /// Assignment of positions to cells; shared by copies.
   struct Layout {
     BoundingSphere sphere;
-    std::array<float, kMostLevels + kCoarser + 1> edge_m;  ///< per level
+    std::array<float, kMaxLevels + kCoarser + 1> edge_m;  ///< per level
     std::vector<Patch> cells;
     CellTable found;
 

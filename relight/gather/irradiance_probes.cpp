@@ -59,7 +59,7 @@ IrradianceProbes place_probes(const Model& coarse) {
   struct Cell {
     std::array<Vector3f, 6> sum;
     std::array<int, 6> count{}, place{-1, -1, -1, -1, -1, -1};
-    std::array<float, 6> least;
+    std::array<float, 6> min_off;
   };
   std::unordered_map<std::int64_t, Cell> cells;
   for (const Side& side : sides) {
@@ -67,14 +67,14 @@ IrradianceProbes place_probes(const Model& coarse) {
     const auto f = static_cast<std::size_t>(facing(side.normal));
     if (cell.count[f]++ == 0) cell.sum[f].setZero();
     cell.sum[f] += side.position_m;
-    cell.least[f] = std::numeric_limits<float>::infinity();
+    cell.min_off[f] = std::numeric_limits<float>::infinity();
   }
   for (const Side& side : sides) {
     Cell& cell = cells[key_of(cell_of(side.position_m))];
     const auto f = static_cast<std::size_t>(facing(side.normal));
     const float off = (cell.sum[f] / static_cast<float>(cell.count[f]) - side.position_m).squaredNorm();
-    if (off >= cell.least[f]) continue;
-    cell.least[f] = off;
+    if (off >= cell.min_off[f]) continue;
+    cell.min_off[f] = off;
     if (cell.place[f] < 0) {
       cell.place[f] = static_cast<int>(found.places.size());
       found.places.emplace_back();
@@ -83,7 +83,7 @@ IrradianceProbes place_probes(const Model& coarse) {
   }
 
   for (const Side& side : sides) {
-    found.first.push_back(static_cast<std::uint32_t>(found.shares.size()));
+    found.first.push_back(static_cast<std::uint32_t>(found.weights.size()));
     float sum = 0;
     // The eight cells whose centres surround the vertex.
     const Eigen::Vector3i low = cell_of(side.position_m - Vector3f::Constant(0.5f * edge_m));
@@ -96,19 +96,19 @@ IrradianceProbes place_probes(const Model& coarse) {
         const float turn = p.normal.dot(side.normal), off = (p.position_m - side.position_m).norm() / (kReach * edge_m);
         if (turn <= 0 || off >= 1) continue;
         const float weight = std::pow(turn, kLikeNormals) * (1 - off) * (1 - off);
-        found.shares.push_back({place, weight});
+        found.weights.push_back({place, weight});
         sum += weight;
       }
     }
     const std::size_t begin = found.first.back();
     if (sum <= 0) {  // a single vertex whose position is out of reach of all probes: uses its own cell's probe
       const Cell& own = cells[key_of(cell_of(side.position_m))];
-      found.shares.push_back({own.place[static_cast<std::size_t>(facing(side.normal))], 1});
+      found.weights.push_back({own.place[static_cast<std::size_t>(facing(side.normal))], 1});
       sum = 1;
     }
-    for (std::size_t i = begin; i < found.shares.size(); ++i) found.shares[i].weight /= sum;
+    for (std::size_t i = begin; i < found.weights.size(); ++i) found.weights[i].weight /= sum;
   }
-  found.first.resize(2 * model.positions_m.size() + 1, static_cast<std::uint32_t>(found.shares.size()));
+  found.first.resize(2 * model.positions_m.size() + 1, static_cast<std::uint32_t>(found.weights.size()));
   return found;
 }
 

@@ -13,7 +13,7 @@ struct IrradianceProbes {
   struct Place {
     Eigen::Vector3f position_m, normal;  ///< unit, on the probe's side
   };
-  struct Share {
+  struct ProbeWeight {
     int place = 0;
     float weight = 0;
   };
@@ -22,8 +22,8 @@ struct IrradianceProbes {
   std::shared_ptr<const ModelTree> tree;
   bool closed = false;
   std::vector<Place> places;
-  std::vector<Share> shares;  ///< vertex v's front side uses first[v] to first[v + 1]; back sides follow all front
-                              ///< sides
+  std::vector<ProbeWeight> weights;  ///< vertex v's front side uses first[v] to first[v + 1]; back sides follow all
+                                     ///< front sides
   std::vector<std::uint32_t> first;  ///< 2 · vertices + 1; a side without probes has an empty range
 };
 

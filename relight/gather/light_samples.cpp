@@ -18,9 +18,9 @@ LightSampleSet::LightSampleSet(const ReferenceLamp& lamp, std::uint32_t seed) : 
   const bool sphere = lamp.shape == ReferenceLamp::Shape::sphere;
   if (!sphere) area_m2_ = area_m2(lamp);
   for (int s = 0; s <= kSets; ++s) {
-    for (int k = 0; k < RayFan::kMost; ++k) {
+    for (int k = 0; k < RayFan::kMaxRays; ++k) {
       // A Sobol' sequence: every block of a power of two is stratified, and so is the whole.
-      const std::uint32_t point = static_cast<std::uint32_t>(s == kAll ? k : s * RayFan::kMost + k);
+      const std::uint32_t point = static_cast<std::uint32_t>(s == kAll ? k : s * RayFan::kMaxRays + k);
       Sampler sampler(seed, s == kAll ? 1 : 0, point);
       const Eigen::Vector2f u = sampler.two();
       const float phi = 2 * kPi * u.y();
@@ -34,12 +34,12 @@ LightSampleSet::LightSampleSet(const ReferenceLamp& lamp, std::uint32_t seed) : 
 }
 
 void ShadowRayPacket::keep_first(int count) {
-  const float share = static_cast<float>(RayFan::kMost) / static_cast<float>(count);
+  const float scale = static_cast<float>(RayFan::kMaxRays) / static_cast<float>(count);
   rays.some &= (1u << count) - 1;
   all = 0;
-  for (int k = 0; k < RayFan::kMost; ++k) {
+  for (int k = 0; k < RayFan::kMaxRays; ++k) {
     float& w = weight[static_cast<std::size_t>(k)];
-    w = k < count ? share * w : 0;
+    w = k < count ? scale * w : 0;
     all += w;
   }
 }
@@ -68,7 +68,7 @@ ShadowRayPacket LightSampleSet::from(const SurfaceHit& surface, int number) cons
     const float cap = cone_of_sphere(lamp_.radius_m, far), r2 = lamp_.radius_m * lamp_.radius_m;
     Vector3f a, b;
     basis(axis, a, b);
-    for (std::size_t k = 0; k < RayFan::kMost; ++k) {
+    for (std::size_t k = 0; k < RayFan::kMaxRays; ++k) {
       const float below = set.z[k] * cap, sine2 = std::max(below * (2 - below), 0.0f), s = std::sqrt(sine2);
       const float p = s * set.x[k], q = s * set.y[k], r = 1 - below;
       x[k] = p * a.x() + q * b.x() + r * axis.x();
@@ -80,7 +80,7 @@ ShadowRayPacket LightSampleSet::from(const SurfaceHit& surface, int number) cons
   } else {
     const Vector3f &from = fan.rays.from_m, &n = lamp_.normal;
     const float beam = 1 / (lamp_.cos_full - lamp_.cos_none);
-    for (std::size_t k = 0; k < RayFan::kMost; ++k) {
+    for (std::size_t k = 0; k < RayFan::kMaxRays; ++k) {
       const float dx = set.x[k] - from.x(), dy = set.y[k] - from.y(), dz = set.z[k] - from.z();
       const float d2 = dx * dx + dy * dy + dz * dz, d = std::sqrt(d2);
       x[k] = dx / d;
@@ -93,14 +93,14 @@ ShadowRayPacket LightSampleSet::from(const SurfaceHit& surface, int number) cons
     }
   }
   const Vector3f &n = surface.normal, &f = surface.face;
-  for (std::size_t k = 0; k < RayFan::kMost; ++k) {
+  for (std::size_t k = 0; k < RayFan::kMaxRays; ++k) {
     const float cosine = n.x() * x[k] + n.y() * y[k] + n.z() * z[k];
     const float above = f.x() * x[k] + f.y() * y[k] + f.z() * z[k];
-    weight[k] = above > 0 && cosine > 0 && weight[k] > 0 ? weight[k] * cosine / RayFan::kMost : 0;
+    weight[k] = above > 0 && cosine > 0 && weight[k] > 0 ? weight[k] * cosine / RayFan::kMaxRays : 0;
     fan.all += weight[k];
   }
   fan.weight = weight;
-  for (std::size_t k = 0; k < RayFan::kMost; ++k) {
+  for (std::size_t k = 0; k < RayFan::kMaxRays; ++k) {
     if (!(weight[k] > 0)) continue;
     fan.rays.some |= 1u << k;
     fan.rays.w[k] = {x[k], y[k], z[k]};

@@ -12,7 +12,7 @@ namespace lumigraft::relight {
 struct ShadowRayPacket {
   RayFan rays;  ///< active rays: those with a non-zero weight
   /// Per ray, its irradiance over the lamp's radiance, sr; 0 for inactive ones.
-  std::array<float, RayFan::kMost> weight;
+  std::array<float, RayFan::kMaxRays> weight;
   float all = 0;  ///< their sum: the unoccluded lamp
 
   /// Keeps only the first `rays`; they are stratified too if that is a power of two.
@@ -34,7 +34,7 @@ class LightSampleSet {
 
  private:
   static constexpr int kAll = kSets;  // index of the set of all points
-  using Row = std::array<float, RayFan::kMost>;
+  using Row = std::array<float, RayFan::kMaxRays>;
   struct Set {
     Row x, y, z;  ///< of a flat lamp: the point, tag frame; of a sphere: cosine and sine of the azimuth, fraction of
                   ///< the cap

@@ -37,14 +37,14 @@ LowResView::LowResView(const std::vector<GBufferPixel>& seen, const capture::Cam
     for (int y = first; y < last; ++y) {
       for (int x = 0; x < camera_.width; ++x) {
         const GBufferPixel* nearest = nullptr;
-        float least = std::numeric_limits<float>::infinity();
+        float min_off = std::numeric_limits<float>::infinity();
         for (int v = y * block; v < std::min((y + 1) * block, camera.height); ++v) {
           for (int u = x * block; u < std::min((x + 1) * block, camera.width); ++u) {
             const GBufferPixel& p = seen[static_cast<std::size_t>(v * camera.width + u)];
             const float off =
                 std::hypot(static_cast<float>(u - x * block) - middle, static_cast<float>(v - y * block) - middle);
-            if (!p.known || p.glossy || off >= least) continue;
-            least = off;
+            if (!p.known || p.glossy || off >= min_off) continue;
+            min_off = off;
             nearest = &p;
           }
         }
@@ -76,8 +76,8 @@ BlockMix LowResView::mix(int u, int v, const SurfaceHit& surface) const {
               y = (static_cast<float>(v) - to_middle) / static_cast<float>(block_);
   const int left = std::clamp(static_cast<int>(std::floor(x)), 0, std::max(camera_.width - 2, 0)),
             top = std::clamp(static_cast<int>(std::floor(y)), 0, std::max(camera_.height - 2, 0));
-  const float right_share = std::clamp(x - static_cast<float>(left), 0.0f, 1.0f),
-              bottom_share = std::clamp(y - static_cast<float>(top), 0.0f, 1.0f);
+  const float right_weight = std::clamp(x - static_cast<float>(left), 0.0f, 1.0f),
+              bottom_weight = std::clamp(y - static_cast<float>(top), 0.0f, 1.0f);
   BlockMix mix;
   mix.first = top * camera_.width + left;
   std::array<float, 4> weight{};
@@ -88,8 +88,8 @@ BlockMix LowResView::mix(int u, int v, const SurfaceHit& surface) const {
   for (std::size_t k = 0; k < 4; ++k) {
     const GBufferPixel& other = seen_[first + (k & 1 ? right_ : 0) + (k >> 1 ? below_ : 0)];
     if (!other.known) continue;
-    const float share = (k & 1 ? right_share : 1 - right_share) * (k >> 1 ? bottom_share : 1 - bottom_share);
-    weight[k] = even ? share : (share + kUnlike) * (alike(surface, other, block_m(other)) + kUnlike);
+    const float bilinear = (k & 1 ? right_weight : 1 - right_weight) * (k >> 1 ? bottom_weight : 1 - bottom_weight);
+    weight[k] = even ? bilinear : (bilinear + kUnlike) * (alike(surface, other, block_m(other)) + kUnlike);
     sum += weight[k];
   }
   if (!(sum > 0)) return mix;
@@ -99,8 +99,8 @@ BlockMix LowResView::mix(int u, int v, const SurfaceHit& surface) const {
     mix.weight[k] = static_cast<std::uint8_t>(255 * weight[k] / sum);
     left_over -= mix.weight[k];
   }
-  const auto most = std::max_element(mix.weight.begin(), mix.weight.end());
-  *most = static_cast<std::uint8_t>(*most + left_over);
+  const auto largest = std::max_element(mix.weight.begin(), mix.weight.end());
+  *largest = static_cast<std::uint8_t>(*largest + left_over);
   return mix;
 }
 

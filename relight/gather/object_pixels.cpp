@@ -16,7 +16,7 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr int kMost = RayFan::kMost, kMostInside = 4;  // rays per pixel
+constexpr int kMaxRays = RayFan::kMaxRays, kMaxInside = 4;  // rays per pixel
 constexpr int kMirrors = 2;
 constexpr std::uint32_t kCameraSeed = 21, kLightSeed = 22;
 constexpr float kOffPlane_px = 1.0f, kLikeNormals = 0.7f;  // cosine; for surfaces that share the shadows of a pixel
@@ -29,16 +29,16 @@ constexpr int kRow = 4;                                    // rows of pixels per
 struct Found {
   int u = 0;
   std::uint32_t some = 0;  ///< bit mask of the rays that hit
-  std::array<Vector3f, kMostInside> w;
-  std::array<MeshHit, kMostInside> hits;
+  std::array<Vector3f, kMaxInside> w;
+  std::array<MeshHit, kMaxInside> hits;
 };
 
 /// All rays of a pixel.
-struct Looks {
+struct PixelRays {
   std::uint32_t some = 0;
-  std::array<Vector3f, kMost> w;
-  std::array<MeshHit, kMost> hits;
-  std::array<SurfaceHit, kMost> surfaces;
+  std::array<Vector3f, kMaxRays> w;
+  std::array<MeshHit, kMaxRays> hits;
+  std::array<SurfaceHit, kMaxRays> surfaces;
 };
 
 /// Arrays are per pixel of the window, unless noted.
@@ -67,7 +67,7 @@ class ObjectView {
   ObjectPixels see() {
     if (first_.empty()) return {};
     for_each_block(window_.height, kRow, [&](int from, int to) {
-      for (int v = from; v < to; ++v) look_at_row(v);
+      for (int v = from; v < to; ++v) trace_row(v);
     });
     if (detail_.inside == 1) add_outlines();
     if (detail_.on_object > 1) {
@@ -100,7 +100,7 @@ class ObjectView {
   }
 
   /// Index in within_ of the pixel's first ray; the first four are stratified too.
-  static std::size_t pattern(int u, int v) { return static_cast<std::size_t>(kMost * (4 * (v & 3) + (u & 3))); }
+  static std::size_t pattern(int u, int v) { return static_cast<std::size_t>(kMaxRays * (4 * (v & 3) + (u & 3))); }
 
   /// Whether a pixel's ray passes through its centre, like those of the room's G-buffer.
   bool is_central(int ray) const { return detail_.inside == 1 && ray == 0; }
@@ -135,7 +135,7 @@ class ObjectView {
 
   /// Traces the rays `first` to `first + rays` of each of these pixels in one packet. `found(pixel, ray, w, hit)`.
   template <typename Found>
-  void look(int v, std::span<const int> pixels, int first, int rays, Found found) const {
+  void trace(int v, std::span<const int> pixels, int first, int rays, Found found) const {
     const int slots = static_cast<int>(pixels.size()) * rays;
     RayFan fan;
     fan.from_m = eye_m_;
@@ -149,7 +149,7 @@ class ObjectView {
       fan.limit_m[i] = std::numeric_limits<float>::infinity();
       if (!fan.w[i].isZero(0)) fan.some |= 1u << slot;
     }
-    std::array<MeshHit, RayFan::kMost> hits;
+    std::array<MeshHit, RayFan::kMaxRays> hits;
     const std::uint32_t met = light_.objects().meshes().hits(fan, hits);
     fan.some = 0;
     for (int slot = 0; slot < slots; ++slot) {
@@ -164,17 +164,17 @@ class ObjectView {
     }
   }
 
-  void look_at_row(int v) {
-    std::array<int, kMost> pixels;
-    std::array<Found, kMost> together;
+  void trace_row(int v) {
+    std::array<int, kMaxRays> pixels;
+    std::array<Found, kMaxRays> together;
     std::size_t count = 0;
-    const auto look_at = [&] {
-      look(v, std::span(pixels).first(count), 0, detail_.inside,
-           [&](std::size_t pixel, int ray, const Vector3f& w, const MeshHit& hit) {
-             together[pixel].some |= 1u << ray;
-             together[pixel].w[static_cast<std::size_t>(ray)] = w;
-             together[pixel].hits[static_cast<std::size_t>(ray)] = hit;
-           });
+    const auto trace_batch = [&] {
+      trace(v, std::span(pixels).first(count), 0, detail_.inside,
+            [&](std::size_t pixel, int ray, const Vector3f& w, const MeshHit& hit) {
+              together[pixel].some |= 1u << ray;
+              together[pixel].w[static_cast<std::size_t>(ray)] = w;
+              together[pixel].hits[static_cast<std::size_t>(ray)] = hit;
+            });
       for (std::size_t i = 0; i < count; ++i) {
         if (together[i].some) keep(v, together[i]);
       }
@@ -185,9 +185,9 @@ class ObjectView {
       if (!may_see(u, v)) continue;
       pixels[count] = together[count].u = u;
       together[count++].some = 0;
-      if (count == static_cast<std::size_t>(kMost / detail_.inside)) look_at();
+      if (count == static_cast<std::size_t>(kMaxRays / detail_.inside)) trace_batch();
     }
-    if (count > 0) look_at();
+    if (count > 0) trace_batch();
   }
 
   void keep(int v, const Found& found) {
@@ -202,7 +202,7 @@ class ObjectView {
     pixel.surface = light_.objects().meshes().surface(hit, w);
     pixel.w = w;
     pixel.depth_m = hit.t_m;
-    pixel.albedo = pixel.surface.look.diffuse;
+    pixel.albedo = pixel.surface.bsdf.diffuse;
     return pixel;
   }
 
@@ -231,45 +231,45 @@ class ObjectView {
   }
 
   void shade(int v, const Found& found, ObjectPixels& out) const {
-    Looks looks;
-    looks.some = found.some;
+    PixelRays traced;
+    traced.some = found.some;
     GBufferPixel first = first_[index(found.u, v)];
     bool edge = detail_.inside == 1 ? is_edge(found.u, v) : std::popcount(found.some) < detail_.inside;
     for (std::size_t k = 0; k < static_cast<std::size_t>(detail_.inside); ++k) {
       if (!(found.some >> k & 1)) continue;
-      looks.w[k] = found.w[k];
-      looks.hits[k] = found.hits[k];
-      looks.surfaces[k] = k == static_cast<std::size_t>(std::countr_zero(found.some))
-                              ? first.surface
-                              : light_.objects().meshes().surface(found.hits[k], found.w[k]);
-      edge |= !goes_on(first, looks.surfaces[k]);
+      traced.w[k] = found.w[k];
+      traced.hits[k] = found.hits[k];
+      traced.surfaces[k] = k == static_cast<std::size_t>(std::countr_zero(found.some))
+                               ? first.surface
+                               : light_.objects().meshes().surface(found.hits[k], found.w[k]);
+      edge |= !goes_on(first, traced.surfaces[k]);
     }
     int rays = detail_.inside;
     if (edge) {
-      look(v, std::span(&found.u, 1), rays, detail_.at_edges - rays,
-           [&](std::size_t, int ray, const Vector3f& w, const MeshHit& hit) {
-             const auto k = static_cast<std::size_t>(ray);
-             looks.some |= 1u << ray;
-             looks.w[k] = w;
-             looks.hits[k] = hit;
-             looks.surfaces[k] = light_.objects().meshes().surface(hit, w);
-             if (!first.known) first = seen_by(w, hit);
-           });
+      trace(v, std::span(&found.u, 1), rays, detail_.at_edges - rays,
+            [&](std::size_t, int ray, const Vector3f& w, const MeshHit& hit) {
+              const auto k = static_cast<std::size_t>(ray);
+              traced.some |= 1u << ray;
+              traced.w[k] = w;
+              traced.hits[k] = hit;
+              traced.surfaces[k] = light_.objects().meshes().surface(hit, w);
+              if (!first.known) first = seen_by(w, hit);
+            });
       rays = detail_.at_edges;
     }
     Rgb sum = Rgb::Zero();
     for (int k = 0; k < rays; ++k) {
-      if (!(looks.some >> k & 1)) continue;
+      if (!(traced.some >> k & 1)) continue;
       const auto i = static_cast<std::size_t>(k);
       Sampler sampler(kLightSeed, static_cast<std::uint32_t>(index(found.u, v)), static_cast<std::uint32_t>(k));
-      sum += radiance(looks.w[i], looks.hits[i], looks.surfaces[i],
-                      lit(looks.surfaces[i], found.u, v, k, goes_on(first, looks.surfaces[i])), sampler,
+      sum += radiance(traced.w[i], traced.hits[i], traced.surfaces[i],
+                      lit(traced.surfaces[i], found.u, v, k, goes_on(first, traced.surfaces[i])), sampler,
                       edge ? 1 : detail_.mirrored);
     }
     for (std::size_t c = 0; c < 3; ++c) {
       out.radiance.data[3 * index(found.u, v) + c] = sum[static_cast<Eigen::Index>(c)] / static_cast<float>(rays);
     }
-    out.coverage.data[index(found.u, v)] = static_cast<float>(std::popcount(looks.some)) / static_cast<float>(rays);
+    out.coverage.data[index(found.u, v)] = static_cast<float>(std::popcount(traced.some)) / static_cast<float>(rays);
   }
 
   bool goes_on(const GBufferPixel& first, const SurfaceHit& surface) const {
@@ -279,12 +279,12 @@ class ObjectView {
   }
 
   /// Irradiance of lamps over π.
-  Rgb lit(const SurfaceHit& surface, int u, int v, int ray, bool shares) const {
+  Rgb lit(const SurfaceHit& surface, int u, int v, int ray, bool uses_shadow_of_pixel) const {
     Rgb sum = Rgb::Zero();
     const BlockMix mix = blocks_ ? blocks_->mix(u, v, surface) : BlockMix{};
     for (std::size_t lamp = 0; lamp < lamps_.size(); ++lamp) {
       const Rgb radiance = lamps_[lamp].lamp().radiance / kPi;
-      if (const auto open = open_to(lamp, mix, u, v, shares)) {
+      if (const auto open = open_to(lamp, mix, u, v, uses_shadow_of_pixel)) {
         if (*open > 0) sum += radiance * (*open * lamps_[lamp].unhidden(surface));
         continue;
       }
@@ -294,7 +294,7 @@ class ObjectView {
       std::uint32_t open = fan.rays.some & ~light_.objects().meshes().blocked(fan.rays);
       fan.rays.some = open;
       open &= ~light_.behind_room(fan.rays, lamp);
-      for (std::size_t k = 0; k < RayFan::kMost; ++k) {
+      for (std::size_t k = 0; k < RayFan::kMaxRays; ++k) {
         if (open >> k & 1) sum += 4 * radiance * fan.weight[k];
       }
     }
@@ -302,10 +302,10 @@ class ObjectView {
   }
 
   /// Visibility of a lamp shared by the surfaces of a pixel, if they share it.
-  std::optional<float> open_to(std::size_t lamp, const BlockMix& mix, int u, int v, bool shares) const {
+  std::optional<float> open_to(std::size_t lamp, const BlockMix& mix, int u, int v, bool uses_shadow_of_pixel) const {
     if (!blocks_) {
-      const LampVisibility& share = open_[lamp][index(u, v)];
-      return shares && share.holds_near ? std::optional(share.open) : std::nullopt;
+      const LampVisibility& visibility = open_[lamp][index(u, v)];
+      return uses_shadow_of_pixel && visibility.holds_near ? std::optional(visibility.open) : std::nullopt;
     }
     if (mix.empty()) return std::nullopt;
     return blocks_->mixed(mix, [&](std::size_t block) { return open_[lamp][block].open; });
@@ -314,10 +314,10 @@ class ObjectView {
   Rgb radiance(const Vector3f& w, const MeshHit& hit, const SurfaceHit& surface, const Rgb& lamps, Sampler& sampler,
                int mirror_rays) const {
     const Rgb arriving = light_.objects().irradiance(hit, surface.face).indirect / kPi;
-    const Rgb sum = diffuse_under(surface.look, -surface.normal.dot(w)) * (arriving + lamps);
-    if (!surface.look.mirrors()) return sum;
+    const Rgb sum = diffuse_under(surface.bsdf, -surface.normal.dot(w)) * (arriving + lamps);
+    if (!surface.bsdf.mirrors()) return sum;
     SurfaceHit mirror = surface;
-    mirror.look = mirror_of(surface.look);
+    mirror.bsdf = mirror_of(surface.bsdf);
     const PathVertex lobe(mirror, w);
     Rgb mirrored = Rgb::Zero();
     for (int k = 0; k < mirror_rays; ++k) mirrored += light_.mirrored_by_object(lobe, sampler, kMirrors);
@@ -331,9 +331,9 @@ class ObjectView {
   GatherQuality detail_;
   Vector3f eye_m_;
   PixelWindow window_;
-  capture::CameraModel model_;                      ///< of the window; only its size and focal lengths are valid
-  std::array<Eigen::Vector2f, 16 * kMost> within_;  ///< positions of the rays in each of 4 × 4 pixels
-  std::vector<GBufferPixel> first_;                 ///< the first hit among a pixel's rays
+  capture::CameraModel model_;                         ///< of the window; only its size and focal lengths are valid
+  std::array<Eigen::Vector2f, 16 * kMaxRays> within_;  ///< positions of the rays in each of 4 × 4 pixels
+  std::vector<GBufferPixel> first_;                    ///< the first hit among a pixel's rays
   std::vector<std::vector<Found>> rows_;
   std::optional<LowResView> blocks_;
   std::vector<std::vector<LampVisibility>> open_;  ///< by lamp, then pixel or block

@@ -20,11 +20,11 @@ constexpr float kReach_voxels = 6;       // search distance to the next plane, a
 constexpr float kFlat = 0.96f;           // cosine of 16°: the turn of a sphere of six voxels radius over that distance
 constexpr float kTurn = 0.87f;           // cosine of 30°: smaller angles are the same plane with noise
 constexpr float kOff_voxels = 1.5f;      // maximum distance of the plane from the measurement
-constexpr float kLeastCosine = 0.05f;    // of a plane viewed from the camera
+constexpr float kMinCosine = 0.05f;      // of a plane viewed from the camera
 constexpr float kUnlikeColor = 0.1f;     // in coded colour from 0 to 1: this colour difference to a side ...
 constexpr float kUnlike_voxels = 0.25f;  // ... is as unlikely as this distance from the side's plane
 constexpr float kLift_voxels = 0.1f;     // offset above the plane, whose noise would occlude lamps for points on it
-constexpr float kLeastDetail = 0.2f, kMostDetail = 4;
+constexpr float kMinDetail = 0.2f, kMaxDetail = 4;
 constexpr std::array<std::array<int, 2>, 8> kWays = {
     {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, 1}, {1, -1}, {-1, -1}}};
 
@@ -53,7 +53,7 @@ class Edges {
     if (!is_even(p)) return false;
     const int r = round_px(p);
     return std::any_of(kWays.begin(), kWays.begin() + 4, [&](const auto& way) {
-      const GBufferPixel* q = beside(p, u + r * way[0], v + r * way[1]);
+      const GBufferPixel* q = neighbour_of(p, u + r * way[0], v + r * way[1]);
       return q && q->surface.normal.dot(p.surface.normal) < kTurn;
     });
   }
@@ -68,7 +68,7 @@ class Edges {
     const float from_a = of_a.surface.normal.dot(apart), from_b = -of_b.surface.normal.dot(apart);
     if (!(from_a * from_b > 0)) return std::nullopt;
     const bool convex = from_a < 0;
-    const auto t_a = meets(p.w, of_a), t_b = meets(p.w, of_b);
+    const auto t_a = intersection(p.w, of_a), t_b = intersection(p.w, of_b);
     if (!t_a && !t_b) return std::nullopt;
     bool takes_a = t_a.has_value();
     if (t_a && t_b) {
@@ -92,7 +92,7 @@ class Edges {
     return std::max(static_cast<int>(std::lround(reach_px(p, kRound_voxels))), 1);
   }
 
-  const GBufferPixel* beside(const GBufferPixel& p, int u, int v) const {
+  const GBufferPixel* neighbour_of(const GBufferPixel& p, int u, int v) const {
     if (u < 0 || v < 0 || u >= width_ || v >= height_) return nullptr;
     const GBufferPixel& q = at(u, v);
     return is_even(q) && std::abs(q.depth_m - p.depth_m) < kReach_voxels * voxel_m_ ? &q : nullptr;
@@ -102,7 +102,7 @@ class Edges {
   bool is_flat(int u, int v, const std::array<int, 2>& way) const {
     const GBufferPixel& p = at(u, v);
     const int r = round_px(p);
-    const GBufferPixel* on = beside(p, u + r * way[0], v + r * way[1]);
+    const GBufferPixel* on = neighbour_of(p, u + r * way[0], v + r * way[1]);
     return on && on->surface.normal.dot(p.surface.normal) > kFlat;
   }
 
@@ -114,7 +114,7 @@ class Edges {
     for (std::size_t i = 0; i < kWays.size(); ++i) {
       const auto& [x, y] = kWays[i];
       for (int s = 1; s <= reach; ++s) {
-        if (!beside(p, u + s * x, v + s * y)) break;
+        if (!neighbour_of(p, u + s * x, v + s * y)) break;
         const int pixel = (v + s * y) * width_ + u + s * x;
         if (turns[static_cast<std::size_t>(pixel)]) continue;
         if (is_flat(u + s * x, v + s * y, kWays[i])) found[i] = {pixel, s};
@@ -135,9 +135,9 @@ class Edges {
     return two;
   }
 
-  std::optional<float> meets(const Vector3f& w, const GBufferPixel& side) const {
+  std::optional<float> intersection(const Vector3f& w, const GBufferPixel& side) const {
     const float fall = side.surface.normal.dot(w);
-    if (fall > -kLeastCosine) return std::nullopt;
+    if (fall > -kMinCosine) return std::nullopt;
     return side.surface.normal.dot(side.surface.position_m - eye_m_) / fall;
   }
 
@@ -162,7 +162,7 @@ class Edges {
     // Neither below the fused surface nor below the plane, either of which would occlude everything from there.
     const float below = std::max(side.surface.normal.dot(eye_m_ + t * p.w - p.surface.position_m), 0.0f);
     sharp.surface.position_m += (below + kLift_voxels * voxel_m_) * side.surface.normal;
-    const Rgb detail = (pixel(own) / pixel(of_side).max(1e-5f)).max(kLeastDetail).min(kMostDetail);
+    const Rgb detail = (pixel(own) / pixel(of_side).max(1e-5f)).max(kMinDetail).min(kMaxDetail);
     sharp.albedo = (side.albedo * detail).min(1.0f);
     return sharp;
   }

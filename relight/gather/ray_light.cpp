@@ -9,10 +9,10 @@
 namespace lumigraft::relight {
 namespace {
 
-constexpr int kMostTriangles = 200000;  // per object
-constexpr int kLampPoints = 8;          // per lamp, at a probe of an object
+constexpr int kMaxTriangles = 200000;  // per object
+constexpr int kLampPoints = 8;         // per lamp, at a probe of an object
 constexpr int kBouncesAnew = 8, kBouncesOn = 2;
-constexpr int kCellShare = 4;  // number of rays of a probe per ray of each kind of a cell
+constexpr int kProbeRaysPerCellRay = 4;  // number of rays of a probe per ray of each kind of a cell
 constexpr std::uint32_t kLampSeed = 1, kObjectSeed = 2, kCellSeed = 3;
 
 bool same_models(const std::vector<ReferenceMesh>& a, const std::vector<ReferenceMesh>& b) {
@@ -52,7 +52,7 @@ const std::shared_ptr<const IrradianceProbes>& RayLight::places_of(const std::sh
     if (known.model == model) return known.places;
   }
   prepared_.push_back(
-      {model, std::make_shared<const IrradianceProbes>(place_probes(*simplify_model(*model, kMostTriangles)))});
+      {model, std::make_shared<const IrradianceProbes>(place_probes(*simplify_model(*model, kMaxTriangles)))});
   return prepared_.back().places;
 }
 
@@ -155,7 +155,7 @@ void RayLight::gather_on_objects(int bounces, const Plan& plan, const std::funct
 
 void RayLight::gather_in_cells(const Plan& plan, const std::function<void(const char*)>& done) {
   World& w = *world_;
-  gather_cells(w.light, w.places, std::max(plan.rays / kCellShare, 1), kCellSeed, turn_, w.cells);
+  gather_cells(w.light, w.places, std::max(plan.rays / kProbeRaysPerCellRay, 1), kCellSeed, turn_, w.cells);
   done("cells");
 }
 

@@ -33,7 +33,7 @@ std::vector<ObjectFacet> find_facets(const IrradianceProbes& places, const Mater
   for (std::uint32_t t = 0; 3 * t + 2 < model.indices.size(); ++t) {
     const Vector3f& out = model.normals[model.indices[3 * t]];
     const SurfaceHit s = meshes.surface({0, 0, t, 1 / 3.0f, 1 / 3.0f}, -out);
-    facets.push_back({s.face, s.look.diffuse, s.look.mirrors()});
+    facets.push_back({s.face, s.bsdf.diffuse, s.bsdf.mirrors()});
   }
   return facets;
 }
@@ -64,9 +64,9 @@ void RayObjects::spread() {
       for (auto side = static_cast<std::size_t>(from); side < static_cast<std::size_t>(to); ++side) {
         Irradiance sum;
         for (std::uint32_t i = places.first[side]; i < places.first[side + 1]; ++i) {
-          const std::size_t place = first_[o] + static_cast<std::size_t>(places.shares[i].place);
-          sum.direct += places.shares[i].weight * direct_[place];
-          sum.indirect += places.shares[i].weight * indirect_[place];
+          const std::size_t place = first_[o] + static_cast<std::size_t>(places.weights[i].place);
+          sum.direct += places.weights[i].weight * direct_[place];
+          sum.indirect += places.weights[i].weight * indirect_[place];
         }
         irradiance_[o][side] = sum;
       }

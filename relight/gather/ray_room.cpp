@@ -99,8 +99,8 @@ RealPoint RayRoom::point(const MeshHit& hit, const Vector3f& w) const {
   const Vector3f& p = point.surface.position_m;
   if (is_flat_enough(p) && p.head<2>().cwiseAbs().maxCoeff() < 0.5f * surfaces_->paper_m) {
     if (const auto measured = surfaces_->field->radiance(p)) {
-      point.surface.look = {};
-      if (surfaces_->albedo) point.surface.look.diffuse = albedo_near(*surfaces_->albedo, p).array();
+      point.surface.bsdf = {};
+      if (surfaces_->albedo) point.surface.bsdf.diffuse = albedo_near(*surfaces_->albedo, p).array();
       point.before = measured->array();
       return point;
     }
@@ -124,11 +124,11 @@ RealPoint RayRoom::measured_point(const MeshHit& hit, const Vector3f& w) const {
   SurfaceHit& s = point.surface;
   s.normal.setZero();
   for (int k = 0; k < 3; ++k) {
-    const float share = sum > 0 ? known[k] / sum : weight[k];
+    const float fraction = sum > 0 ? known[k] / sum : weight[k];
     s.position_m += weight[k] * vertices[k]->position_m;
     s.normal += weight[k] * vertices[k]->normal;
-    point.before += share * vertices[k]->before;
-    s.look.diffuse += share * vertices[k]->albedo;
+    point.before += fraction * vertices[k]->before;
+    s.bsdf.diffuse += fraction * vertices[k]->albedo;
   }
   s.face = surfaces_->facets[hit.mesh][hit.triangle].normal;
   if (s.face.dot(w) > 0) s.face = -s.face;

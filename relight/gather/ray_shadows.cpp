@@ -48,7 +48,7 @@ class LampShadow {
         sparse_(detail.sparse),
         shadows_(seen.size()) {}
 
-  void look(int step) {
+  void compute(int step) {
     // First pass: corners of blocks of pixels.
     const int across = (width_ + step - 2) / step + 1, down = (height_ + step - 2) / step + 1;
     std::vector<std::uint8_t> corners(static_cast<std::size_t>(across) * static_cast<std::size_t>(down));
@@ -112,21 +112,21 @@ class LampShadow {
     if (!is_wanted(p)) return 0;
     if (on_ == On::room && !light_.may_hide(lamp_, p.surface.position_m)) return kOpen;
     ShadowRayPacket fan = points_.from(p.surface, 4 * (v & 3) + (u & 3));
-    if (rays_ < RayFan::kMost) fan.keep_first(rays_);
+    if (rays_ < RayFan::kMaxRays) fan.keep_first(rays_);
     if (!(fan.all > 0)) return 0;
-    std::array<MeshHit, RayFan::kMost> found;
+    std::array<MeshHit, RayFan::kMaxRays> found;
     const std::uint32_t objects = light_.objects().meshes().hits(fan.rays, found);
     RayFan others = fan.rays;
     others.some = on_ == On::room ? objects : fan.rays.some & ~objects;
     const std::uint32_t room = light_.behind_room(others, lamp_);
     const std::uint32_t hidden = on_ == On::room ? objects & ~room : objects | room;
     float sum = 0;
-    for (std::size_t k = 0; k < RayFan::kMost; ++k) {
+    for (std::size_t k = 0; k < RayFan::kMaxRays; ++k) {
       if (hidden >> k & 1) sum += fan.weight[k];
     }
     Shadow& shadow = shadows_[at(u, v)];
     const float lamp_m = (points_.lamp().centre_m - p.surface.position_m).norm();
-    for (std::size_t k = 0; k < RayFan::kMost; ++k) {
+    for (std::size_t k = 0; k < RayFan::kMaxRays; ++k) {
       if (!(objects >> k & 1)) continue;
       const float beyond_m = std::max(lamp_m - found[k].t_m, 1e-3f);
       shadow.penumbra_m = std::min(shadow.penumbra_m, 2 * lamp_reach_m(points_.lamp()) * found[k].t_m / beyond_m);
@@ -243,7 +243,7 @@ std::vector<Eigen::Array4f> hidden_by_objects(const DeltaLight& light, const std
   std::vector<Eigen::Array4f> sum(seen.size(), Eigen::Array4f::Zero());
   for (std::size_t lamp = 0; lamp < lamps.size(); ++lamp) {
     LampShadow shadow(On::room, light, lamp, lamps[lamp], seen, camera, detail);
-    shadow.look(detail.step);
+    shadow.compute(detail.step);
     shadow.smoothed([&](std::size_t pixel, float hidden, float) {
       if (hidden <= 0) return;
       const float all = lamps[lamp].unhidden(seen[pixel].surface);
@@ -261,7 +261,7 @@ std::vector<std::vector<LampVisibility>> open_to_lamps(const DeltaLight& light,
   std::vector<std::vector<LampVisibility>> open;
   for (std::size_t lamp = 0; lamp < lamps.size(); ++lamp) {
     LampShadow shadow(On::objects, light, lamp, lamps[lamp], seen, camera, detail);
-    shadow.look(detail.step);
+    shadow.compute(detail.step);
     std::vector<LampVisibility>& by_pixel = open.emplace_back(seen.size());
     shadow.smoothed([&](std::size_t pixel, float hidden, float narrowest_px) {
       by_pixel[pixel] = {1 - hidden, narrowest_px > kWide_px};

@@ -74,7 +74,7 @@ void gather_cells(const DeltaLight& light, const std::vector<ChangeRegion>& plac
       if (!turn.is_of(i)) continue;
       const Patch& cell = cells.cells()[static_cast<std::size_t>(i)];
       PathVertex vertex = white_vertex(cell.position_m, cell.normal);
-      vertex.look_for(places);
+      vertex.aim_at(places);
       found[static_cast<std::size_t>(i)] =
           changed_irradiance(light, vertex, {rays, rays}, seed, static_cast<std::uint32_t>(i), nullptr);
     }
@@ -90,13 +90,13 @@ Rgb changed_radiance(const DeltaLight& light, const PathVertex& vertex, Sampler&
     return light.change({vertex.leave(w), w, pdf}, sampler, kMirrors, to_object_m) * response / pdf;
   };
   Rgb sum = towards(vertex.sample(sampler)) - light.hidden(vertex, sampler);
-  if (vertex.looks()) sum += towards(vertex.aim(sampler));
+  if (vertex.has_aim()) sum += towards(vertex.aim(sampler));
   return sum;
 }
 
 Rgb changed_irradiance(const DeltaLight& light, const PathVertex& vertex, const RayCounts& rays, std::uint32_t seed,
                        std::uint32_t place, float* to_object_m) {
-  const int aimed = vertex.looks() ? rays.aimed : 0;
+  const int aimed = vertex.has_aim() ? rays.aimed : 0;
   Rgb sum = Rgb::Zero();
   for (int k = 0; k < rays.hemisphere + aimed; ++k) {
     const bool aim = k >= rays.hemisphere;
@@ -105,8 +105,8 @@ Rgb changed_irradiance(const DeltaLight& light, const PathVertex& vertex, const 
     // The balance heuristic of both strategies (Veach & Guibas 1995). A white vertex reflects all channels equally.
     const float pdf =
         static_cast<float>(rays.hemisphere) * vertex.pdf(w) + static_cast<float>(aimed) * vertex.aim_pdf(w);
-    const float share = vertex.response(w)[0] / pdf;
-    if (share > 0) sum += share * light.change({vertex.leave(w), w, 0}, sampler, kMirrors, to_object_m);
+    const float weight = vertex.response(w)[0] / pdf;
+    if (weight > 0) sum += weight * light.change({vertex.leave(w), w, 0}, sampler, kMirrors, to_object_m);
   }
   return sum * kPi;
 }

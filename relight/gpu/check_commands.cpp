@@ -58,10 +58,10 @@ void check_raster_desc(const std::string& shader, const ShaderInterface& interfa
 }
 
 void check_groups(const std::string& shader, const std::array<int, 3>& groups,
-                  const std::array<std::uint32_t, 3>& most) {
+                  const std::array<std::uint32_t, 3>& max_groups) {
   for (std::size_t i = 0; i < 3; ++i) {
-    if (groups[i] < 0 || static_cast<std::uint32_t>(groups[i]) > most[i]) {
-      refuse(shader, std::to_string(groups[i]) + " groups; allowed are 0 to " + std::to_string(most[i]));
+    if (groups[i] < 0 || static_cast<std::uint32_t>(groups[i]) > max_groups[i]) {
+      refuse(shader, std::to_string(groups[i]) + " groups; allowed are 0 to " + std::to_string(max_groups[i]));
     }
   }
 }

@@ -9,7 +9,7 @@ namespace lumigraft::relight::gpu {
 void check_raster_desc(const std::string& shader, const ShaderInterface& interface, const RasterDesc& desc);
 
 void check_groups(const std::string& shader, const std::array<int, 3>& groups,
-                  const std::array<std::uint32_t, 3>& most);
+                  const std::array<std::uint32_t, 3>& max_groups);
 
 void check_draw(const std::string& shader, const RasterDesc& desc, std::span<const Attachment> colors,
                 const Attachment* depth, std::span<const DrawCall> calls, const Area* area);

@@ -88,9 +88,9 @@ void check_texture_desc(const TextureDesc& desc) {
   };
   if (desc.width < 1 || desc.height < 1 || desc.depth < 1) refuse("every edge must be at least 1");
   const int longest = std::max({desc.width, desc.height, desc.depth});
-  const int most_mips = std::bit_width(static_cast<unsigned>(longest));
-  if (desc.mips < 1 || desc.mips > most_mips) {
-    refuse(std::to_string(desc.mips) + " mips; allowed are 1 to " + std::to_string(most_mips));
+  const int max_mips = std::bit_width(static_cast<unsigned>(longest));
+  if (desc.mips < 1 || desc.mips > max_mips) {
+    refuse(std::to_string(desc.mips) + " mips; allowed are 1 to " + std::to_string(max_mips));
   }
   if (is_volume(desc) && desc.attachment) refuse("a volume cannot be an attachment");
   if (is_volume(desc) && is_depth(desc.format)) refuse("a volume cannot hold depth32_float");

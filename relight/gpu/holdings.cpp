@@ -10,7 +10,7 @@ void Holdings::add(const std::string& name, std::size_t bytes) {
   ++held.count;
   held.bytes += bytes;
   bytes_ += bytes;
-  most_bytes_ = std::max(most_bytes_, bytes_);
+  max_bytes_ = std::max(max_bytes_, bytes_);
 }
 
 void Holdings::remove(const std::string& name, std::size_t bytes) {

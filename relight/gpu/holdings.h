@@ -19,12 +19,12 @@ class Holdings {
   void remove(const std::string& name, std::size_t bytes);
 
   std::size_t bytes() const { return bytes_; }
-  std::size_t most_bytes() const { return most_bytes_; }  ///< maximum over time
-  std::vector<Holding> list() const;                      ///< largest first
+  std::size_t max_bytes() const { return max_bytes_; }  ///< maximum over time
+  std::vector<Holding> list() const;                    ///< largest first
 
  private:
   std::map<std::string, Holding> by_name_;
-  std::size_t bytes_ = 0, most_bytes_ = 0;
+  std::size_t bytes_ = 0, max_bytes_ = 0;
 };
 
 /// "1234 MB", in units of 10⁶ bytes.

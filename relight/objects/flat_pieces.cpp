@@ -10,12 +10,12 @@ namespace {
 using Eigen::Vector2f;
 using Eigen::Vector3f;
 
-constexpr float kSameNormal = 0.9995f;    // cosine, of triangles of one piece: 1.8°
-constexpr float kSameOffset_m = 1e-3f;    // maximum offset between their planes
-constexpr float kFlatCorner = 0.98f;      // cosine between a triangle and its vertices' normals
-constexpr float kLeastArea_m2 = 2.5e-3f;  // 5 cm × 5 cm
-constexpr float kLeastShare = 0.02f;      // of the model
-constexpr float kClosed = 1e-3f;          // |sum of area-weighted normals| of a closed surface, relative
+constexpr float kSameNormal = 0.9995f;     // cosine, of triangles of one piece: 1.8°
+constexpr float kSameOffset_m = 1e-3f;     // maximum offset between their planes
+constexpr float kFlatCorner = 0.98f;       // cosine between a triangle and its vertices' normals
+constexpr float kMinArea_m2 = 2.5e-3f;     // 5 cm × 5 cm
+constexpr float kMinAreaFraction = 0.02f;  // of the model
+constexpr float kClosed = 1e-3f;           // |sum of area-weighted normals| of a closed surface, relative
 
 struct Triangle {
   Vector3f a, b, c, normal;
@@ -55,7 +55,7 @@ bool inside(const Vector2f& p, const Vector2f& a, const Vector2f& b, const Vecto
 /// those of the largest triangles are tested.
 void fit_rectangle(const std::vector<Triangle>& members, FlatPiece& piece) {
   constexpr std::size_t kTried = 64;
-  float least = std::numeric_limits<float>::infinity();
+  float min_area = std::numeric_limits<float>::infinity();
   for (std::size_t i = 0; i < std::min(members.size(), kTried); ++i) {
     const Triangle& tried = members[i];
     for (const Vector3f& edge :
@@ -66,8 +66,8 @@ void fit_rectangle(const std::vector<Triangle>& members, FlatPiece& piece) {
         for (const Vector3f& p : {t.a, t.b, t.c}) box.extend(Vector2f(u.dot(p), v.dot(p)));
       }
       const float area = box.sizes().prod();
-      if (!(area < 0.999f * least)) continue;
-      least = area;
+      if (!(area < 0.999f * min_area)) continue;
+      min_area = area;
       piece.centre_m = box.center().x() * u + box.center().y() * v + piece.offset_m * piece.normal;
       piece.half_along_m = 0.5f * box.sizes().x() * u;
       piece.half_across_m = 0.5f * box.sizes().y() * v;
@@ -117,7 +117,7 @@ std::vector<FlatPiece> flat_pieces(const Model& model) {
     FlatPiece piece;
     std::vector<Triangle> members;
   };
-  constexpr std::size_t kMostClusters = 256;  // on a finely curved model all further ones are as small
+  constexpr std::size_t kMaxClusters = 256;  // on a finely curved model all further ones are as small
   std::vector<Cluster> clusters;
   for (const Triangle& t : triangles) {
     if (!t.flat) continue;
@@ -129,7 +129,7 @@ std::vector<FlatPiece> flat_pieces(const Model& model) {
     Cluster* cluster = nullptr;
     if (found != clusters.end()) {
       cluster = &*found;
-    } else if (clusters.size() < kMostClusters) {
+    } else if (clusters.size() < kMaxClusters) {
       cluster = &clusters.emplace_back();
       cluster->piece.normal = t.normal;
       cluster->piece.offset_m = t.normal.dot(t.a);
@@ -146,7 +146,7 @@ std::vector<FlatPiece> flat_pieces(const Model& model) {
   std::vector<FlatPiece> pieces;
   for (Cluster& cluster : clusters) {
     if (pieces.size() == shader::kMaxMirrors) break;
-    if (cluster.piece.area_m2 < std::max(kLeastArea_m2, kLeastShare * area)) break;
+    if (cluster.piece.area_m2 < std::max(kMinArea_m2, kMinAreaFraction * area)) break;
     fit_rectangle(cluster.members, cluster.piece);
     draw_outline(cluster.members, cluster.piece);
     pieces.push_back(std::move(cluster.piece));

@@ -30,8 +30,8 @@ std::shared_ptr<const Model> simplify_model(const Model& model, int max_triangle
 
   auto result = std::make_shared<Model>();
   for (const Model::Part& part : model.parts) {
-    const std::size_t share = part.index_count * max_count / model.indices.size() / 3 * 3;
-    const std::vector<std::uint32_t> indices = simplified(model, part, std::max<std::size_t>(share, 3));
+    const std::size_t max_indices = part.index_count * max_count / model.indices.size() / 3 * 3;
+    const std::vector<std::uint32_t> indices = simplified(model, part, std::max<std::size_t>(max_indices, 3));
     Model::Part& smaller = result->parts.emplace_back(part);
     smaller.first_index = static_cast<std::uint32_t>(result->indices.size());
     smaller.index_count = static_cast<std::uint32_t>(indices.size());

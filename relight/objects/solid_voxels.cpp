@@ -10,7 +10,7 @@
 namespace lumigraft::relight {
 namespace {
 
-constexpr double largest_cone_share = 0.05;
+constexpr double kMaxConeFraction = 0.05;
 
 class UnionFind {
  public:
@@ -144,7 +144,7 @@ ObjectSolid::ObjectSolid(const Model& model) {
     component.volume_m3 += cone[0].cast<double>().dot(cone[1].cast<double>().cross(cone[2].cast<double>())) / 6;
   }
   for (Component& component : components_) {
-    component.solid = component.cone_area_m2 <= largest_cone_share * component.area_m2;
+    component.solid = component.cone_area_m2 <= kMaxConeFraction * component.area_m2;
     component.orientation = component.volume_m3 < 0 ? -1.0f : 1.0f;
   }
   for (std::size_t t = 0; t < triangles; ++t) {

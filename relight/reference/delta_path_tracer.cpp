@@ -54,10 +54,10 @@ void for_each_sample(const TraceWorld& world, const PosedCamera& camera, std::ui
   }
 }
 
-constexpr int kPilotShare = 8;          // one of this many samples is a pilot sample
-constexpr int kLeastPilot = 4;          // samples
-constexpr int kLeastShare = 8;          // minimum count: the mean divided by this
-constexpr float kMostShare = 32;        // maximum count: the mean times this
+constexpr int kSamplesPerPilot = 8;     // one of this many samples is a pilot sample
+constexpr int kMinPilot = 4;            // samples
+constexpr int kMaxReduction = 8;        // minimum count: the mean divided by this
+constexpr float kMaxIncrease = 32;      // maximum count: the mean times this
 constexpr double kObjectWeight = 0.25;  // weight of noise on objects, which the object's own radiance masks
 constexpr int kAround_px = 4;           // averaging radius of the noise estimate, as few samples estimate a single
                                         // pixel poorly
@@ -66,9 +66,9 @@ constexpr int kAround_px = 4;           // averaging radius of the noise estimat
 /// deviation of a sample in the neighbourhood, estimated by pilot samples. These are not reused, so that counts and
 /// values are independent and the result is unbiased.
 std::vector<int> sample_counts(const TraceWorld& world, const PosedCamera& camera, const ReferenceSamples& samples) {
-  const int width = camera.model.width, height = camera.model.height, pilot = samples.per_pixel / kPilotShare;
+  const int width = camera.model.width, height = camera.model.height, pilot = samples.per_pixel / kSamplesPerPilot;
   std::vector<int> counts(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), samples.per_pixel);
-  if (pilot < kLeastPilot) return counts;
+  if (pilot < kMinPilot) return counts;
   capture::Image<double> variance(width, height, 1);
   for_each_pixel(width, height, samples.threads, [&](int u, int v) {
     double sum = 0, sum2 = 0;
@@ -97,8 +97,8 @@ std::vector<int> sample_counts(const TraceWorld& world, const PosedCamera& camer
   const double mean = total / static_cast<double>(counts.size());
   if (!(mean > 0)) return counts;
   for (std::size_t i = 0; i < counts.size(); ++i) {
-    const double share = std::clamp<double>(deviation[i] / mean, 1.0 / kLeastShare, kMostShare);
-    counts[i] = std::max(static_cast<int>(std::lround(share * samples.per_pixel)), 1);
+    const double ratio = std::clamp<double>(deviation[i] / mean, 1.0 / kMaxReduction, kMaxIncrease);
+    counts[i] = std::max(static_cast<int>(std::lround(ratio * samples.per_pixel)), 1);
   }
   return counts;
 }

@@ -10,11 +10,11 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr int kSureBounces = 3;       // without Russian roulette
-constexpr float kMostToLive = 0.95f;  // maximum survival probability of Russian roulette
-constexpr int kLookingBounces = 2;    // that also sample towards regions of changed light
-constexpr float kSureOn = 0.5f;       // throughput below which a branch is subject to Russian roulette
-constexpr float kSureSplit = 0.05f;   // the same for a branch that has hit an object, where the change originates
+constexpr int kSureBounces = 3;        // without Russian roulette
+constexpr float kMaxSurvival = 0.95f;  // maximum survival probability of Russian roulette
+constexpr int kAimedBounces = 2;       // that also sample towards regions of changed light
+constexpr float kSureOn = 0.5f;        // throughput below which a branch is subject to Russian roulette
+constexpr float kSureSplit = 0.05f;    // the same for a branch that has hit an object, where the change originates
 constexpr std::size_t kNoLamp = std::numeric_limits<std::size_t>::max();
 
 }  // namespace
@@ -57,8 +57,8 @@ Rgb Paths::on_the_way(const PathRay& ray, const Arrival& a, float pdf) const {
     if (lamp.hides) continue;
     const std::optional<float> t_m = lamp_hit(lamp, ray.from_m, ray.w);
     if (!t_m || (ends && *t_m > a.t_m)) continue;
-    const float share = pdf > 0 ? balanced(pdf, lamp_pdf(lamp, ray.from_m, ray.w)) : 1;
-    sum += share * lamp_radiance(lamp, ray.from_m, ray.w);
+    const float weight = pdf > 0 ? balanced(pdf, lamp_pdf(lamp, ray.from_m, ray.w)) : 1;
+    sum += weight * lamp_radiance(lamp, ray.from_m, ray.w);
   }
   return sum;
 }
@@ -87,7 +87,7 @@ Rgb Paths::direct(const PathVertex& vertex, Counts counts) {
 }
 
 float Paths::Past::chance_to_go_on() const {
-  return bounces < kSureBounces ? 1 : std::min(throughput.maxCoeff(), kMostToLive);
+  return bounces < kSureBounces ? 1 : std::min(throughput.maxCoeff(), kMaxSurvival);
 }
 
 bool Paths::lives(Past& past, float chance) {
@@ -125,13 +125,13 @@ Rgb Paths::changed(const PathRay& ray, const Arrival& a, Past past) {
   if (a.at == Arrival::At::object) return followed(ray, past, true) - followed(ray, past, false);
   if (a.at != Arrival::At::real) return Rgb::Zero();  // a lamp or the sky, equal in both scenes
   PathVertex vertex(world_.real.surface(a.hit, ray.w), ray.w);
-  if (past.bounces < kLookingBounces) vertex.look_for(world_.places);
+  if (past.bounces < kAimedBounces) vertex.aim_at(world_.places);
   const auto lost = [&](const Vector3f& from, const Vector3f& w, float limit, std::size_t lamp) {
     return world_.objects.blocked(from, w, limit) && !blocked_by_room(from, w, limit, lamp);
   };
   Rgb sum = -past.throughput * direct(vertex, lost);
   if (!lives(past, past.chance_to_go_on())) return sum;
-  if (vertex.looks()) sum += changed_towards(vertex, vertex.aim(sampler_), past);
+  if (vertex.has_aim()) sum += changed_towards(vertex, vertex.aim(sampler_), past);
   return sum + changed_towards(vertex, vertex.sample(sampler_), past);
 }
 
@@ -146,7 +146,7 @@ Rgb Paths::changed_towards(const PathVertex& vertex, const Vector3f& w, Past pas
   const Arrival a = arrival(ray, true);
   if (a.at == Arrival::At::object) {
     if (!lives(past, past.throughput.maxCoeff() / kSureSplit)) return Rgb::Zero();
-  } else if (vertex.looks()) {
+  } else if (vertex.has_aim()) {
     if (!lives(past, past.throughput.maxCoeff() / kSureOn)) return Rgb::Zero();
   }
   return changed(ray, a, past);

@@ -8,7 +8,7 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr float kLeastCosine = 1e-3f;  // of v, as in brdf.glsl
+constexpr float kMinCosine = 1e-3f;  // of v, as in brdf.glsl
 
 float smith_lambda(float alpha, float cosine) {
   const float c2 = cosine * cosine;
@@ -21,10 +21,10 @@ float normals_density(float alpha, const Vector3f& h) {
 }
 
 /// Probability of sampling the specular lobe.
-float mirror_share(const BsdfParams& look, const Vector3f& v) {
-  if (!look.mirrors()) return 0;
-  const Rgb f = fresnel(look, v.z());
-  const float mirror = luminance(f), diffuse = luminance(look.diffuse * (1 - f));
+float specular_probability(const BsdfParams& bsdf, const Vector3f& v) {
+  if (!bsdf.mirrors()) return 0;
+  const Rgb f = fresnel(bsdf, v.z());
+  const float mirror = luminance(f), diffuse = luminance(bsdf.diffuse * (1 - f));
   if (diffuse <= 0) return 1;
   return std::clamp(mirror / (mirror + diffuse), 0.1f, 0.9f);
 }
@@ -38,40 +38,40 @@ Vector3f sample_microfacet(float alpha, const Vector3f& v, const Eigen::Vector2f
   return Vector3f(alpha * h.x(), alpha * h.y(), std::max(h.z(), 1e-6f)).normalized();
 }
 
-Vector3f lifted(const Vector3f& v) { return {v.x(), v.y(), std::max(v.z(), kLeastCosine)}; }
+Vector3f lifted(const Vector3f& v) { return {v.x(), v.y(), std::max(v.z(), kMinCosine)}; }
 
 }  // namespace
 
-Rgb reflected(const BsdfParams& look, const Vector3f& seen_from, const Vector3f& w) {
+Rgb reflected(const BsdfParams& bsdf, const Vector3f& seen_from, const Vector3f& w) {
   if (w.z() <= 0) return Rgb::Zero();
-  if (!look.mirrors()) return look.diffuse / kPi;
+  if (!bsdf.mirrors()) return bsdf.diffuse / kPi;
   const Vector3f v = lifted(seen_from), h = (v + w).normalized();
-  const Rgb f = fresnel(look, v.dot(h));
-  const float masking = 1 / (1 + smith_lambda(look.alpha, v.z()) + smith_lambda(look.alpha, w.z()));
-  const Rgb under = through(look, v.z()) * through(look, w.z());
-  return look.diffuse * under / kPi + f * (normals_density(look.alpha, h) * masking / (4 * v.z() * w.z()));
+  const Rgb f = fresnel(bsdf, v.dot(h));
+  const float masking = 1 / (1 + smith_lambda(bsdf.alpha, v.z()) + smith_lambda(bsdf.alpha, w.z()));
+  const Rgb under = through(bsdf, v.z()) * through(bsdf, w.z());
+  return bsdf.diffuse * under / kPi + f * (normals_density(bsdf.alpha, h) * masking / (4 * v.z() * w.z()));
 }
 
-Vector3f sample_direction(const BsdfParams& look, const Vector3f& seen_from, Sampler& sampler) {
+Vector3f sample_direction(const BsdfParams& bsdf, const Vector3f& seen_from, Sampler& sampler) {
   const Vector3f v = lifted(seen_from);
-  const bool mirror = sampler.one() < mirror_share(look, v);
+  const bool mirror = sampler.one() < specular_probability(bsdf, v);
   const Eigen::Vector2f u = sampler.two();
   if (mirror) {
-    const Vector3f h = sample_microfacet(look.alpha, v, u);
+    const Vector3f h = sample_microfacet(bsdf.alpha, v, u);
     return (2 * v.dot(h) * h - v).normalized();
   }
   const float r = std::sqrt(u.x()), phi = 2 * kPi * u.y();
   return {r * std::cos(phi), r * std::sin(phi), std::sqrt(std::max(1 - u.x(), 0.0f))};
 }
 
-float direction_pdf(const BsdfParams& look, const Vector3f& seen_from, const Vector3f& w) {
+float direction_pdf(const BsdfParams& bsdf, const Vector3f& seen_from, const Vector3f& w) {
   if (w.z() <= 0) return 0;
   const Vector3f v = lifted(seen_from);
-  const float share = mirror_share(look, v);
-  float pdf = (1 - share) * w.z() / kPi;
-  if (share > 0) {
+  const float probability = specular_probability(bsdf, v);
+  float pdf = (1 - probability) * w.z() / kPi;
+  if (probability > 0) {
     const Vector3f h = (v + w).normalized();
-    pdf += share * normals_density(look.alpha, h) / (4 * v.z() * (1 + smith_lambda(look.alpha, v.z())));
+    pdf += probability * normals_density(bsdf.alpha, h) / (4 * v.z() * (1 + smith_lambda(bsdf.alpha, v.z())));
   }
   return pdf;
 }

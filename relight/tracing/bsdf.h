@@ -17,11 +17,11 @@ namespace lumigraft::relight {
 constexpr float kPi = 3.14159265358979f;
 
 /// Reflected radiance over irradiance; 0 below the surface.
-Rgb reflected(const BsdfParams& look, const Eigen::Vector3f& v, const Eigen::Vector3f& w);
+Rgb reflected(const BsdfParams& bsdf, const Eigen::Vector3f& v, const Eigen::Vector3f& w);
 
 /// Samples a direction w for a given v, with a density that follows the material; z <= 0: below the surface.
-Eigen::Vector3f sample_direction(const BsdfParams& look, const Eigen::Vector3f& v, Sampler& sampler);
-float direction_pdf(const BsdfParams& look, const Eigen::Vector3f& v, const Eigen::Vector3f& w);  ///< 1/sr
+Eigen::Vector3f sample_direction(const BsdfParams& bsdf, const Eigen::Vector3f& v, Sampler& sampler);
+float direction_pdf(const BsdfParams& bsdf, const Eigen::Vector3f& v, const Eigen::Vector3f& w);  ///< 1/sr
 
 /// Y of linear sRGB.
 inline float luminance(const Rgb& c) { return 0.2126f * c[0] + 0.7152f * c[1] + 0.0722f * c[2]; }

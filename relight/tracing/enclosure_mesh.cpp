@@ -14,7 +14,7 @@ using Polygon = std::vector<Vector3f>;
 constexpr int kCells = 12;  // along a side's edge
 constexpr int kRays = 96;   // over the hemisphere of a cell
 constexpr float kBehind_voxels = 3, kOff_m = 1e-3f;
-constexpr float kMostAlbedo = 1.0f;  // the centre of the range over which enclosure_light.comp fades out
+constexpr float kMaxAlbedo = 1.0f;  // the centre of the range over which enclosure_light.comp fades out
 
 /// The part in front of a plane (Sutherland & Hodgman 1974).
 Polygon cut(const Polygon& polygon, const reconstruct::Enclosure::Side& side) {
@@ -116,13 +116,14 @@ std::optional<ReferenceMesh> enclosure_mesh(const reconstruct::Scene& scene, con
     const Vector3f n = room.sides[i].normal, x = n.unitOrthogonal(), y = n.cross(x);
     const Vector3f middle = room.middle_m - (n.dot(room.middle_m) + room.sides[i].offset_m) * n;
     // A side starts this large before it is cut by the others; one that stays unbounded is skipped.
-    constexpr float most_m = 1e3f;
+    constexpr float extent_limit_m = 1e3f;
     const auto at = [&](float u, float v) -> Vector3f { return middle + u * x + v * y; };
-    const Polygon side =
-        cut_by_others({at(-most_m, -most_m), at(most_m, -most_m), at(most_m, most_m), at(-most_m, most_m)}, room, i);
+    const Polygon side = cut_by_others({at(-extent_limit_m, -extent_limit_m), at(extent_limit_m, -extent_limit_m),
+                                        at(extent_limit_m, extent_limit_m), at(-extent_limit_m, extent_limit_m)},
+                                       room, i);
     Eigen::AlignedBox2f extent;
     for (const Vector3f& p : side) extent.extend(Eigen::Vector2f(x.dot(p - middle), y.dot(p - middle)));
-    if (extent.isEmpty() || extent.sizes().maxCoeff() > most_m) continue;
+    if (extent.isEmpty() || extent.sizes().maxCoeff() > extent_limit_m) continue;
     const Eigen::Vector2f step = extent.sizes() / kCells;
     for (int j = 0; j < kCells * kCells; ++j) {
       const Eigen::Vector2f low =
@@ -133,7 +134,7 @@ std::optional<ReferenceMesh> enclosure_mesh(const reconstruct::Scene& scene, con
       if (cell.size() < 3) continue;
       const Vector3f p = mean_of(cell);
       const Vector3f albedo = kPi * lighting.seen_towards(p).cwiseQuotient(lighting.irradiance(p, n).cwiseMax(1e-6f));
-      if (albedo.maxCoeff() < kMostAlbedo) add_cell(cell, n, albedo, *model);
+      if (albedo.maxCoeff() < kMaxAlbedo) add_cell(cell, n, albedo, *model);
     }
   }
   Model::Part part;

@@ -72,9 +72,9 @@ Rgb texel(const capture::Image<std::uint8_t>& texture, const Vector2f& uv) {
   for (int i = 0; i < 4; ++i) {
     const int u = (x0 + (i & 1) + texture.width) % texture.width;
     const int v = (y0 + (i >> 1) + texture.height) % texture.height;
-    const float share = (i & 1 ? fx : 1 - fx) * (i >> 1 ? fy : 1 - fy);
+    const float weight = (i & 1 ? fx : 1 - fx) * (i >> 1 ? fy : 1 - fy);
     for (int c = 0; c < 3; ++c)
-      sum[c] += share * capture::srgb_to_linear(static_cast<float>(texture.at(u, v, c)) / 255);
+      sum[c] += weight * capture::srgb_to_linear(static_cast<float>(texture.at(u, v, c)) / 255);
   }
   return sum;
 }
@@ -84,7 +84,7 @@ Rgb pixel(const capture::Image<float>& image, int u, int v) {
 }
 
 /// The material of SeenMaterials at a point: at the pixel whose own ray meets the surface's plane at the pixel's depth.
-std::optional<BsdfParams> seen_look(const SeenMaterials& seen, const Vector3f& p_m, const Vector3f& face) {
+std::optional<BsdfParams> seen_bsdf(const SeenMaterials& seen, const Vector3f& p_m, const Vector3f& face) {
   const Vector3f p = seen.T_camera_tag * p_m, n = seen.T_camera_tag.linear() * face;
   if (p.z() <= 0) return std::nullopt;
   const auto at = seen.camera.project(p.cast<double>());
@@ -210,9 +210,9 @@ namespace {
 
 /// `valid`: -1 for an active ray, as Embree requires; the others get harmless values. The rays are coherent, but with
 /// Embree's coherent flag (3.13) rtcOccluded16 hung in a scene of instances.
-void set_rays(const RayFan& fan, std::array<int, RayFan::kMost>& valid, RTCRay16& rays) {
+void set_rays(const RayFan& fan, std::array<int, RayFan::kMaxRays>& valid, RTCRay16& rays) {
   const auto some = static_cast<std::size_t>(std::countr_zero(fan.some));
-  for (std::size_t i = 0; i < RayFan::kMost; ++i) {
+  for (std::size_t i = 0; i < RayFan::kMaxRays; ++i) {
     const bool meant = fan.some >> i & 1;
     const Vector3f& w = fan.w[meant ? i : some];
     valid[i] = meant ? -1 : 0;
@@ -233,18 +233,18 @@ void set_rays(const RayFan& fan, std::array<int, RayFan::kMost>& valid, RTCRay16
 
 }  // namespace
 
-std::uint32_t Meshes::hits(const RayFan& fan, std::array<MeshHit, RayFan::kMost>& found) const {
+std::uint32_t Meshes::hits(const RayFan& fan, std::array<MeshHit, RayFan::kMaxRays>& found) const {
   if (fan.some == 0) return 0;
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
-  alignas(64) std::array<int, RayFan::kMost> valid;
+  alignas(64) std::array<int, RayFan::kMaxRays> valid;
   alignas(64) RTCRayHit16 query;
   set_rays(fan, valid, query.ray);
-  std::fill_n(query.hit.geomID, RayFan::kMost, RTC_INVALID_GEOMETRY_ID);
-  std::fill_n(query.hit.instID[0], RayFan::kMost, RTC_INVALID_GEOMETRY_ID);
+  std::fill_n(query.hit.geomID, RayFan::kMaxRays, RTC_INVALID_GEOMETRY_ID);
+  std::fill_n(query.hit.instID[0], RayFan::kMaxRays, RTC_INVALID_GEOMETRY_ID);
   rtcIntersect16(valid.data(), state_->all.scene, &context, &query);
   std::uint32_t which = 0;
-  for (std::size_t i = 0; i < RayFan::kMost; ++i) {
+  for (std::size_t i = 0; i < RayFan::kMaxRays; ++i) {
     if (!valid[i] || query.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
     which |= 1u << i;
     found[i] = {query.ray.tfar[i], State::mesh_of(query.hit.geomID[i], query.hit.instID[0][i]), query.hit.primID[i],
@@ -257,12 +257,12 @@ std::uint32_t Meshes::blocked(const RayFan& fan) const {
   if (fan.some == 0) return 0;
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
-  alignas(64) std::array<int, RayFan::kMost> valid;
+  alignas(64) std::array<int, RayFan::kMaxRays> valid;
   alignas(64) RTCRay16 rays;
   set_rays(fan, valid, rays);
   rtcOccluded16(valid.data(), state_->all.scene, &context, &rays);
   std::uint32_t which = 0;
-  for (std::size_t i = 0; i < RayFan::kMost; ++i) {
+  for (std::size_t i = 0; i < RayFan::kMaxRays; ++i) {
     if (valid[i] && rays.tfar[i] < 0) which |= 1u << i;
   }
   return which;
@@ -285,8 +285,8 @@ SurfaceHit Meshes::surface(const MeshHit& hit, const Vector3f& w) const {
   if (!(s.normal.dot(w) < 0)) s.normal = s.face;  // an interpolated normal that faces away from the ray
 
   if (placed.mesh.seen && state_->seen) {
-    if (const std::optional<BsdfParams> look = seen_look(*state_->seen, s.position_m, s.face)) {
-      s.look = *look;
+    if (const std::optional<BsdfParams> bsdf = seen_bsdf(*state_->seen, s.position_m, s.face)) {
+      s.bsdf = *bsdf;
       return s;
     }
   }
@@ -297,7 +297,7 @@ SurfaceHit Meshes::surface(const MeshHit& hit, const Vector3f& w) const {
     base *= mixed(model.colors).array();
     if (part.base_color_texture) base *= texel(*part.base_color_texture, mixed(model.texcoords));
   }
-  s.look = bsdf_params_of(base, material);
+  s.bsdf = bsdf_params_of(base, material);
   return s;
 }
 

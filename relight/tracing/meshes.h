@@ -21,16 +21,16 @@ struct SurfaceHit {
   Eigen::Vector3f face = Eigen::Vector3f::UnitZ();    ///< unit, geometric normal of the triangle, on the side of the
                                                       ///< ray's origin
   Eigen::Vector3f normal = Eigen::Vector3f::UnitZ();  ///< unit, interpolated, on the same side
-  BsdfParams look;
+  BsdfParams bsdf;
 };
 
 /// A packet of rays with a common origin: cheaper than single rays.
 struct RayFan {
-  static constexpr int kMost = 16;
+  static constexpr int kMaxRays = 16;
   Eigen::Vector3f from_m = Eigen::Vector3f::Zero();
   std::uint32_t some = 0;  ///< bit mask of the active rays
-  std::array<Eigen::Vector3f, kMost> w;
-  std::array<float, kMost> limit_m;
+  std::array<Eigen::Vector3f, kMaxRays> w;
+  std::array<float, kMaxRays> limit_m;
 };
 
 /// Acceleration structure (BVH) of a rigid model, in the model's frame.
@@ -61,7 +61,7 @@ class Meshes {
   /// Whether an occluding mesh is nearer than `limit_m`.
   bool blocked(const Eigen::Vector3f& from_m, const Eigen::Vector3f& w, float limit_m) const;
   /// Bit mask of the rays that hit a triangle before their limit; their nearest hits are in `found`.
-  std::uint32_t hits(const RayFan& fan, std::array<MeshHit, RayFan::kMost>& found) const;
+  std::uint32_t hits(const RayFan& fan, std::array<MeshHit, RayFan::kMaxRays>& found) const;
   std::uint32_t blocked(const RayFan& fan) const;  ///< likewise, for occluding meshes
   SurfaceHit surface(const MeshHit& hit, const Eigen::Vector3f& w) const;
 

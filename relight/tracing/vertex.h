@@ -27,33 +27,33 @@ class PathVertex {
   Rgb response(const Eigen::Vector3f& w) const {
     const Eigen::Vector3f local = frame_.transpose() * w;
     if (!(surface_.face.dot(w) > 0 && local.z() > 0)) return Rgb::Zero();
-    return reflected(surface_.look, v_, local) * local.z();
+    return reflected(surface_.bsdf, v_, local) * local.z();
   }
 
   /// Samples the material.
   Eigen::Vector3f sample(Sampler& sampler) const {
-    return (frame_ * sample_direction(surface_.look, v_, sampler)).normalized();
+    return (frame_ * sample_direction(surface_.bsdf, v_, sampler)).normalized();
   }
-  float pdf(const Eigen::Vector3f& w) const { return direction_pdf(surface_.look, v_, frame_.transpose() * w); }
+  float pdf(const Eigen::Vector3f& w) const { return direction_pdf(surface_.bsdf, v_, frame_.transpose() * w); }
 
   /// Samples the cones that regions of changed light subtend. Regions that contain the vertex are excluded.
-  void look_for(const std::vector<ChangeRegion>& places) {
+  void aim_at(const std::vector<ChangeRegion>& places) {
     float sum = 0;
     for (const ChangeRegion& place : places) {
       const Eigen::Vector3f to = place.centre_m - surface_.position_m;
       const float distance = to.norm();
       if (!(distance > 1.02f * place.radius_m && place.radius_m > 0)) continue;
-      cones_.push_back({to / distance, cone_of_sphere(place.radius_m, distance), place.share});
-      sum += place.share;
+      cones_.push_back({to / distance, cone_of_sphere(place.radius_m, distance), place.fraction});
+      sum += place.fraction;
     }
-    for (Cone& cone : cones_) cone.share /= sum;
+    for (Cone& cone : cones_) cone.fraction /= sum;
   }
-  bool mirrors() const { return surface_.look.mirrors(); }
-  bool looks() const { return !cones_.empty(); }
+  bool mirrors() const { return surface_.bsdf.mirrors(); }
+  bool has_aim() const { return !cones_.empty(); }
   Eigen::Vector3f aim(Sampler& sampler) const {
     float choice = sampler.one();
     std::size_t i = 0;
-    for (; i + 1 < cones_.size() && choice >= cones_[i].share; ++i) choice -= cones_[i].share;
+    for (; i + 1 < cones_.size() && choice >= cones_[i].fraction; ++i) choice -= cones_[i].fraction;
     return in_cone(cones_[i].axis, cones_[i].one_minus_cos, sampler.two());
   }
   float aim_pdf(const Eigen::Vector3f& w) const {
@@ -61,7 +61,7 @@ class PathVertex {
     for (const Cone& cone : cones_) {
       // 1 - cos from the chord: avoids cancellation for narrow cones.
       if (0.5f * (w - cone.axis).squaredNorm() <= cone.one_minus_cos)
-        sum += cone.share / (2 * kPi * cone.one_minus_cos);
+        sum += cone.fraction / (2 * kPi * cone.one_minus_cos);
     }
     return sum;
   }
@@ -72,7 +72,7 @@ class PathVertex {
  private:
   struct Cone {
     Eigen::Vector3f axis;
-    float one_minus_cos, share;
+    float one_minus_cos, fraction;
   };
 
   SurfaceHit surface_;

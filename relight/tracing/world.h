@@ -12,7 +12,7 @@ namespace lumigraft::relight {
 struct ChangeRegion {
   Eigen::Vector3f centre_m;
   float radius_m = 0;
-  float share = 0;  ///< fraction of the rays aimed at regions
+  float fraction = 0;  ///< fraction of the rays aimed at regions
 };
 
 /// Around the objects, and per lamp around their shadows on the real room.

@@ -53,7 +53,7 @@ class Envelope {
 }  // namespace
 
 std::vector<float> lattice_distances(const std::vector<LatticePoint>& points, const Eigen::Vector3i& size,
-                                     const Eigen::Vector3f& low_m, float cell_m, float most_m) {
+                                     const Eigen::Vector3f& low_m, float cell_m, float max_m) {
   const std::array<std::size_t, 3> stride{1, static_cast<std::size_t>(size.x()),
                                           static_cast<std::size_t>(size.x()) * size.y()};
   std::vector<Nearest> nearest(stride[2] * size.z());
@@ -70,14 +70,14 @@ std::vector<float> lattice_distances(const std::vector<LatticePoint>& points, co
     }
   }
 
-  std::vector<float> distance(nearest.size(), most_m);
+  std::vector<float> distance(nearest.size(), max_m);
   for (int z = 0; z < size.z(); ++z) {
     for (int y = 0; y < size.y(); ++y) {
       for (int x = 0; x < size.x(); ++x) {
         const std::size_t i = x + y * stride[1] + z * stride[2];
         if (nearest[i].point == kNone) continue;
         const Eigen::Vector3f middle = low_m + cell_m * (Eigen::Vector3f(x, y, z).array() + 0.5f).matrix();
-        distance[i] = std::min(most_m, (points[nearest[i].point].position_m - middle).norm());
+        distance[i] = std::min(max_m, (points[nearest[i].point].position_m - middle).norm());
       }
     }
   }

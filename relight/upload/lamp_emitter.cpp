@@ -8,8 +8,8 @@ namespace lumigraft::relight {
 namespace {
 
 // Minimum size of point lamps.
-constexpr float kLeastRadius_m = 1e-3f, kLeastAngle_rad = 1e-3f;
-constexpr float kMostAngle_rad = 1;
+constexpr float kMinRadius_m = 1e-3f, kMinAngle_rad = 1e-3f;
+constexpr float kMaxAngle_rad = 1;
 
 }  // namespace
 
@@ -21,12 +21,12 @@ LampEmitter lamp_emitter(const reconstruct::PointLight& light, const Eigen::Vect
   if (!light.distance_known) {
     const float d = kUnknownLampDistance_m;
     return {.centre_m = probe_m + d * light.direction,
-            .radius_m = d * std::tan(std::clamp(light.angular_radius_rad, kLeastAngle_rad, kMostAngle_rad)),
+            .radius_m = d * std::tan(std::clamp(light.angular_radius_rad, kMinAngle_rad, kMaxAngle_rad)),
             .intensity = light.irradiance * d * d,
             .flat = false};
   }
   LampEmitter lamp{.centre_m = light.position_m,
-                   .radius_m = std::max(light.radius_m, kLeastRadius_m),
+                   .radius_m = std::max(light.radius_m, kMinRadius_m),
                    .intensity = light.intensity,
                    .flat = light.flat};
   if (light.flat) {

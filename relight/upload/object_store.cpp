@@ -22,8 +22,8 @@ constexpr int kEvenTriangles = 1500;
 
 std::uint8_t to_byte(float x) { return static_cast<std::uint8_t>(std::clamp(x, 0.0f, 1.0f) * 255.0f + 0.5f); }
 
-/// Points distributed over all triangles, each for at most `share_m2` of area.
-std::vector<float> surface_samples(const Model& model, double share_m2) {
+/// Points distributed over all triangles, each for at most `sample_area_m2` of area.
+std::vector<float> surface_samples(const Model& model, double sample_area_m2) {
   std::vector<float> samples;
   for (std::size_t t = 0; t + 2 < model.indices.size(); t += 3) {
     const std::uint32_t* v = &model.indices[t];
@@ -31,7 +31,7 @@ std::vector<float> surface_samples(const Model& model, double share_m2) {
     const float area = 0.5f * (b - a).cross(c - a).norm();
     if (!(area > 0)) continue;
     // A triangle divided into k² equal ones, a sample at each centroid.
-    const int k = std::clamp(static_cast<int>(std::ceil(std::sqrt(area / share_m2))), 1, 256);
+    const int k = std::clamp(static_cast<int>(std::ceil(std::sqrt(area / sample_area_m2))), 1, 256);
     for (int i = 0; i < k; ++i) {
       for (int j = 0; j < 2 * (k - i) - 1; ++j) {
         const float u = (static_cast<float>(i) + (j % 2 == 0 ? 1.0f : 2.0f) / 3) / static_cast<float>(k);
@@ -85,8 +85,8 @@ std::unique_ptr<gpu::Texture> upload_texture(gpu::Device& device, const capture:
 std::vector<std::uint8_t> reflectances(const ObjectField& field, const Model& model) {
   std::vector<std::uint8_t> texels(field.base_color.size() * 4, 255);
   for (std::size_t i = 0; i < field.base_color.size(); ++i) {
-    const BsdfParams look = bsdf_params_of(field.base_color[i], model.parts[field.part[i]].material);
-    const Eigen::Array3f reflectance = reflectance_evenly(look);
+    const BsdfParams bsdf = bsdf_params_of(field.base_color[i], model.parts[field.part[i]].material);
+    const Eigen::Array3f reflectance = reflectance_evenly(bsdf);
     for (int c = 0; c < 3; ++c) texels[4 * i + static_cast<std::size_t>(c)] = to_byte(reflectance[c]);
   }
   return texels;

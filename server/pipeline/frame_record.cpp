@@ -59,7 +59,7 @@ std::string frame_record_line(const capture::FrameSet& frame, const FrameRecord&
   json["planned"] = Json::array();
   for (const relight::PlanChoice& choice : record.choices) {
     json["planned"].push_back(
-        Json{{"key", choice.key}, {"most", choice.most}, {"value", choice.value}, {"left_out", choice.left_out}});
+        Json{{"key", choice.key}, {"most", choice.requested}, {"value", choice.value}, {"left_out", choice.left_out}});
   }
   json["stage_ms"] = Json::object();
   json["stage_cpu_ms"] = Json::object();

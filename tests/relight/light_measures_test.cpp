@@ -30,7 +30,7 @@ TEST(LightMeasures, SharesOfLight) {
   }
   const LightMeasures measures = measure_light(light);
   const float all = 4 + 3.14159f;
-  EXPECT_NEAR(measures.remainder_share, 3.14159 / all, 1e-3);
+  EXPECT_NEAR(measures.environment_fraction, 3.14159 / all, 1e-3);
   EXPECT_NEAR(measures.bands_left_out[0], 0, 1e-3);
   EXPECT_NEAR(measures.bands_left_out[1], 0, 1e-3);
 }
@@ -44,7 +44,7 @@ TEST(LightMeasures, LinearLightIsInTheFirstTwoBands) {
 
 TEST(LightMeasures, NoLightHasNoShares) {
   const LightMeasures measures = measure_light(light_of([](const Eigen::Vector3f&) { return 0.0f; }));
-  EXPECT_EQ(measures.remainder_share, 0);
+  EXPECT_EQ(measures.environment_fraction, 0);
   EXPECT_EQ(measures.bands_left_out[0], 0);
 }
 

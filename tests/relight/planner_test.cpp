@@ -67,7 +67,7 @@ TEST(Planner, TwoLampsOfEightCarryAlmostAll) {
   const Planner::Decision decision = Planner({}).decide(build_trace_scene(kTwoOfEight, dark), {}, 0);
   EXPECT_EQ(decision.plan.max_lights, 2);
   EXPECT_NEAR(choice(decision, "max_lights").left_out, 0.25f / 31.25f, 1e-4);
-  EXPECT_EQ(choice(decision, "max_lights").most, 8);
+  EXPECT_EQ(choice(decision, "max_lights").requested, 8);
 }
 
 TEST(Planner, MethodsWithoutADeviceTakeAllThereIs) {

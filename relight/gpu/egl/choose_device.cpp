@@ -11,7 +11,7 @@
 namespace lumigraft::relight::gpu::egl {
 namespace {
 
-constexpr EGLint most_devices = 32;
+constexpr EGLint max_devices = 32;
 
 /// Whether a space-separated list of names contains `name`.
 bool lists(const char* names, std::string_view name) {
@@ -27,9 +27,9 @@ Function entry_point(const char* name) {
 std::vector<Candidate> device_candidates() {
   const auto query_devices = entry_point<PFNEGLQUERYDEVICESEXTPROC>("eglQueryDevicesEXT");
   const auto query_string = entry_point<PFNEGLQUERYDEVICESTRINGEXTPROC>("eglQueryDeviceStringEXT");
-  EGLDeviceEXT devices[most_devices];
+  EGLDeviceEXT devices[max_devices];
   EGLint count = 0;
-  if (!query_devices || !query_string || !query_devices(most_devices, devices, &count)) return {};
+  if (!query_devices || !query_string || !query_devices(max_devices, devices, &count)) return {};
   std::vector<Candidate> candidates;
   for (EGLint i = 0; i < count; ++i) {
     Candidate candidate{.name = "EGL device " + std::to_string(i)};

@@ -146,9 +146,9 @@ void Context::read_limits() {
   limits_.storage_bytes = static_cast<std::size_t>(storage);
   limits_.params_alignment = static_cast<std::size_t>(integer(GL_UNIFORM_BUFFER_OFFSET_ALIGNMENT));
   for (GLuint i = 0; i < 3; ++i) {
-    GLint most = 0;
-    glGetIntegeri_v(GL_MAX_COMPUTE_WORK_GROUP_COUNT, i, &most);
-    limits_.groups[i] = static_cast<std::uint32_t>(most);
+    GLint max_groups = 0;
+    glGetIntegeri_v(GL_MAX_COMPUTE_WORK_GROUP_COUNT, i, &max_groups);
+    limits_.groups[i] = static_cast<std::uint32_t>(max_groups);
   }
 }
 

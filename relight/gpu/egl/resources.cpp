@@ -40,9 +40,9 @@ GlFormat gl_format(Format format) {
 EglTexture::EglTexture(std::shared_ptr<Context> context, const TextureDesc& desc)
     : Texture(desc, context->holdings()), context_(std::move(context)) {
   const Limits& limits = context_->limits();
-  const int most = is_volume(desc_) ? limits.volume_edge : limits.texture_edge;
-  if (std::max({desc_.width, desc_.height, desc_.depth}) > most) {
-    throw GpuError(text_of(desc_) + ": the longest edge of " + context_->name() + " is " + std::to_string(most));
+  const int max_size = is_volume(desc_) ? limits.volume_edge : limits.texture_edge;
+  if (std::max({desc_.width, desc_.height, desc_.depth}) > max_size) {
+    throw GpuError(text_of(desc_) + ": the longest edge of " + context_->name() + " is " + std::to_string(max_size));
   }
   const Current current = context_->enter();
   try {

@@ -89,8 +89,8 @@ void VulkanCommandList::dispatch(const ComputePipeline& pipeline, std::span<cons
                                  std::span<const std::byte> params, int groups_x, int groups_y, int groups_z) {
   begin_command();
   const PipelineObjects& objects = own_pipeline<VulkanCompute>(pipeline, *context_).objects();
-  const std::uint32_t* most = context_->limits().maxComputeWorkGroupCount;
-  check_groups(objects.name, {groups_x, groups_y, groups_z}, {most[0], most[1], most[2]});
+  const std::uint32_t* max_groups = context_->limits().maxComputeWorkGroupCount;
+  check_groups(objects.name, {groups_x, groups_y, groups_z}, {max_groups[0], max_groups[1], max_groups[2]});
   const VkDescriptorSet set = bind(objects, bindings, params);
   if (groups_x == 0 || groups_y == 0 || groups_z == 0) return;
   vkCmdBindPipeline(recording_->commands, VK_PIPELINE_BIND_POINT_COMPUTE, objects.handle);
@@ -115,7 +115,7 @@ void VulkanCommandList::draw(const RasterPipeline& pipeline, std::span<const Att
   const TextureDesc& target = (depth ? *depth : colors[0]).texture->desc();
   VkRenderingInfo rendering{};
   rendering.sType = VK_STRUCTURE_TYPE_RENDERING_INFO;
-  const Area whole{0, 0, target.width, target.height}, part = area ? *area : whole;
+  const Area full{0, 0, target.width, target.height}, part = area ? *area : full;
   rendering.renderArea = {{part.x, part.y},
                           {static_cast<std::uint32_t>(part.width), static_cast<std::uint32_t>(part.height)}};
   rendering.layerCount = 1;

@@ -26,11 +26,11 @@ VkImageUsageFlags usage_of(const TextureDesc& desc) {
 
 VulkanTexture::VulkanTexture(std::shared_ptr<Context> context, const TextureDesc& desc)
     : Texture(desc, context->holdings()), context_(std::move(context)) {
-  const std::uint32_t most =
+  const std::uint32_t max_size =
       is_volume(desc_) ? context_->limits().maxImageDimension3D : context_->limits().maxImageDimension2D;
-  if (edge(std::max({desc_.width, desc_.height, desc_.depth})) > most) {
+  if (edge(std::max({desc_.width, desc_.height, desc_.depth})) > max_size) {
     throw GpuError("texture \"" + desc_.name + "\" (" + size_text(desc_) + "): the longest edge of " +
-                   context_->name() + " is " + std::to_string(most));
+                   context_->name() + " is " + std::to_string(max_size));
   }
   try {
     create_image();

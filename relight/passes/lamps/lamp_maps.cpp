@@ -26,7 +26,7 @@ int rows_of(int maps) { return (maps + kColumns - 1) / kColumns; }
 
 /// Numbers of maps that minimise the sum of the lamps' errors, each estimated as irradiance times penumbra width over
 /// the squared number.
-std::array<int, shader::kMaxLamps> shares(const shader::FrameParams& params, int most) {
+std::array<int, shader::kMaxLamps> map_counts(const shader::FrameParams& params, int max_maps) {
   std::array<float, shader::kMaxLamps> weights{};
   float sum = 1e-12f;
   for (int i = 0; i < params.counts.x(); ++i) {
@@ -37,27 +37,27 @@ std::array<int, shader::kMaxLamps> shares(const shader::FrameParams& params, int
     sum += weights[i];
   }
   std::array<int, shader::kMaxLamps> counts{};
-  if (most == 0) return counts;
+  if (max_maps == 0) return counts;
   for (int i = 0; i < params.counts.x(); ++i) {
     if (weights[i] == 0) continue;
     const bool point = params.lamps[i].position_radius.w() <= 0;
-    counts[i] = point ? 1 : std::max(static_cast<int>(static_cast<float>(most) * weights[i] / sum), 1);
+    counts[i] = point ? 1 : std::max(static_cast<int>(static_cast<float>(max_maps) * weights[i] / sum), 1);
   }
   return counts;
 }
 
 }  // namespace
 
-LampMaps::LampMaps(gpu::Device& device, int edge, int most)
+LampMaps::LampMaps(gpu::Device& device, int edge, int max_maps)
     : edge_(edge),
-      most_(most),
+      max_maps_(max_maps),
       raster_(device.create_raster({.vertex_shader = "lamp_map.vert",
                                     .fragment_shader = "lamp_map.frag",
                                     .vertex_stride_bytes = kVertexFloats * static_cast<int>(sizeof(float)),
                                     .attributes = {vertex_attributes().front()},
                                     .color_formats = {}})),
       bound_(device.create_compute("lamp_bounds.comp")) {
-  const int maps = most + shader::kMaxLamps;
+  const int maps = max_maps + shader::kMaxLamps;
   depths_ = device.create_texture({.name = "lamp maps",
                                    .width = kColumns * edge,
                                    .height = rows_of(maps) * edge,
@@ -73,7 +73,7 @@ void LampMaps::choose(gpu::Device& device, shader::FrameParams& params) {
   draws_.clear();
   const Eigen::Vector3f centre = params.sphere.head<3>();
   const float radius = params.sphere.w();
-  const auto counts = shares(params, most_);
+  const auto counts = map_counts(params, max_maps_);
   for (int l = 0; l < params.counts.x(); ++l) {
     shader::Lamp& lamp = params.lamps[l];
     const int count = counts[static_cast<std::size_t>(l)];

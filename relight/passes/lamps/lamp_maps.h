@@ -9,8 +9,9 @@ namespace lumigraft::relight {
 
 class LampMaps {
  public:
-  /// About `most` maps of edge × edge texels (a multiple of 32) for all lamps together, at least one per lamp; 0: none.
-  LampMaps(gpu::Device& device, int edge, int most);
+  /// About `max_maps` maps of edge × edge texels (a multiple of 32) for all lamps together, at least one per lamp; 0:
+  /// none.
+  LampMaps(gpu::Device& device, int edge, int max_maps);
 
   /// Distributes the maps among the lamps and writes their number to `params`. A lamp inside the sphere around the
   /// objects gets none: no map covers its field of view.
@@ -23,7 +24,7 @@ class LampMaps {
   std::vector<gpu::Binding> bindings() const;
 
  private:
-  int edge_, most_;
+  int edge_, max_maps_;
   std::unique_ptr<gpu::RasterPipeline> raster_;
   std::unique_ptr<gpu::ComputePipeline> bound_;
   std::unique_ptr<gpu::Texture> depths_;  ///< the maps in one atlas, side by side

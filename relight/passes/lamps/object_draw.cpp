@@ -7,13 +7,13 @@ void ObjectDraws::add(const StoredModel::Mesh& mesh, const Eigen::Affine3f& T_ta
                       const gpu::Texture& white) {
   for (const auto& part : mesh.parts) {
     if (part.index_count == 0) continue;
-    const Material look = material.over(part.material);
+    const Material combined = material.over(part.material);
     const bool own_color = !material.base_color, textured = part.texture && own_color;
     shader::DrawParams& p = params.emplace_back(view);
     p.T_tag_model = T_tag_model.matrix();
-    p.base_color << look.base_color, textured ? 1 : 0;
+    p.base_color << combined.base_color, textured ? 1 : 0;
     p.tint << (own_color ? 1.0f : 0.0f), 0, 0, 0;
-    p.material << look.roughness, look.metallic, look.specular, static_cast<float>(number + 1);
+    p.material << combined.roughness, combined.metallic, combined.specular, static_cast<float>(number + 1);
     gpu::DrawCall& call = calls.emplace_back();
     call.bindings = {gpu::sampled(1, textured ? *part.texture : white, gpu::Filter::linear)};
     call.params = gpu::bytes_of(p);

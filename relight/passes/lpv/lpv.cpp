@@ -36,8 +36,8 @@ void Lpv::gather_real(gpu::CommandList& list, const shader::FrameParams& params,
   inject_.sum(list, params, *grid_);
   list.begin_pass("propagate");
   // Every round continues from the previous result, and the changes since are weaker by one bounce.
-  const int sweeps = (steps_ + 1) / 2, share = round == 0 && rounds > 1 ? (2 * sweeps + 2) / 3 : sweeps;
-  propagate_.record(list, params, round == 0 ? share : (share + 1) / 2, round > 0, *grid_);
+  const int sweeps = (steps_ + 1) / 2, first_sweeps = round == 0 && rounds > 1 ? (2 * sweeps + 2) / 3 : sweeps;
+  propagate_.record(list, params, round == 0 ? first_sweeps : (first_sweeps + 1) / 2, round > 0, *grid_);
   list.begin_pass("look up");
   const bool enclosed = params.probe.w() > 0 && round == rounds - 1;  // the enclosure's change is only available before
                                                                       // the last round

@@ -8,9 +8,9 @@ namespace lumigraft::relight {
 namespace {
 
 constexpr int kBlock_px = 8;
-constexpr float kLeastShare = 0.004f;  // fraction of a lamp's light: less is below one pixel value (8 bit)
-constexpr float kSteadyStep = 0.125f;  // radii
-constexpr float kWidest_rad = 1.2f;    // half angle of a planar projection
+constexpr float kMinFraction = 0.004f;  // fraction of a lamp's light: less is below one pixel value (8 bit)
+constexpr float kSteadyStep = 0.125f;   // radii
+constexpr float kWidest_rad = 1.2f;     // half angle of a planar projection
 
 /// A sphere that contains the sphere around the objects, and is constant under their rotation and jitter.
 Eigen::Vector4f steady(const Eigen::Vector4f& sphere) {
@@ -110,7 +110,7 @@ void LampShadows::read(gpu::Device& device, const shader::FrameParams& params) {
     const std::size_t lamp = row / edge;
     const int y = static_cast<int>(row % edge) / kBlock_px;
     for (std::size_t column = 0; column < edge; ++column) {
-      if (static_cast<float>(texels[4 * (row * edge + column)]) < kLeastShare) continue;
+      if (static_cast<float>(texels[4 * (row * edge + column)]) < kMinFraction) continue;
       const int x = static_cast<int>(column) / kBlock_px;
       for (int v = std::max(y - 1, 0); v <= std::min(y + 1, blocks_ - 1); ++v) {
         for (int u = std::max(x - 1, 0); u <= std::min(x + 1, blocks_ - 1); ++u) {

@@ -95,7 +95,7 @@ void LiveView::add_gloss(gpu::CommandList& list, shader::FrameParams params, con
   dispatch_tiles(
       list, *gloss_,
       {gpu::sampled(2, *screen.radiance), gpu::sampled(4, *screen.real_albedo), gpu::sampled(6, *screen.indirect),
-       gpu::sampled(7, *screen.mirror_gained_smooth), gpu::sampled(8, *screen.mirror_share_smooth),
+       gpu::sampled(7, *screen.mirror_gained_smooth), gpu::sampled(8, *screen.mirror_fraction_smooth),
        gpu::image(12, *screen.live_gain), gpu::image(13, *screen.live_object)},
       params, screen.tiles->glossy());
 }

@@ -65,9 +65,9 @@ Screen::Screen(gpu::Device& device, int width_px, int height_px, int trace_scale
   live_gain = coarse("fine gain", fine_step);
   live_object = full("objects", Format::rgba16_float);
   mirror_gained = full("mirror gained", Format::rgba16_float);
-  mirror_share = full("mirror share", Format::rgba16_float);
+  mirror_fraction = full("mirror fraction", Format::rgba16_float);
   mirror_gained_smooth = full("mirror gained, smooth", Format::rgba16_float);
-  mirror_share_smooth = full("mirror share, smooth", Format::rgba16_float);
+  mirror_fraction_smooth = full("mirror fraction, smooth", Format::rgba16_float);
   picture = full("picture", Format::rgba8_unorm);
   delta = full("delta", Format::rgba16_float);
 }

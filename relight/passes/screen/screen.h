@@ -48,7 +48,7 @@ struct Screen {
   std::unique_ptr<gpu::Texture> gain;                     ///< factor of the radiance in smooth tiles, at 1/kSmoothStep
   std::unique_ptr<gpu::Texture> live_gain;                ///< the same in the other tiles, at 1/fine_step
   std::unique_ptr<gpu::Texture> live_object;              ///< radiance of objects times coverage, coverage
-  std::unique_ptr<gpu::Texture> mirror_gained, mirror_share, mirror_gained_smooth, mirror_share_smooth;
+  std::unique_ptr<gpu::Texture> mirror_gained, mirror_fraction, mirror_gained_smooth, mirror_fraction_smooth;
   // Output.
   std::unique_ptr<gpu::Texture> picture;  ///< 8-bit sRGB
   std::unique_ptr<gpu::Texture> delta;    ///< change of radiance of real pixels; coverage

@@ -20,7 +20,7 @@ class Bound {
       : p_(params),
         lamp_shadows_(choice.lamp_shadows),
         glossy_(choice.glossy),
-        least_codes_(choice.min_code_change),
+        min_codes_(choice.min_code_change),
         facing_(choice.glossy.empty() ? 1.0f : 4.0f) {}
 
   /// `code`: pixel value of the brightest channel.
@@ -29,21 +29,21 @@ class Bound {
     if (far2 < 1.5f * r2) return true;
     // Change of the pixel value, with the slope of the sRGB curve above its linear part.
     const float root = std::max((static_cast<float>(code) / 255 + 0.055f) / 1.055f, 0.1f);
-    return 255.0f * 1.055f / 2.4f * root * r2 * facing_ > least_codes_ * far2;
+    return 255.0f * 1.055f / 2.4f * root * r2 * facing_ > min_codes_ * far2;
   }
 
   /// Minimum blur of the objects' reflection by gloss at this point, in pixels (shaders/screen/mirror_blur.glsl); none
   /// if there is no glossy surface.
   std::optional<float> blur_px(const Eigen::Vector3f& at) const {
-    std::optional<float> least;
+    std::optional<float> min_blur;
     const float near = std::max((p_.sphere.head<3>() - at).norm() - p_.sphere.w(), 0.0f);
     const float far = (p_.T_tag_camera.topRightCorner<3, 1>() - at).norm();
     for (const GlossyBounds& g : glossy_) {
       if (!g.box.contains(at)) continue;
       const float blur = 2 * g.alpha * near * p_.pinhole.x() / (near + far);
-      least = std::min(least.value_or(blur), blur);
+      min_blur = std::min(min_blur.value_or(blur), blur);
     }
-    return least;
+    return min_blur;
   }
 
   /// Whether the objects may occlude a lamp here.
@@ -65,7 +65,7 @@ class Bound {
   const shader::FrameParams& p_;
   const LampShadows* lamp_shadows_;
   const std::vector<GlossyBounds>& glossy_;
-  float least_codes_, facing_;
+  float min_codes_, facing_;
 };
 
 }  // namespace

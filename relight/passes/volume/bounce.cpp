@@ -8,9 +8,9 @@ Bounce::Bounce(gpu::Device& device)
       real_(device.create_compute("bounce_real.comp")),
       smooth_(device.create_compute("cell_smooth.comp")) {}
 
-void Bounce::list_cells(gpu::CommandList& list, shader::FrameParams params, float least_share,
+void Bounce::list_cells(gpu::CommandList& list, shader::FrameParams params, float min_fraction,
                         const Volumes& volumes) const {
-  params.pass_f.x() = least_share;
+  params.pass_f.x() = min_fraction;
   list.fill(*volumes.cells, 0);
   dispatch_3d(list, *cells_,
               {gpu::storage(28, *volumes.cells), gpu::image(1, *volumes.real_radiance), volumes.chunks()}, params,

@@ -10,9 +10,9 @@ namespace lumigraft::relight {
 class Bounce {
  public:
   explicit Bounce(gpu::Device& device);
-  /// Fills `cells`, from real_radiance and the objects. `least_share`: minimum fraction of its hemisphere that the
+  /// Fills `cells`, from real_radiance and the objects. `min_fraction`: minimum fraction of its hemisphere that the
   /// objects must cover for a real cell to gather.
-  void list_cells(gpu::CommandList& list, shader::FrameParams params, float least_share, const Volumes& volumes) const;
+  void list_cells(gpu::CommandList& list, shader::FrameParams params, float min_fraction, const Volumes& volumes) const;
   void gather_virtual(gpu::CommandList& list, const shader::FrameParams& params, Slice slice, const LampMaps& maps,
                       const Volumes& volumes) const;
   /// Writes `irradiance`. `mirrored_lamps`: include the light of lamps reflected by mirrors that the objects block; for

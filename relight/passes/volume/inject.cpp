@@ -55,13 +55,13 @@ Inject::Inject(gpu::Device& device, int map_edge)
 }
 
 void Inject::choose_unit(shader::FrameParams& params) const {
-  double most = 1e-6;  // W: all light of all lamps on the objects, in the strongest channel
+  double max_flux = 1e-6;  // W: all light of all lamps on the objects, in the strongest channel
   for (int i = 0; i < params.counts.x(); ++i) {
     const shader::Lamp& lamp = params.lamps[i];
-    most += lamp.intensity.head<3>().maxCoeff() * std::max(lamp.facing.w(), 1.0f) *
-            lamp_view(params, lamp).solid_angle_sr * 2.0;
+    max_flux += lamp.intensity.head<3>().maxCoeff() * std::max(lamp.facing.w(), 1.0f) *
+                lamp_view(params, lamp).solid_angle_sr * 2.0;
   }
-  params.field.z() = static_cast<float>(1e9 / most);
+  params.field.z() = static_cast<float>(1e9 / max_flux);
   params.field.w() = 1.0f / params.field.z();
 }
 

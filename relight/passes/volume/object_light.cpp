@@ -51,22 +51,22 @@ void ObjectLight::gather(gpu::CommandList& list, shader::FrameParams params, int
 }
 
 void ObjectLight::record(gpu::Device& device, gpu::CommandList& list, shader::FrameParams params,
-                         const VertexLight& older, const VertexLight& newer, float share,
+                         const VertexLight& older, const VertexLight& newer, float newer_weight,
                          const std::vector<PlacedObject>& objects, const LampMaps& maps, const Volumes& volumes) {
   fit(device, objects, &light_);
-  params.pass_f.x() = share;
+  params.pass_f.x() = newer_weight;
   params.counts.w() = kShadowCones;
   for (std::size_t i = 0; i < objects.size(); ++i) {
     const StoredModel::Mesh& mesh = objects[i].stored->simple;
     params.pass_m = objects[i].T_tag_model.matrix();
     params.pass_i << mesh.vertex_count, 0, mesh.closed ? 0 : 1, 0;
-    list.dispatch(
-        *light_up_,
-        joined(maps.bindings(), {gpu::sampled(1, *volumes.virtual_distance, gpu::Filter::linear),
-                                 gpu::sampled(2, *volumes.real_distance, gpu::Filter::linear),
-                                 gpu::storage(16, *mesh.vertices), gpu::storage(17, *light_[i]),
-                                 gpu::storage(18, *(share < 1 ? older : newer)[i]), gpu::storage(19, *newer[i])}),
-        gpu::bytes_of(params), (mesh.vertex_count + kVerticesAGroup - 1) / kVerticesAGroup);
+    list.dispatch(*light_up_,
+                  joined(maps.bindings(),
+                         {gpu::sampled(1, *volumes.virtual_distance, gpu::Filter::linear),
+                          gpu::sampled(2, *volumes.real_distance, gpu::Filter::linear),
+                          gpu::storage(16, *mesh.vertices), gpu::storage(17, *light_[i]),
+                          gpu::storage(18, *(newer_weight < 1 ? older : newer)[i]), gpu::storage(19, *newer[i])}),
+                  gpu::bytes_of(params), (mesh.vertex_count + kVerticesAGroup - 1) / kVerticesAGroup);
   }
 }
 

@@ -27,10 +27,10 @@ class ObjectLight {
   void gather(gpu::CommandList& list, shader::FrameParams params, int cones, Slice slice,
               const std::vector<PlacedObject>& objects, const LampMaps& maps, const Volumes& volumes,
               const VertexLight& gathered) const;
-  /// `share`: blend weight of the newer round; below 1 the older round is blended in.
+  /// `newer_weight`: blend weight of the newer round; below 1 the older round is blended in.
   void record(gpu::Device& device, gpu::CommandList& list, shader::FrameParams params, const VertexLight& older,
-              const VertexLight& newer, float share, const std::vector<PlacedObject>& objects, const LampMaps& maps,
-              const Volumes& volumes);
+              const VertexLight& newer, float newer_weight, const std::vector<PlacedObject>& objects,
+              const LampMaps& maps, const Volumes& volumes);
   const gpu::Buffer& of(std::size_t object) const { return *light_[object]; }
 
  private:

@@ -53,7 +53,7 @@ void add(relight::Model& model, const Corner& corner) {
 std::optional<Vector3f> shown_albedo(const relight::TraceWorld& world, const Vector3f& p_m, const Vector3f& normal) {
   const auto hit = world.real.hit(p_m + kNear_m * normal, -normal, 2 * kNear_m);
   if (!hit) return std::nullopt;
-  return world.real.surface(*hit, -normal).look.diffuse.matrix();
+  return world.real.surface(*hit, -normal).bsdf.diffuse.matrix();
 }
 
 }  // namespace

@@ -180,7 +180,7 @@ std::vector<VirtualLight> follow(const relight::TraceWorld& world, Emitted e, re
                                                                : std::optional<relight::MeshHit>();
     if (!real && !object) return lights;
     const relight::SurfaceHit s = object ? world.objects.surface(*object, e.w) : world.real.surface(*real, e.w);
-    e.flux_W *= s.look.diffuse;
+    e.flux_W *= s.bsdf.diffuse;
     e.from_m = s.position_m + kLift_m * s.face;
     e.w = about(s.normal, sampler.two());
     if (e.w.dot(s.face) <= 0) e.w -= 2 * e.w.dot(s.face) * s.face;

@@ -69,7 +69,7 @@ TEST_P(DeviceTest, WhatIsHeldIsSummedByName) {
   EXPECT_THROW(device_->create_texture({.name = "held giant", .width = 1 << 20}), GpuError);
   EXPECT_EQ(held("held giant").first, 0u);
   EXPECT_EQ(device_->holdings().bytes(), before + 1152 + 100);
-  EXPECT_GE(device_->holdings().most_bytes(), before + 2304 + 100);
+  EXPECT_GE(device_->holdings().max_bytes(), before + 2304 + 100);
 }
 
 TEST_P(DeviceTest, EachDispatchOfAListHasItsOwnParameters) {

@@ -153,9 +153,9 @@ TEST(ReferenceMeshes, TexturesColoursAndSmoothNormals) {
     return meshes.surface(*hit, w);
   };
   const relight::SurfaceHit light = look_at(0.75f, -3), dark = look_at(0.25f, -3);
-  EXPECT_NEAR(light.look.diffuse[0], 0.5f, 1e-3f);
-  EXPECT_NEAR(light.look.diffuse[2], 0.125f, 1e-3f);
-  EXPECT_NEAR(dark.look.diffuse[0], 0, 1e-3f);
+  EXPECT_NEAR(light.bsdf.diffuse[0], 0.5f, 1e-3f);
+  EXPECT_NEAR(light.bsdf.diffuse[2], 0.125f, 1e-3f);
+  EXPECT_NEAR(dark.bsdf.diffuse[0], 0, 1e-3f);
   EXPECT_NEAR(light.normal.y(), -1, 1e-5f);
   EXPECT_NEAR(look_at(0.75f, 3).normal.y(), 1, 1e-5f) << "seen from behind";
   EXPECT_TRUE(meshes.blocked({0.5f, -1, 2.5f}, {0, 1, 0}, 1.5f));
@@ -182,7 +182,7 @@ TEST(ReferenceMeshes, WhatACameraSeesCountsBeforeColours) {
   }
   const relight::Meshes meshes({floor}, &seen);
   const auto diffuse_at = [&](float x) {
-    return meshes.surface(*meshes.hit({x, 0, 1}, {0, 0, -1}, 10), {0, 0, -1}).look.diffuse[0];
+    return meshes.surface(*meshes.hit({x, 0, 1}, {0, 0, -1}, 10), {0, 0, -1}).bsdf.diffuse[0];
   };
   EXPECT_FLOAT_EQ(diffuse_at(0.1f), 0.2f);
   EXPECT_FLOAT_EQ(diffuse_at(-0.1f), 0.5f);
