@@ -46,9 +46,9 @@ void expect_same(const Scene& a, const Scene& b) {
 // replay.
 TEST(SceneBuilder, ItsStagesByThemselvesGiveTheSameScene) {
   const capture::Session session = tabletop();
-  SceneBuilder whole(session), staged(session);
+  SceneBuilder at_once(session), staged(session);
   for (const capture::FrameSet& frame : first_frames(session, 10)) {
-    const BuildResult built = whole.build(frame);
+    const BuildResult built = at_once.build(frame);
     const capture::FrameSet registered = staged.register_depth(frame);
     const std::optional<Pose> pose = staged.locate_camera(registered).pose;
     staged.extract_light(frame.fisheye, frame.color.get());
@@ -57,8 +57,8 @@ TEST(SceneBuilder, ItsStagesByThemselvesGiveTheSameScene) {
     ASSERT_TRUE(pose && built.scene.pose);
     EXPECT_EQ(pose->T_tag_camera.matrix(), built.scene.pose->T_tag_camera.matrix());
   }
-  expect_same(whole.store().newest(), staged.store().newest());
-  EXPECT_FALSE(whole.learning());
+  expect_same(at_once.store().newest(), staged.store().newest());
+  EXPECT_FALSE(at_once.learning());
 }
 
 TEST(SceneBuilder, LightNeedsNoColourPicture) {

@@ -36,7 +36,7 @@ TEST(SceneStore, SettlesWhenTheNewestPicturesTeachNothing) {
   auto field = std::make_shared<DistanceField>();
   field->version = 3;
   const auto light = std::make_shared<const Illumination>(one_lamp(2, 10));
-  const auto look = [&] {
+  const auto publish_again = [&] {
     board.publish_field(field);
     board.publish_light(light);
   };
@@ -45,8 +45,8 @@ TEST(SceneStore, SettlesWhenTheNewestPicturesTeachNothing) {
     board.publish_solution({std::make_shared<AlbedoField>(), light, {}}, field_version, measured);
   };
   EXPECT_FALSE(board.settled(board.newest()));
-  look();
-  look();
+  publish_again();
+  publish_again();
   EXPECT_FALSE(board.settled(board.newest())) << "albedo is not solved";
   solve(2, 2);
   EXPECT_FALSE(board.settled(board.newest())) << "solved for an older field";
@@ -59,11 +59,11 @@ TEST(SceneStore, SettlesWhenTheNewestPicturesTeachNothing) {
 
   field = std::make_shared<DistanceField>(*field);
   field->version = 4;
-  look();
+  publish_again();
   EXPECT_FALSE(board.settled(board.newest())) << "geometry learnt something";
   solve(4, 2);
   EXPECT_FALSE(board.settled(board.newest())) << "and may learn more";
-  look();
+  publish_again();
   EXPECT_TRUE(board.settled(board.newest()));
 }
 

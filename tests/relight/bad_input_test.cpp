@@ -68,7 +68,7 @@ std::array<relight::Plan, 2> plans() {
 class BadInput : public ClosedTest {
  protected:
   struct Range {
-    double least = 0, most = 0;
+    double min = 0, max = 0;
   };
   /// Relative darkening and brightening of the picture against the furnace's light.
   Range off_the_furnace(const relight::RelitPicture& picture) {
@@ -77,8 +77,8 @@ class BadInput : public ClosedTest {
       for (int u = 0; u < picture.srgb.width; ++u) {
         if (picture.maps->mask.at(u, v) == 0 && picture.maps->depth_m.at(u, v) <= 0) continue;  // beyond the room
         const double off = picture_radiance(picture, u, v) / 0.5 - 1;
-        range.least = std::min(range.least, off);
-        range.most = std::max(range.most, off);
+        range.min = std::min(range.min, off);
+        range.max = std::max(range.max, off);
       }
     }
     return range;
@@ -86,8 +86,8 @@ class BadInput : public ClosedTest {
   void expect_even(const relight::RelitPicture& picture) {
     const double bound = picture.plan.trace_scale == 4 ? 0.12 : 0.07;
     const Range off = off_the_furnace(picture);
-    EXPECT_GT(off.least, -bound);
-    EXPECT_LT(off.most, bound);
+    EXPECT_GT(off.min, -bound);
+    EXPECT_LT(off.max, bound);
   }
 };
 ON_BOTH_DEVICES(BadInput);
@@ -236,9 +236,9 @@ TEST_P(BadInput, RoughnessZeroAndAlbedoOne) {
       const relight::RelitPicture picture = relit(scene, plan);
       EXPECT_TRUE(all_finite(picture));
       const Range off = off_the_furnace(picture);
-      EXPECT_LT(off.most, plan.trace_scale == 4 ? 0.15 : 0.1);
+      EXPECT_LT(off.max, plan.trace_scale == 4 ? 0.15 : 0.1);
       if (c.metallic == 0 || c.roughness == 0) {
-        EXPECT_GT(off.least, plan.trace_scale == 4 ? -0.15 : -0.1);
+        EXPECT_GT(off.min, plan.trace_scale == 4 ? -0.15 : -0.1);
       }
     }
   }

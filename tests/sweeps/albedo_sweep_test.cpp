@@ -36,11 +36,11 @@ struct Floor {
   std::vector<double> reported;  ///< reported 1σ / truth
   int unknown = 0;
 
-  double share_unknown() const { return static_cast<double>(unknown) / static_cast<double>(unknown + off.size()); }
-  static double percentile(std::vector<double> values, double share) {
+  double unknown_fraction() const { return static_cast<double>(unknown) / static_cast<double>(unknown + off.size()); }
+  static double percentile(std::vector<double> values, double fraction) {
     if (values.empty()) return 0;
     std::sort(values.begin(), values.end());
-    return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1) + 0.5)];
+    return values[static_cast<std::size_t>(fraction * static_cast<double>(values.size() - 1) + 0.5)];
   }
 };
 
@@ -101,7 +101,7 @@ TEST(AlbedoSweep, SeenOnlyInShadow) {
   Sweep sweep{.stem = "albedo-shadow",
               .title = "Floor that is only seen in the shadow of the only lamp",
               .x_label = "radiance of the sky",
-              .y_label = "share; off the truth",
+              .y_label = "fraction; off the truth",
               .x = {0.0003, 0.001, 0.003, 0.01, 0.03, 0.1, 0.3},
               .curves = {{"unknown"}, {"off, median"}, {"1 sigma, median"}},
               .logarithmic = true};
@@ -112,16 +112,16 @@ TEST(AlbedoSweep, SeenOnlyInShadow) {
     const auto result = reconstruct::AlbedoStage(capture::Session()).solve(room.field(), room.illumination());
     const Floor floor = floor_of(room, *result.albedo, [&](const Vector3f& p) { return all_around(room, p, false); });
     ASSERT_GT(floor.unknown + floor.off.size(), 30U);
-    sweep.curves[0].y.push_back(floor.share_unknown());
+    sweep.curves[0].y.push_back(floor.unknown_fraction());
     sweep.curves[1].y.push_back(Floor::percentile(floor.off, 0.5));
     sweep.curves[2].y.push_back(Floor::percentile(floor.reported, 0.5));
     // The albedo is either unknown or within its reported uncertainty.
     EXPECT_LT(Floor::percentile(floor.sigmas, 0.9), 2.5) << sky;
     if (sky >= 0.003) {
-      EXPECT_LT(floor.share_unknown(), 0.02) << sky;
+      EXPECT_LT(floor.unknown_fraction(), 0.02) << sky;
     }
     if (sky < 0.001) {
-      EXPECT_GT(floor.share_unknown(), 0.9) << sky << ": next to no light, of which nothing can be known";
+      EXPECT_GT(floor.unknown_fraction(), 0.9) << sky << ": next to no light, of which nothing can be known";
     }
     if (sky >= 0.01) {
       EXPECT_LT(Floor::percentile(floor.off, 0.5), 0.14) << sky;
@@ -138,7 +138,7 @@ TEST(AlbedoSweep, Saturated) {
   Sweep sweep{.stem = "albedo-saturated",
               .title = "Floor of which the colour picture shows a part clipped",
               .x_label = "exposure over one at which nothing clips",
-              .y_label = "share",
+              .y_label = "fraction",
               .x = {1, 1.5, 2, 3, 4, 6},
               .curves = {{"clipped"}, {"unknown of it"}, {"known: 95 of 100 off"}}};
   for (const double exposure : sweep.x) {
@@ -168,11 +168,11 @@ TEST(AlbedoSweep, Saturated) {
     const Floor all = floor_of(room, *result.albedo, everywhere);
     const double count = static_cast<double>(clipped.unknown + clipped.off.size());
     sweep.curves[0].y.push_back(count / static_cast<double>(all.unknown + all.off.size()));
-    sweep.curves[1].y.push_back(count > 0 ? clipped.share_unknown() : 0);
+    sweep.curves[1].y.push_back(count > 0 ? clipped.unknown_fraction() : 0);
     sweep.curves[2].y.push_back(Floor::percentile(all.off, 0.95));
     // Only points next to observed ones are known, and these are correct.
     if (count > 30) {
-      EXPECT_GT(clipped.share_unknown(), 0.6) << exposure;
+      EXPECT_GT(clipped.unknown_fraction(), 0.6) << exposure;
     }
     EXPECT_LT(Floor::percentile(all.sigmas, 0.9), 2.5) << exposure;
   }
@@ -183,7 +183,7 @@ TEST(AlbedoSweep, OneLightOnly) {
   Sweep sweep{.stem = "albedo-one-light",
               .title = "One lamp, clipped 1000 times over, no white paper, and a sky",
               .x_label = "radiance of the sky",
-              .y_label = "share",
+              .y_label = "fraction",
               .x = {0.0001, 0.001, 0.003, 0.01, 0.03, 0.1, 0.3},
               .curves = {{"off, median"}, {"1 sigma, median"}, {"unknown"}},
               .logarithmic = true};
@@ -197,11 +197,11 @@ TEST(AlbedoSweep, OneLightOnly) {
     const Floor floor = floor_of(room, *result.albedo, [&](const Vector3f& p) { return all_around(room, p, true); });
     sweep.curves[0].y.push_back(Floor::percentile(floor.off, 0.5));
     sweep.curves[1].y.push_back(Floor::percentile(floor.reported, 0.5));
-    sweep.curves[2].y.push_back(floor.share_unknown());
+    sweep.curves[2].y.push_back(floor.unknown_fraction());
     EXPECT_EQ(result.warnings.empty(), result.illumination->lights[0].power_log_sigma < 0.3f) << sky;
     // Errors may be large, but within the reported uncertainty: no more than 2.5 sigma.
     EXPECT_LT(Floor::percentile(floor.sigmas, 0.9), 2.5) << sky;
-    EXPECT_LT(floor.share_unknown(), 0.02) << sky;
+    EXPECT_LT(floor.unknown_fraction(), 0.02) << sky;
     if (sky < 0.001) {
       EXPECT_GT(Floor::percentile(floor.reported, 0.5), 0.15)
           << sky << ": without a sky nothing tells the lamp's power";

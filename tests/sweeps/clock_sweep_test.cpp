@@ -32,9 +32,9 @@ class Script : public capture::Source {
 };
 
 struct Outcome {
-  double wrong = 0;     ///< % of pairs with different exposure times
-  double unpaired = 0;  ///< % of frames without depth although both pictures arrived
-  double untold = 0;    ///< frames without depth and without a warning
+  double wrong = 0;            ///< % of pairs with different exposure times
+  double unpaired = 0;         ///< % of frames without depth although both pictures arrived
+  double without_warning = 0;  ///< frames without depth and without a warning
 };
 
 /// Synchronous shutters; one picture in a hundred of either camera is lost.
@@ -79,7 +79,7 @@ Outcome outcome(double jitter_ms, double drift_ppm) {
       result.wrong += frame->raw_depth->stamp.sequence != taken;
     } else {
       result.unpaired += both[taken];
-      result.untold += frame->warnings.empty();
+      result.without_warning += frame->warnings.empty();
     }
   }
   result.wrong *= 100 / std::max(pairs, 1.0);
@@ -90,7 +90,7 @@ Outcome outcome(double jitter_ms, double drift_ppm) {
 TEST(ClockSweep, Jitter) {
   Sweep sweep{.stem = "clock-jitter",
               .title = "Two cameras 200 ppm apart, 30 pictures a second, one in a hundred lost",
-              .x_label = "ms by which pictures come late at most",
+              .x_label = "ms by which frames are late at most",
               .y_label = "% of frames",
               .x = {0, 5, 10, 20, 30, 45, 60, 90, 150, 250, 400},
               .curves = {{"wrong pairs"}, {"without depth that came"}}};
@@ -98,7 +98,7 @@ TEST(ClockSweep, Jitter) {
     const Outcome found = outcome(jitter_ms, 200);
     sweep.curves[0].y.push_back(found.wrong);
     sweep.curves[1].y.push_back(found.unpaired);
-    EXPECT_EQ(found.untold, 0) << jitter_ms;
+    EXPECT_EQ(found.without_warning, 0) << jitter_ms;
     if (jitter_ms > 30) continue;  // more than two frame intervals
     EXPECT_EQ(found.wrong, 0) << jitter_ms;
     EXPECT_LT(found.unpaired, 0.1) << jitter_ms;
@@ -118,7 +118,7 @@ TEST(ClockSweep, Drift) {
     const Outcome found = outcome(20, drift_ppm);
     sweep.curves[0].y.push_back(found.wrong);
     sweep.curves[1].y.push_back(found.unpaired);
-    EXPECT_EQ(found.untold, 0) << drift_ppm;
+    EXPECT_EQ(found.without_warning, 0) << drift_ppm;
     if (drift_ppm > 3000) continue;  // a quartz deviates by 100 ppm at most
     EXPECT_EQ(found.wrong, 0) << drift_ppm;
     EXPECT_LT(found.unpaired, 0.1) << drift_ppm;

@@ -119,7 +119,7 @@ Sweep flicker(const std::string& stem, const std::string& title) {
               .x_label = "frame",
               .y_label = "deviation of real pixels, code values RMS",
               .x = {},
-              .most = 1};
+              .max = 1};
   for (int i = 0; i < kFrames; ++i) sweep.x.push_back(i);
   return sweep;
 }

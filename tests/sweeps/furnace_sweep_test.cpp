@@ -49,12 +49,12 @@ double mean_of_object(const relight::RelitPicture& picture) {
 TEST_P(FurnaceSweep, BallAndBowlOverAlbedo) {
   constexpr float sky = 0.8f;
   Sweep sweep{.stem = "furnace-albedo",
-              .title = "Even light: radiance beside the closed form",
+              .title = "Even light: radiance compared with the closed form",
               .x_label = "albedo",
               .y_label = "radiance / closed form",
               .x = {0.1, 0.5, 1},
-              .least = 0.9,
-              .most = 1.1};
+              .min = 0.9,
+              .max = 1.1};
   ClosedScene scene;
   scene.width = 40;
   scene.height = 30;

@@ -99,7 +99,7 @@ TEST(FusionSweep, Hole) {
               .x = {20, 30, 50, 100, 200},
               .curves = {{"known"}, {"solid"}, {"known, seen before it was black"}},
               .logarithmic = true};
-  constexpr unsigned kPictures = 12, kWhole = 4;
+  constexpr unsigned kPictures = 12, kComplete = 4;
   const capture::CameraModel camera = small_camera();
   std::vector<capture::FrameSet> frames;
   const auto pose_of = [](unsigned i) { return looking_at_tag(0.85, 50 * kDegree, (-90 + 10.0 * i) * kDegree); };
@@ -120,7 +120,7 @@ TEST(FusionSweep, Hole) {
       capture::FrameSet holed = frames[i];
       holed.depth = depth;
       field = always.fuse(holed, pose_at(T));
-      seen_before = later.fuse(i < kWhole ? frames[i] : holed, pose_at(T));
+      seen_before = later.fuse(i < kComplete ? frames[i] : holed, pose_at(T));
     }
     int points = 0, known = 0, solid = 0, kept = 0;
     for (const float z : {-0.02f, -0.012f, -0.004f, 0.004f, 0.012f, 0.02f})
@@ -144,22 +144,23 @@ TEST(FusionSweep, Hole) {
 // Depth of a mirror is that of the reflection. Unless the operator declares the mirror, it becomes a room behind a hole
 // in the wall.
 TEST(FusionSweep, Mirror) {
-  Sweep sweep{.stem = "fusion-mirror",
-              .title = "A mirror in a wall, with what it reflects behind it",
-              .x_label = "edge of the mirror, mm",
-              .y_label = "percent of rays",
-              .x = {100, 200, 400},
-              .curves = {{"wall beside: missed"}, {"mirror: missed"}, {"ghosts"}, {"named: missed"}, {"named: ghosts"}},
-              .logarithmic = true};
+  Sweep sweep{
+      .stem = "fusion-mirror",
+      .title = "A mirror in a wall, with what it reflects behind it",
+      .x_label = "edge of the mirror, mm",
+      .y_label = "percent of rays",
+      .x = {100, 200, 400},
+      .curves = {{"wall around it: missed"}, {"mirror: missed"}, {"ghosts"}, {"named: missed"}, {"named: ghosts"}},
+      .logarithmic = true};
   constexpr double kWall = 0.5;
   const capture::CameraModel camera = small_camera();
   const Isometry3d T = looking_at_tag(1.1, 70 * kDegree, -90 * kDegree, {0, 0.3, 0.25});
   for (const double edge_mm : sweep.x) {
     const double half = 0.5e-3 * edge_mm, height = 0.25;
     const Shape room = [](const Vector3d& p) { return ball_on_table(p); };
-    const auto beside = [&](const Vector3d& p) { return std::max(std::abs(p.x()), std::abs(p.z() - height)) - half; };
+    const auto outside = [&](const Vector3d& p) { return std::max(std::abs(p.x()), std::abs(p.z() - height)) - half; };
     const Shape seen = [&](const Vector3d& p) {
-      const double wall = std::max(std::max(kWall - p.y(), p.y() - kWall - 0.01), -beside(p));
+      const double wall = std::max(std::max(kWall - p.y(), p.y() - kWall - 0.01), -outside(p));
       const double mirrored = room(Vector3d(p.x(), 2 * kWall - p.y(), p.z()));
       return std::min({std::max(room(p), p.y() - kWall), wall, std::max(mirrored, kWall - p.y())});
     };
@@ -177,31 +178,31 @@ TEST(FusionSweep, Mirror) {
       return field;
     };
     struct Rays {
-      double missed_beside = 0, missed = 0, ghosts = 0;
+      double missed_outside = 0, missed = 0, ghosts = 0;
     };
     const auto rays_of = [&](const reconstruct::DistanceField& field) {
       Rays rays;
-      int all_beside = 0, all = 0;
+      int all_outside = 0, all = 0;
       for (double x = -0.3; x <= 0.3; x += 0.013)
         for (double z = 0.06; z <= 0.44; z += 0.013) {
           const Vector3d aim(x, kWall, z), direction = (aim - T.translation()).normalized();
-          const double away = beside(aim);
+          const double away = outside(aim);
           if (std::abs(away) < 0.012) continue;
           const auto hit = field.raycast(T.translation().cast<float>(), direction.cast<float>(), 0.05f, 6);
           const bool before = hit && hit->position_m.y() < kWall - 0.012f;  // the ball
           if (before) continue;
           const bool missed = !hit || hit->position_m.y() > kWall + 0.012f;
-          ++(away > 0 ? all_beside : all);
-          (away > 0 ? rays.missed_beside : rays.missed) += missed;
+          ++(away > 0 ? all_outside : all);
+          (away > 0 ? rays.missed_outside : rays.missed) += missed;
           if (away < 0) rays.ghosts += hit && missed;
         }
-      rays.missed_beside *= 100.0 / all_beside;
+      rays.missed_outside *= 100.0 / all_outside;
       rays.missed *= 100.0 / all;
       rays.ghosts *= 100.0 / all;
       return rays;
     };
     const Rays plain = rays_of(*fused(false)), named = rays_of(*fused(true));
-    sweep.curves[0].y.push_back(std::max(plain.missed_beside, named.missed_beside));
+    sweep.curves[0].y.push_back(std::max(plain.missed_outside, named.missed_outside));
     sweep.curves[1].y.push_back(plain.missed);
     sweep.curves[2].y.push_back(plain.ghosts);
     sweep.curves[3].y.push_back(named.missed);
@@ -216,13 +217,13 @@ TEST(FusionSweep, Mirror) {
 TEST(FusionSweep, Visitor) {
   Sweep sweep{.stem = "fusion-visitor",
               .title = "A visitor's leg on a table leaves; 30 pictures a second",
-              .x_label = "pictures that it stood there",
+              .x_label = "frames that it was there",
               .y_label = "pictures until the last of it is gone",
               .x = {3, 30, 300},
               .curves = {{"at 1 m"}, {"at 3.5 m"}},
               .logarithmic = true,
-              .least = 0,
-              .most = 30};
+              .min = 0,
+              .max = 30};
   const capture::CameraModel camera = small_camera();
   const double distances[] = {1, 3.5};
   for (std::size_t c = 0; c < 2; ++c) {
@@ -251,18 +252,18 @@ TEST(FusionSweep, Visitor) {
       }
       return met;
     };
-    for (const double stood : sweep.x) {
+    for (const double frames_there : sweep.x) {
       reconstruct::FusionStage stage(session_with(camera), {});
       std::shared_ptr<const reconstruct::DistanceField> field;
       unsigned i = 0;
       for (unsigned k = 0; k < 10; ++k, ++i) field = stage.fuse(without[i % 4], pose_at(T));
       EXPECT_EQ(left(*field), 0) << distances[c];
-      for (unsigned k = 0; k < stood; ++k, ++i) field = stage.fuse(with[i % 4], pose_at(T));
-      EXPECT_GT(left(*field), 10) << distances[c] << " " << stood;
+      for (unsigned k = 0; k < frames_there; ++k, ++i) field = stage.fuse(with[i % 4], pose_at(T));
+      EXPECT_GT(left(*field), 10) << distances[c] << " " << frames_there;
       int gone = 0;
       for (; gone < 60 && left(*field) > 0; ++gone, ++i) field = stage.fuse(without[i % 4], pose_at(T));
       sweep.curves[c].y.push_back(gone);
-      EXPECT_LE(gone, sweep.most) << distances[c] << " " << stood << ": within a second";
+      EXPECT_LE(gone, sweep.max) << distances[c] << " " << frames_there << ": within a second";
     }
   }
   write_sweep(sweep);
@@ -363,9 +364,9 @@ TEST(FusionSweep, WrongPoses) {
     }
     const Agreement seen = compare(*field, ball_on_table, camera, pose_of(kPictures / 2), 16);
     sweep.curves[0].y.push_back(1e3 * seen.mean_m);
-    sweep.curves[1].y.push_back(100 * (1 - seen.share));
+    sweep.curves[1].y.push_back(100 * (1 - seen.hit_fraction));
     EXPECT_LT(1e3 * seen.mean_m, 0.6 + 0.5 * sigma_mm) << sigma_mm;
-    EXPECT_GT(seen.share, 0.97) << sigma_mm;
+    EXPECT_GT(seen.hit_fraction, 0.97) << sigma_mm;
   }
   write_sweep(sweep);
 }

@@ -65,7 +65,7 @@ TEST(HarmonicsSweep, OneStrongLight) {
         together[k] += Eigen::Vector3f::Constant(static_cast<float>(lamp * sr / rays * basis[k]));
       }
     }
-    double worst = 0, worst_apart = 0, least = 0, largest = 0;
+    double worst = 0, worst_apart = 0, min_value = 0, largest = 0;
     for (int p = 0; p < planes; ++p) {
       const Eigen::Vector3f n = direction(p, planes);
       double by_lamp = 0;
@@ -74,11 +74,11 @@ TEST(HarmonicsSweep, OneStrongLight) {
       largest = std::max(largest, want);
       worst = std::max(worst, std::abs(reconstruct::sh_irradiance(together, n).x() - want));
       worst_apart = std::max(worst_apart, std::abs(reconstruct::sh_irradiance(apart, n).x() + by_lamp - want));
-      least = std::min(least, double{reconstruct::sh_radiance(together, n).x()});
+      min_value = std::min(min_value, double{reconstruct::sh_radiance(together, n).x()});
     }
     sweep.curves[0].y.push_back(worst / largest);
     sweep.curves[1].y.push_back(worst_apart / largest);
-    sweep.curves[2].y.push_back(least / largest);
+    sweep.curves[2].y.push_back(min_value / largest);
   }
   write_sweep(sweep);
   for (std::size_t i = 0; i < sweep.x.size(); ++i) {
@@ -101,7 +101,7 @@ TEST(HarmonicsSweep, CutAtNothingIsNearerThanAnyWindow) {
               .x = {0.001, 0.01, 0.02, 0.05, 0.1, 0.2},
               .curves = {{"as projected"}, {"cut at nothing, as used"}, {"best window without negative planes"}},
               .logarithmic = true,
-              .most = 0.1};
+              .max = 0.1};
   constexpr int planes = 500, steps = 50;
   const Eigen::Vector3f at = Eigen::Vector3f(0.3f, -0.5f, 0.7f).normalized();
   const auto basis = reconstruct::sh_basis(at);
@@ -119,33 +119,33 @@ TEST(HarmonicsSweep, CutAtNothingIsNearerThanAnyWindow) {
       want.push_back(sky + std::max(n.dot(at), 0.0f));
     }
     struct Found {
-      double off = 0, least = 1;
+      double off = 0, min_value = 1;
     };
     const auto with = [&](double first, double second, double floor) {
       Found found;
       for (std::size_t p = 0; p < want.size(); ++p) {
         const double e = by_band[p].dot(Eigen::Vector3d(1, first, second));
-        found.least = std::min(found.least, e);
+        found.min_value = std::min(found.min_value, e);
         found.off += std::pow(std::max(e, floor) - want[p], 2);
       }
       return found;
     };
-    double whole = 0, best = std::numeric_limits<double>::max();
-    for (const double e : want) whole += e * e;
+    double total = 0, best = std::numeric_limits<double>::max();
+    for (const double e : want) total += e * e;
     for (int i = 0; i <= steps; ++i)
       for (int j = 0; j <= steps; ++j) {
         const Found found = with(1.0 * i / steps, 1.0 * j / steps, -1);
-        if (found.least >= 0) best = std::min(best, found.off);
+        if (found.min_value >= 0) best = std::min(best, found.off);
       }
-    const double least = with(1, 1, -1).least;
-    sweep.curves[0].y.push_back(std::sqrt(with(1, 1, -1).off / whole));
-    sweep.curves[1].y.push_back(std::sqrt(with(1, 1, 0).off / whole));
-    sweep.curves[2].y.push_back(std::sqrt(best / whole));
+    const double min_value = with(1, 1, -1).min_value;
+    sweep.curves[0].y.push_back(std::sqrt(with(1, 1, -1).off / total));
+    sweep.curves[1].y.push_back(std::sqrt(with(1, 1, 0).off / total));
+    sweep.curves[2].y.push_back(std::sqrt(best / total));
     EXPECT_LE(sweep.curves[1].y.back(), sweep.curves[0].y.back()) << sky;
     EXPECT_LE(sweep.curves[1].y.back(), sweep.curves[2].y.back()) << sky;
-    EXPECT_LT(sweep.curves[1].y.back(), sweep.most) << sky;
+    EXPECT_LT(sweep.curves[1].y.back(), sweep.max) << sky;
     if (sky < 0.03) {
-      EXPECT_LT(least, 0) << "or it proves nothing";
+      EXPECT_LT(min_value, 0) << "or it proves nothing";
       EXPECT_LT(1.05 * sweep.curves[1].y.back(), sweep.curves[2].y.back()) << sky;
     }
   }

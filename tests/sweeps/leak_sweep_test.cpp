@@ -53,7 +53,7 @@ TEST_P(LeakSweep, PartitionOfTwoToTwentyMillimetres) {
               .y_label = "change of the floor beyond, code values",
               .x = {2, 5, 13, 20},
               .logarithmic = true,
-              .most = 1};
+              .max = 1};
   for (const Method& method : methods(64, 1)) {
     for (const bool lamp : {false, true}) {
       if (method.plan.trace_scale == 4 || (lamp && method.plan.method == "dlpv")) continue;  // same cones and lamps
@@ -74,7 +74,7 @@ TEST_P(LeakSweep, PartitionOfTwoToTwentyMillimetres) {
   for (const Curve& curve : sweep.curves) {
     for (std::size_t i = 0; i < sweep.x.size(); ++i) {
       if (sweep.x[i] < 12.8) continue;
-      EXPECT_LT(curve.y[i], sweep.most) << curve.name << ", " << sweep.x[i] << " mm";
+      EXPECT_LT(curve.y[i], sweep.max) << curve.name << ", " << sweep.x[i] << " mm";
     }
   }
 }

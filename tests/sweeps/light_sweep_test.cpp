@@ -136,8 +136,8 @@ TEST(LightSweep, CoveredLamp) {
               .y_label = "the lamp's irradiance over the truth before",
               .x = {},
               .curves = {{"for one picture"}, {"for four pictures"}, {"for good"}},
-              .least = -1e-6,
-              .most = 1 + 1e-6};
+              .min = -1e-6,
+              .max = 1 + 1e-6};
   capture::Session session;
   session.fisheye = reconstruct::fisheye(190, 256);
   const Disk covered{reconstruct::towards(35, 0), Vector3f::Constant(30), 4},
@@ -198,8 +198,8 @@ TEST(LightSweep, PowerPastSaturation) {
               .x = {0.5, 1, 2, 4, 32, 256, 1024},
               .curves = {{"as it is read"}, {"found"}, {"brighter sky"}},
               .logarithmic = true,
-              .least = 0.85,
-              .most = 1.15};
+              .min = 0.85,
+              .max = 1.15};
   for (const double over : sweep.x) {
     for (const bool bright_sky : {false, true}) {
       reconstruct::TestRoom room = room_with_tag();
@@ -215,11 +215,11 @@ TEST(LightSweep, PowerPastSaturation) {
       const auto result = reconstruct::AlbedoStage(session).solve(room.field(), seen);
       ASSERT_EQ(result.illumination->lights.size(), 1u);
       const reconstruct::PointLight& light = result.illumination->lights[0];
-      const double share = light.irradiance.sum() / truth.sum();
+      const double ratio = light.irradiance.sum() / truth.sum();
       if (!bright_sky) sweep.curves[0].y.push_back(seen.lights[0].irradiance.sum() / truth.sum());
-      sweep.curves[bright_sky ? 2 : 1].y.push_back(share);
-      EXPECT_GT(share, sweep.least) << over;
-      EXPECT_LT(share, sweep.most) << over;
+      sweep.curves[bright_sky ? 2 : 1].y.push_back(ratio);
+      EXPECT_GT(ratio, sweep.min) << over;
+      EXPECT_LT(ratio, sweep.max) << over;
       EXPECT_EQ(light.clipped, seen.lights[0].clipped) << "its power stays marked as found otherwise";
     }
   }
@@ -249,14 +249,14 @@ TEST(LightSweep, Distance) {
     const Vector3f way = light.distance_known ? Vector3f(light.position_m - object) : light.direction;
     const Vector3f irradiance = light.distance_known ? Vector3f(light.intensity / way.squaredNorm()) : light.irradiance;
     const double direction = reconstruct::angle_degrees(way, true_way);
-    const double share = 0.1 * std::abs(percent_off(irradiance, lamp.intensity / true_way.squaredNorm()));
+    const double ratio = 0.1 * std::abs(percent_off(irradiance, lamp.intensity / true_way.squaredNorm()));
     sweep.curves[0].y.push_back(direction);
-    sweep.curves[1].y.push_back(share);
+    sweep.curves[1].y.push_back(ratio);
     sweep.curves[2].y.push_back(reconstruct::angle_degrees(towards_lamp, true_way));
     const bool found = light.distance_known;
     EXPECT_TRUE(found || distance > 7) << distance;
     EXPECT_LT(direction, found ? 0.3 : 3) << distance;
-    EXPECT_LT(share, found ? 0.1 : 0.5) << distance;
+    EXPECT_LT(ratio, found ? 0.1 : 0.5) << distance;
     // A lamp treated as infinitely distant causes a warning.
     EXPECT_EQ(light.distance_known, result.warnings.empty()) << distance;
   }

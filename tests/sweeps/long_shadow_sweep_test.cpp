@@ -39,10 +39,10 @@ TEST_P(LongShadowSweep, AColumnInASunOfTenDegrees) {
   Sweep sweep{.stem = "long-shadow",
               .title = "Shadow of a column 12 cm high in a sun of 10°",
               .x_label = "distance from the column, m",
-              .y_label = "share of the sun's light that is taken",
+              .y_label = "fraction of the sun's light that is taken",
               .x = {},
-              .least = 0.94,
-              .most = 1.03};
+              .min = 0.94,
+              .max = 1.03};
   const int bins = 16;
   for (int i = 0; i < bins; ++i) sweep.x.push_back(0.04 + 0.04 * i);
   ClosedScene scene = column(0.3f);
@@ -70,8 +70,8 @@ TEST_P(LongShadowSweep, AColumnInASunOfTenDegrees) {
   write(sweep);
   for (const Curve& curve : sweep.curves) {
     for (std::size_t i = 0; i < sweep.x.size() && sweep.x[i] < 0.65; ++i) {
-      EXPECT_GE(curve.y[i], sweep.least) << curve.name << ", " << sweep.x[i] << " m";
-      EXPECT_LE(curve.y[i], sweep.most) << curve.name << ", " << sweep.x[i] << " m";
+      EXPECT_GE(curve.y[i], sweep.min) << curve.name << ", " << sweep.x[i] << " m";
+      EXPECT_LE(curve.y[i], sweep.max) << curve.name << ", " << sweep.x[i] << " m";
     }
   }
 }

@@ -104,7 +104,7 @@ TEST_P(MipSweep, DeltaBesideTheDifferenceOfTwo) {
   };
   const auto m = hierarchy(mu), r = hierarchy(rho), d = hierarchy(delta), own = hierarchy(rho_own);
   Sweep sweep{.stem = "delta-mips",
-              .title = "Delta's hierarchy beside the difference of two (eq. 5.27)",
+              .title = "Delta's hierarchy and the difference of two (eq. 5.27)",
               .x_label = "level of the hierarchy",
               .y_label = "RMS difference / RMS change",
               .x = {0, 1, 2, 3, 4},

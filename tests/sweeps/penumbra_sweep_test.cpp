@@ -12,7 +12,7 @@ ON_BOTH_DEVICES(PenumbraSweep);
 constexpr float kEdge_m = 0.25f, kLamp_m = 1;  // heights
 
 /// Fraction of a round lamp occluded by the half plane x < 0 at the edge's height, from a point of the floor.
-double hidden_share(const Eigen::Vector3f& p, float radius_m) {
+double hidden_fraction(const Eigen::Vector3f& p, float radius_m) {
   // The edge projected from p to the lamp's height, as offset from the lamp's centre.
   const float at_m = p.x() + (0 - p.x()) * kLamp_m / kEdge_m;
   const double c = std::clamp(static_cast<double>(at_m / radius_m), -1.0, 1.0);
@@ -52,7 +52,7 @@ TEST_P(PenumbraSweep, WidthOverTheLampsRadius) {
       for_each_floor_pixel(scene, picture, [&](const Eigen::Vector3f& p, const Eigen::Vector3f& delta, float area_m2) {
         if (std::abs(p.y()) > 0.15f || std::abs(p.x()) > 0.02f + 0.5f * radius_m) return;
         const double s = std::clamp(-static_cast<double>(delta.x()) / scene.radiance(p), 0.0, 1.0);
-        const double t = hidden_share(p, radius_m);
+        const double t = hidden_fraction(p, radius_m);
         width += s * (1 - s) * area_m2;
         want += t * (1 - t) * area_m2;
         area += area_m2;
@@ -79,11 +79,11 @@ TEST_P(PenumbraSweep, ShadowBeginsAtTheFoot) {
   Sweep sweep{.stem = "contact-shadow",
               .title = "Shadow behind the foot of a box",
               .x_label = "distance from the box, mm",
-              .y_label = "share of the lamp's light that is taken",
+              .y_label = "fraction of the lamp's light that is taken",
               .x = {2, 4, 8, 16, 32},
               .logarithmic = true,
-              .least = 0.95,
-              .most = 1.02};
+              .min = 0.95,
+              .max = 1.02};
   const reconstruct::PointLight lamp = lamp_at({0, 1, 1}, 0.01f, 1);
   ClosedScene scene;
   scene.width = 64;

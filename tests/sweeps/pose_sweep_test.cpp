@@ -33,9 +33,9 @@ capture::CameraModel vga_camera() {
   return camera;
 }
 
-double percentile(std::vector<double> values, double share) {
+double percentile(std::vector<double> values, double fraction) {
   std::sort(values.begin(), values.end());
-  return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1) + 0.5)];
+  return values[static_cast<std::size_t>(fraction * static_cast<double>(values.size() - 1) + 0.5)];
 }
 
 capture::FrameSet view(const capture::CameraModel& camera, const Isometry3d& T_tag_camera, std::uint64_t index,
@@ -78,7 +78,7 @@ TEST(PoseSweep, Tilt) {
               .y_label = "largest turn off the truth, degrees",
               .x = {0, 10, 20, 30, 40, 50, 60, 70, 80},
               .curves = {{"picture alone"}, {"with depth"}},
-              .most = 1.5};
+              .max = 1.5};
   int surprises = 0, pictures = 0;
   for (const double tilt : sweep.x)
     for (const bool with_depth : {false, true}) {
@@ -88,7 +88,7 @@ TEST(PoseSweep, Tilt) {
       surprises += errors.surprises;
       pictures += errors.pictures;
       if (!with_depth || errors.degrees.empty()) continue;
-      EXPECT_LT(percentile(errors.degrees, 1), sweep.most) << "tilt " << tilt;
+      EXPECT_LT(percentile(errors.degrees, 1), sweep.max) << "tilt " << tilt;
     }
   write_sweep(sweep);
   EXPECT_LT(surprises, 0.05 * pictures);
@@ -184,9 +184,9 @@ capture::Picture blurred(const capture::Picture& picture, int pixels) {
   return result;
 }
 
-/// The largest error in mm while a camera starts to move sideways; `most` without a pose.
+/// The largest error in mm while a camera starts to move sideways; `max` without a pose.
 double error_while_moving(int blur_px, const reconstruct::TestRoom& room, const reconstruct::DistanceField* field,
-                          double most) {
+                          double max) {
   const capture::CameraModel camera = small_camera();
   const Isometry3d start = looking_at_tag(1.0, 45 * kDegree, -1.4, {0.05, 0.12, 0.05});
   // The exposure lasts half of the frame interval.
@@ -202,14 +202,14 @@ double error_while_moving(int blur_px, const reconstruct::TestRoom& room, const 
         std::make_shared<capture::DepthPicture>(depth_of_room(room, camera, truth, static_cast<unsigned>(i), 1));
     const auto result = stage.locate(frame, field);
     if (i < 2) continue;
-    const double off_mm = result.pose ? millimetres_apart(result.pose->T_tag_camera, truth) : most;
+    const double off_mm = result.pose ? millimetres_apart(result.pose->T_tag_camera, truth) : max;
     worst = std::max(worst, off_mm);
     // Failures are reported by the pose.
     if (result.pose && field) {
       EXPECT_LT(off_mm, 3 + 3e3 * reconstruct::position_sigma_m(result.pose->covariance)) << blur_px;
     }
   }
-  return std::min(worst, most);
+  return std::min(worst, max);
 }
 
 TEST(PoseSweep, Blur) {
@@ -219,20 +219,20 @@ TEST(PoseSweep, Blur) {
               .y_label = "farthest off the truth, mm (cut at 40)",
               .x = {0, 2, 4, 6, 8, 10},
               .curves = {{"tag alone"}, {"with surfaces"}},
-              .most = 3};
+              .max = 3};
   const reconstruct::TestRoom room = furnished_room();
   const reconstruct::DistanceField field = room.field();
   for (const double blur : sweep.x) {
     sweep.curves[0].y.push_back(error_while_moving(static_cast<int>(blur), room, nullptr, 40));
     sweep.curves[1].y.push_back(error_while_moving(static_cast<int>(blur), room, &field, 40));
-    EXPECT_LT(sweep.curves[1].y.back(), sweep.most) << blur;
+    EXPECT_LT(sweep.curves[1].y.back(), sweep.max) << blur;
   }
   write_sweep(sweep);
 }
 
 /// A hand covers a fraction of the tag while the camera moves slowly.
-double error_while_covered(double share, const reconstruct::TestRoom& room, const reconstruct::DistanceField* field,
-                           double most) {
+double error_while_covered(double fraction, const reconstruct::TestRoom& room, const reconstruct::DistanceField* field,
+                           double max) {
   const capture::CameraModel camera = small_camera();
   reconstruct::PoseStage stage(some_tag(), camera);
   double worst = 0;
@@ -247,7 +247,7 @@ double error_while_covered(double share, const reconstruct::TestRoom& room, cons
           const auto ray = camera.unproject({static_cast<double>(u), static_cast<double>(v)});
           const Vector3d d = truth.linear() * *ray;
           const Vector3d p = truth.translation() - truth.translation().z() / d.z() * d;
-          if (p.x() > (0.5 - share) * 1.25 * kTagM) std::fill_n(&covered.encoded.at(u, v), 3, 150);
+          if (p.x() > (0.5 - fraction) * 1.25 * kTagM) std::fill_n(&covered.encoded.at(u, v), 3, 150);
         }
       frame.color = std::make_shared<capture::Picture>(std::move(covered));
     }
@@ -255,25 +255,25 @@ double error_while_covered(double share, const reconstruct::TestRoom& room, cons
         std::make_shared<capture::DepthPicture>(depth_of_room(room, camera, truth, static_cast<unsigned>(i), 1));
     const auto result = stage.locate(frame, field);
     if (i < 2) continue;
-    worst = std::max(worst, result.pose ? millimetres_apart(result.pose->T_tag_camera, truth) : most);
+    worst = std::max(worst, result.pose ? millimetres_apart(result.pose->T_tag_camera, truth) : max);
   }
-  return std::min(worst, most);
+  return std::min(worst, max);
 }
 
 TEST(PoseSweep, Occlusion) {
   Sweep sweep{.stem = "pose-occlusion",
               .title = "A hand covers a tag 0.9 m away, 320 x 240",
-              .x_label = "share covered",
+              .x_label = "fraction covered",
               .y_label = "farthest off the truth, mm (cut at 40)",
               .x = {0, 0.1, 0.2, 0.3, 0.4, 0.6, 0.8, 1},
               .curves = {{"tag alone"}, {"with surfaces"}},
-              .most = 3};
+              .max = 3};
   const reconstruct::TestRoom room = furnished_room();
   const reconstruct::DistanceField field = room.field();
-  for (const double share : sweep.x) {
-    sweep.curves[0].y.push_back(error_while_covered(share, room, nullptr, 40));
-    sweep.curves[1].y.push_back(error_while_covered(share, room, &field, 40));
-    EXPECT_LT(sweep.curves[1].y.back(), sweep.most) << share;
+  for (const double fraction : sweep.x) {
+    sweep.curves[0].y.push_back(error_while_covered(fraction, room, nullptr, 40));
+    sweep.curves[1].y.push_back(error_while_covered(fraction, room, &field, 40));
+    EXPECT_LT(sweep.curves[1].y.back(), sweep.max) << fraction;
   }
   write_sweep(sweep);
 }
@@ -288,7 +288,7 @@ TEST(PoseSweep, Filter) {
               .x = {0.01, 0.03, 0.1, 0.3, 1, 3, 10, 30},
               .curves = {{"mean lag"}, {"noise left, RMS"}},
               .logarithmic = true,
-              .most = 0.5};
+              .max = 0.5};
   for (const double speed_mm : sweep.x) {
     reconstruct::PoseFilter filter;
     std::mt19937 random(7);

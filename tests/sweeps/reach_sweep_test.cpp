@@ -58,8 +58,8 @@ TEST_P(ReachSweep, ABallsShadowOfTheSkyOverDistance) {
     for (std::size_t i = 0; i < want.size(); ++i) {
       const std::string where = curve.name + " at " + std::to_string(sweep.x[i]) + " m";
       // One pixel value; two where live settings fade out the change, and for propagation.
-      const double most = std::max(curve.name == "cones, careful" ? 1.0 : 2.0, 0.12 * std::abs(want[i]));
-      EXPECT_NEAR(curve.y[i], want[i], most) << where;
+      const double tolerance = std::max(curve.name == "cones, careful" ? 1.0 : 2.0, 0.12 * std::abs(want[i]));
+      EXPECT_NEAR(curve.y[i], want[i], tolerance) << where;
       // No sudden end: from one distance to the next it falls by at most the expected change plus 1.5 pixel values.
       if (i > 0) {
         EXPECT_LT(curve.y[i] - curve.y[i - 1], want[i] - want[i - 1] + 1.5) << where;

@@ -13,12 +13,12 @@ ON_BOTH_DEVICES(RoughnessSweep);
 // A metal ball over a desk with a lamp's pool of light: deviation from the path tracer over roughness.
 TEST_P(RoughnessSweep, MetalBallOverALitDesk) {
   Sweep sweep{.stem = "roughness",
-              .title = "A metal ball over a lit desk, beside the path tracer",
+              .title = "A metal ball over a lit desk, compared with the path tracer",
               .x_label = "roughness",
               .y_label = "RMS deviation / mean radiance",
               .x = {0.02, 0.2, 1},
               .logarithmic = true,
-              .most = 0.35};
+              .max = 0.35};
   const reconstruct::PointLight lamp = lamp_at({-0.1f, 0.1f, 0.8f}, 0.1f, 0.35f);
   ClosedScene scene;
   scene.width = 48;

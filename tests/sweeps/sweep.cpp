@@ -64,8 +64,8 @@ void draw(const Sweep& sweep, const std::filesystem::path& stem) {
     high = std::max(high, y);
   };
   for (const Curve& curve : sweep.curves) std::for_each(curve.y.begin(), curve.y.end(), take);
-  take(sweep.least);
-  take(sweep.most);
+  take(sweep.min);
+  take(sweep.max);
   high = server::chart::round_up(high, 6);
   low = low < 0 ? -server::chart::round_up(-low, 6) : 0;
 
@@ -78,7 +78,7 @@ void draw(const Sweep& sweep, const std::filesystem::path& stem) {
   drawing.text({0.5 * (kFrame.left + kFrame.right), kFrame.bottom + 38}, sweep.x_label, {.size = kText, .across = 0.5});
   drawing.text({18, 0.5 * (kFrame.top + kFrame.bottom)}, sweep.y_label,
                {.size = kText, .across = 0.5, .turn_degrees = -90});
-  for (const double bound : {sweep.least, sweep.most}) {
+  for (const double bound : {sweep.min, sweep.max}) {
     if (!std::isfinite(bound)) continue;
     const double at = y.at(bound);
     drawing.line({{kFrame.left, at}, {kFrame.right, at}}, {server::chart::kQuiet, 1.2, 2});
@@ -102,7 +102,7 @@ void draw(const Sweep& sweep, const std::filesystem::path& stem) {
     legend(curve.name, stroke);
     if (!curve.answer) ++index;
   }
-  if (std::isfinite(sweep.least) || std::isfinite(sweep.most))
+  if (std::isfinite(sweep.min) || std::isfinite(sweep.max))
     legend("bound of the test", {server::chart::kQuiet, 1.2, 2});
   server::chart::write(drawing, stem);
 }
@@ -167,11 +167,11 @@ void SweepTest::expect_within_bounds(const Sweep& sweep) const {
     for (std::size_t i = 0; i < sweep.x.size() && !curve.answer; ++i) {
       const std::string where = curve.name + " at " + std::to_string(sweep.x[i]) + " " + sweep.x_label;
       EXPECT_TRUE(std::isfinite(curve.y[i])) << where;
-      if (!std::isnan(sweep.least)) {
-        EXPECT_GE(curve.y[i], sweep.least) << where;
+      if (!std::isnan(sweep.min)) {
+        EXPECT_GE(curve.y[i], sweep.min) << where;
       }
-      if (!std::isnan(sweep.most)) {
-        EXPECT_LE(curve.y[i], sweep.most) << where;
+      if (!std::isnan(sweep.max)) {
+        EXPECT_LE(curve.y[i], sweep.max) << where;
       }
     }
   }

@@ -22,7 +22,7 @@ struct Sweep {
   std::vector<Curve> curves = {};
   bool logarithmic = false;  ///< x
   /// Bounds of the measured curves, drawn as horizontal lines; NaN: none.
-  double least = std::numeric_limits<double>::quiet_NaN(), most = std::numeric_limits<double>::quiet_NaN();
+  double min = std::numeric_limits<double>::quiet_NaN(), max = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// Settings of the renderer: the plan's careful (1) and live (4) settings, and propagation.

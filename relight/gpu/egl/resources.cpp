@@ -122,7 +122,7 @@ std::vector<std::byte> EglTexture::download(int mip) const {
 EglBuffer::EglBuffer(std::shared_ptr<Context> context, std::size_t size_bytes, const std::string& name)
     : Buffer(size_bytes, name, context->holdings()), context_(std::move(context)) {
   if (size_bytes > context_->limits().storage_bytes) {
-    throw GpuError("buffer \"" + name_ + "\" has " + std::to_string(size_bytes) + " bytes; the most of " +
+    throw GpuError("buffer \"" + name_ + "\" has " + std::to_string(size_bytes) + " bytes; the maximum of " +
                    context_->name() + " is " + std::to_string(context_->limits().storage_bytes));
   }
   const Current current = context_->enter();

@@ -132,8 +132,8 @@ int run(const char* file, double seconds) {
     for (const auto& [what, ms] :
          {std::pair("age", &one.age_ms), std::pair("of which since it arrived", &one.here_ms)}) {
       std::sort(ms->begin(), ms->end());
-      const auto at = [&](double share) { return (*ms)[static_cast<std::size_t>(share * (ms->size() - 1))]; };
-      std::printf("  %s, ms: median %.2f, 95 %% %.2f, 99 %% %.2f, most %.2f\n", what, at(0.5), at(0.95), at(0.99),
+      const auto at = [&](double fraction) { return (*ms)[static_cast<std::size_t>(fraction * (ms->size() - 1))]; };
+      std::printf("  %s, ms: median %.2f, 95 %% %.2f, 99 %% %.2f, max %.2f\n", what, at(0.5), at(0.95), at(0.99),
                   at(1.0));
     }
     if (one.last && one.last->original) {

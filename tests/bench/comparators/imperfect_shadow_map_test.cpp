@@ -63,7 +63,7 @@ TEST(ImperfectShadowMap, HolesBetweenPointsAreFilledAndTheSkyIsNot) {
     open += map.open({x * 0.6f, y * 0.6f, 2}) ? 1 : 0;
   }
   EXPECT_LT(open, 40) << "of 400 points behind the square";
-  EXPECT_TRUE(map.open({4, 0, 2})) << "beside the square";
+  EXPECT_TRUE(map.open({4, 0, 2})) << "next to the square";
   EXPECT_FALSE(map.open({0, 0, -1})) << "under the light's own surface";
 }
 

@@ -102,7 +102,7 @@ class Renderer {
         lit.with.fill_holes();
       }
     }
-    if (count > 0) least_m2_ = kBound * (mean_square / count - (mean / count).squaredNorm()) / count;
+    if (count > 0) min_m2_ = kBound * (mean_square / count - (mean / count).squaredNorm()) / count;
   }
 
   relight::Rgb direct(const relight::PathVertex& vertex, std::uint32_t number, bool on_object) const {
@@ -148,25 +148,25 @@ class Renderer {
     return sum;
   }
 
-  /// Multiplied by `share`, which is evaluated only where there is light.
-  template <typename Share>
+  /// Multiplied by `visibility`, which is evaluated only where there is light.
+  template <typename Visibility>
   relight::Rgb brought(const relight::PathVertex& vertex, const Vector3f& from_m, const VirtualLight& light,
-                       Share share) const {
+                       Visibility visibility) const {
     const Vector3f to = light.position_m - from_m;
     const float square = to.squaredNorm();
     const Vector3f w = to / std::sqrt(std::max(square, 1e-12f));
     const float cosine = -light.normal.dot(w);
     if (!(cosine > 0)) return relight::Rgb::Zero();
-    const float part = share();
+    const float part = visibility();
     if (part == 0) return relight::Rgb::Zero();
-    return light.intensity * vertex.response(w) * (part * cosine / std::max(square, least_m2_));
+    return light.intensity * vertex.response(w) * (part * cosine / std::max(square, min_m2_));
   }
 
   const relight::TraceWorld& world_;
   InstantRadiosityOptions options_;
   std::vector<relight::LightSample> sky_;
   std::vector<Lit> lights_;
-  float least_m2_ = 0;  ///< lower bound of the squared distance: the area that a virtual light represents, over π
+  float min_m2_ = 0;  ///< lower bound of the squared distance: the area that a virtual light represents, over π
 };
 
 }  // namespace

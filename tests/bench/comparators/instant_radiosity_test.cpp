@@ -111,9 +111,10 @@ TEST(InstantRadiosity, WithoutObjectsNothingChanges) {
   InstantRadiosityOptions options;
   options.light_paths = 64;
   const relight::ReferencePicture picture = instant_radiosity(scene, from_above(), options);
-  double most = 0;
-  for (const float change : picture.change.data) most = std::max(most, std::abs(static_cast<double>(change)));
-  EXPECT_LT(most, 1e-3);
+  double max_change = 0;
+  for (const float change : picture.change.data)
+    max_change = std::max(max_change, std::abs(static_cast<double>(change)));
+  EXPECT_LT(max_change, 1e-3);
 }
 
 }  // namespace

@@ -62,16 +62,17 @@ std::shared_ptr<const relight::Model> room_model(const relight::TraceWorld& worl
                                                  float longest_m) {
   relight::Model model;
   for (const relight::ReferenceMesh& mesh : world.scene->real) {
-    const relight::Model& whole = *mesh.model;
+    const relight::Model& mesh_model = *mesh.model;
     relight::Model::Part part;
     part.material = mesh.material.over({Vector3f::Ones(), 0, 1, 0});
     part.first_index = static_cast<std::uint32_t>(model.indices.size());
-    for (std::size_t i = 0; i + 2 < whole.indices.size(); i += 3) {
+    for (std::size_t i = 0; i + 2 < mesh_model.indices.size(); i += 3) {
       Polygon polygon;
       for (std::size_t k = i; k < i + 3; ++k) {
-        const std::uint32_t v = whole.indices[k];
-        polygon.push_back({mesh.T_tag_model * whole.positions_m[v], mesh.T_tag_model.linear() * whole.normals[v],
-                           mesh.material.base_color ? Vector3f::Ones() : whole.colors[v]});
+        const std::uint32_t v = mesh_model.indices[k];
+        polygon.push_back({mesh.T_tag_model * mesh_model.positions_m[v],
+                           mesh.T_tag_model.linear() * mesh_model.normals[v],
+                           mesh.material.base_color ? Vector3f::Ones() : mesh_model.colors[v]});
       }
       const Vector3f face =
           (polygon[1].position_m - polygon[0].position_m).cross(polygon[2].position_m - polygon[0].position_m);

@@ -41,14 +41,14 @@ void measure(const Film& film) {
     for (int i = 0; i < kPictures; ++i) {
       const std::clock_t start = std::clock();
       const auto field = stage.fuse(frames[static_cast<std::size_t>(i)], pose_at(pose_of(i)));
-      double& least_ms = ms[static_cast<std::size_t>(i)];
-      least_ms = std::min(least_ms, 1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
+      double& min_ms = ms[static_cast<std::size_t>(i)];
+      min_ms = std::min(min_ms, 1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
       bricks = field->bricks.size();
     }
   }
   const double first = ms.front(), second = ms[1];
   std::sort(ms.begin() + kWarmUp, ms.end());
-  std::printf("%-28s %6zu bricks, CPU ms: first picture %5.1f, second %5.1f, later median %5.1f, most %5.1f\n",
+  std::printf("%-28s %6zu bricks, CPU ms: first picture %5.1f, second %5.1f, later median %5.1f, max %5.1f\n",
               film.name, bricks, first, second, ms[(kWarmUp + kPictures) / 2], ms.back());
 }
 

@@ -96,7 +96,7 @@ void measure(const std::filesystem::path& folder, std::size_t count) {
     for (const double one : ms) sum_ms += one;
     all_ms += sum_ms;
     std::sort(ms.begin(), ms.end());
-    std::printf("%-8s %4zu times, CPU ms: median %6.2f, mean %6.2f, most %6.1f; a frame %6.2f\n", name.c_str(),
+    std::printf("%-8s %4zu times, CPU ms: median %6.2f, mean %6.2f, max %6.1f; a frame %6.2f\n", name.c_str(),
                 ms.size(), ms[ms.size() / 2], sum_ms / static_cast<double>(ms.size()), ms.back(),
                 sum_ms / static_cast<double>(count));
   }

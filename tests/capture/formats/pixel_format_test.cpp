@@ -111,13 +111,12 @@ TEST(PixelFormats, RowsOfAnyLengthAreConvertedAlike) {
     for (std::size_t i = 0; i < wide.size(); ++i) wide[i] = static_cast<std::uint8_t>(i * i * 31 >> 3);
     const std::size_t row = format == PixelFormat::nv12 ? kWide : wide.size() / kHeight;
     const auto left = without_padding(format, kWidth, kHeight, row, wide);
-    const auto whole = converter.to_rgb(format, kWide, kHeight, wide),
+    const auto full = converter.to_rgb(format, kWide, kHeight, wide),
                half = converter.to_rgb(format, kWidth, kHeight, left);
-    ASSERT_TRUE(whole && half) << name_of(format);
+    ASSERT_TRUE(full && half) << name_of(format);
     for (int v = 0; v < kHeight; ++v) {
       for (int u = 0; u < kWidth - 4; ++u) {  // beyond, a neighbour is missing
-        for (int c = 0; c < 3; ++c)
-          ASSERT_EQ(whole->at(u, v, c), half->at(u, v, c)) << name_of(format) << u << ' ' << v;
+        for (int c = 0; c < 3; ++c) ASSERT_EQ(full->at(u, v, c), half->at(u, v, c)) << name_of(format) << u << ' ' << v;
       }
     }
   }

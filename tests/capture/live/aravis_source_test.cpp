@@ -45,16 +45,16 @@ TEST(Aravis, DeliversEveryFormatInOrder) {
                                    PixelFormat::bayer_gbrg8}) {
     AravisSource source(kName, spec_of(format));
     std::optional<Stamp> last;
-    int whole = 0;
+    int complete = 0;
     // A busy machine may lose packets on its loopback; frames that arrive must be correct and in order.
-    for (int i = 0; whole < 5 && i < 30; ++i) {
+    for (int i = 0; complete < 5 && i < 30; ++i) {
       const auto item = source.next(3000ms);
       ASSERT_TRUE(item) << name_of(format);
       const auto* picture = std::get_if<Picture>(&*item);
       if (picture == nullptr) {
         continue;
       }
-      ++whole;
+      ++complete;
       EXPECT_EQ(picture->stream, Stream::fisheye);
       EXPECT_EQ(picture->exposure, 2.5);
       EXPECT_EQ(picture->encoded.width, kWidth);
@@ -66,7 +66,7 @@ TEST(Aravis, DeliversEveryFormatInOrder) {
       }
       last = picture->stamp;
     }
-    EXPECT_EQ(whole, 5) << name_of(format);
+    EXPECT_EQ(complete, 5) << name_of(format);
     EXPECT_FALSE(source.finished());
     EXPECT_EQ(source.take_warning(), "") << "a camera without chunks gives no warning";
   }
@@ -146,10 +146,10 @@ TEST(Aravis, LostPacketsCostPicturesAndTearNone) {
   const CameraProcess camera("0.02");
   ASSERT_TRUE(camera.running());
   AravisSource source(kName, spec_of(PixelFormat::grey8));
-  std::uint64_t whole = 0, lost = 0, next = 0;
+  std::uint64_t complete = 0, lost = 0, next = 0;
   Image<std::uint8_t> before;
   const Clock::time_point deadline = Clock::now() + 6s;
-  while (whole + lost < 60 && Clock::now() < deadline) {
+  while (complete + lost < 60 && Clock::now() < deadline) {
     const auto item = source.next(500ms);
     if (!item) {
       continue;
@@ -160,17 +160,17 @@ TEST(Aravis, LostPacketsCostPicturesAndTearNone) {
     next = stamp.sequence + 1;
     if (picture != nullptr) {
       EXPECT_TRUE(test::is_ramp(picture->encoded));
-      if (whole > 0) {
+      if (complete > 0) {
         // A damaged frame would contain rows of the previous one.
         const auto middle = static_cast<std::ptrdiff_t>(before.data.size() / 2);
         std::copy(picture->encoded.data.begin(), picture->encoded.data.begin() + middle, before.data.begin());
         EXPECT_FALSE(test::is_ramp(before));
       }
       before = picture->encoded;
-      ++whole;
+      ++complete;
     }
   }
-  EXPECT_GT(whole, 5u);
+  EXPECT_GT(complete, 5u);
   EXPECT_GT(lost, 0u) << "no packets were lost: nothing was tested";
 }
 
@@ -180,24 +180,24 @@ TEST(Aravis, LostPacketsAreAskedForAgain) {
     ASSERT_TRUE(camera.running());
     AravisSource source(kName, spec_of(PixelFormat::grey8));
     const std::uint64_t enough = network == "resending" ? 20 : 5;
-    std::uint64_t whole = 0;
+    std::uint64_t complete = 0;
     const Clock::time_point deadline = Clock::now() + 6s;
     std::optional<Stamp> first, last;
-    while (whole < enough && Clock::now() < deadline) {
+    while (complete < enough && Clock::now() < deadline) {
       const auto item = source.next(500ms);
       const auto* picture = item ? std::get_if<Picture>(&*item) : nullptr;
       if (picture == nullptr) {
         continue;
       }
       EXPECT_TRUE(test::is_ramp(picture->encoded));
-      ++whole;
+      ++complete;
       last = picture->stamp;
       first = first.value_or(*last);
     }
-    ASSERT_GT(whole, 1u) << network;
-    const auto missing = last->sequence - first->sequence + 1 - whole;
+    ASSERT_GT(complete, 1u) << network;
+    const auto missing = last->sequence - first->sequence + 1 - complete;
     std::printf("%s: %d of %d pictures missing\n", network.c_str(), static_cast<int>(missing),
-                static_cast<int>(missing + whole));
+                static_cast<int>(missing + complete));
     if (network == "resending") {
       EXPECT_LT(missing, 4u) << "a busy machine may lose a few";
     } else {
@@ -214,31 +214,31 @@ StreamSpec spec_with_exposure() {
 }
 
 /// Exposure from the chunks of odd and even frames (gige_chunks.h); the session's is 2.5.
-double told_exposure(bool odd) { return 2.5 * (odd ? 3.0 : 2.0) * std::pow(10.0, 6.0 / 20.0); }
+double reported_exposure(bool odd) { return 2.5 * (odd ? 3.0 : 2.0) * std::pow(10.0, 6.0 / 20.0); }
 
 TEST(Aravis, ChunksGiveTimeExposureAndGainOfEachFrame) {
   for (const std::string kind : {"chunks", "chunks-appended", "chunks-alone", "chunks-ticks"}) {
     const CameraProcess camera("0", kind);
     ASSERT_TRUE(camera.running());
     AravisSource source(kName, spec_with_exposure());
-    int whole = 0, odd_ones = 0;
-    for (int i = 0; whole < 8 && i < 30; ++i) {
+    int complete = 0, odd_ones = 0;
+    for (int i = 0; complete < 8 && i < 30; ++i) {
       const auto item = source.next(3000ms);
       ASSERT_TRUE(item) << kind;
       const auto* picture = std::get_if<Picture>(&*item);
       if (picture == nullptr) {
         continue;  // a busy machine may lose packets
       }
-      ++whole;
+      ++complete;
       EXPECT_TRUE(test::is_ramp(picture->encoded)) << kind;
       const std::int64_t digits = picture->stamp.time_ns % 1000;
       const bool odd = kind == "chunks-ticks" ? picture->exposure > 12.0 : digits == 501;
       EXPECT_TRUE(digits == (kind == "chunks-ticks" ? 500 / 8 * 8 : odd ? 501 : 500)) << kind << ' ' << digits;
-      EXPECT_NEAR(picture->exposure, told_exposure(odd), 1e-6) << kind;
+      EXPECT_NEAR(picture->exposure, reported_exposure(odd), 1e-6) << kind;
       odd_ones += odd ? 1 : 0;
     }
-    EXPECT_EQ(whole, 8) << kind;
-    EXPECT_TRUE(odd_ones > 0 && odd_ones < whole) << kind << ": nothing was tested";
+    EXPECT_EQ(complete, 8) << kind;
+    EXPECT_TRUE(odd_ones > 0 && odd_ones < complete) << kind << ": nothing was tested";
     EXPECT_EQ(source.take_warning(), "") << kind;
   }
 }
@@ -264,9 +264,9 @@ TEST(Aravis, AChunkThatIsTornCostsNoPictureAndIsSaidOnce) {
     const CameraProcess camera("0", kind);
     ASSERT_TRUE(camera.running());
     AravisSource source(kName, spec_with_exposure());
-    int whole = 0, without = 0, warnings = 0;
+    int complete = 0, without = 0, warnings = 0;
     std::optional<Stamp> last;
-    for (int i = 0; whole < 24 && i < 60; ++i) {
+    for (int i = 0; complete < 24 && i < 60; ++i) {
       const auto item = source.next(3000ms);
       ASSERT_TRUE(item) << kind;
       const std::string warning = source.take_warning();
@@ -277,7 +277,7 @@ TEST(Aravis, AChunkThatIsTornCostsNoPictureAndIsSaidOnce) {
         EXPECT_EQ(std::get<LostPicture>(*item).reason, "packets are missing") << "a busy machine may lose packets";
         continue;
       }
-      ++whole;
+      ++complete;
       EXPECT_TRUE(test::is_ramp(picture->encoded)) << kind;
       without += picture->exposure == 2.5 ? 1 : 0;
       const std::int64_t digits = picture->stamp.time_ns % 1000;
@@ -286,7 +286,7 @@ TEST(Aravis, AChunkThatIsTornCostsNoPictureAndIsSaidOnce) {
       EXPECT_TRUE(!last || picture->stamp.time_ns > last->time_ns) << kind;
       last = picture->stamp;
     }
-    EXPECT_EQ(whole, 24) << kind;
+    EXPECT_EQ(complete, 24) << kind;
     EXPECT_EQ(warnings, 1) << kind;
     if (kind == "chunks-torn") {
       EXPECT_TRUE(without >= 2 && without <= 4) << without << ": one frame of eight has the session's exposure";

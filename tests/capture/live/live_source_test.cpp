@@ -111,8 +111,8 @@ class LiveCamera : public testing::Test {
 };
 
 TEST_F(LiveCamera, RunsAtRealtimePriorityIfPermitted) {
-  const sched_param least{.sched_priority = 1}, usual{};
-  const bool allowed = sched_setscheduler(0, SCHED_RR, &least) == 0;
+  const sched_param lowest{.sched_priority = 1}, usual{};
+  const bool allowed = sched_setscheduler(0, SCHED_RR, &lowest) == 0;
   sched_setscheduler(0, SCHED_OTHER, &usual);
   const auto source = open();
   EXPECT_EQ(sched_getscheduler(0), SCHED_OTHER) << "the priority of the opening thread is restored";

@@ -308,18 +308,18 @@ TEST_F(SessionRecording, CutAtAnyByteItReplaysToTheLastCompleteFrame) {
     const auto file = out() / (stream == Stream::color ? "color.mkv" : "depth.mkv");
     const StreamSpec spec{.stream = stream, .width = kWidth, .height = kHeight};
     std::ifstream in(file, std::ios::binary);
-    const std::string whole((std::istreambuf_iterator<char>(in)), {});
+    const std::string complete((std::istreambuf_iterator<char>(in)), {});
     const std::string cluster = "\x1F\x43\xB6\x75";
     std::vector<std::size_t> ends;  // file positions after complete frames
-    for (std::size_t next = whole.find(cluster, whole.find(cluster) + 1); next != std::string::npos;
-         next = whole.find(cluster, next + 1)) {
+    for (std::size_t next = complete.find(cluster, complete.find(cluster) + 1); next != std::string::npos;
+         next = complete.find(cluster, next + 1)) {
       ends.push_back(next);
     }
-    ends.push_back(whole.size());
+    ends.push_back(complete.size());
     ASSERT_EQ(ends.size(), 3u);
     const auto cut = folder_ / "cut.mkv";
     const auto check = [&](std::size_t length) {
-      std::ofstream(cut, std::ios::binary) << whole.substr(0, length);
+      std::ofstream(cut, std::ios::binary) << complete.substr(0, length);
       const auto expected = std::count_if(ends.begin(), ends.end(), [&](std::size_t end) { return end <= length; });
       int shown = 0;
       try {
@@ -331,17 +331,17 @@ TEST_F(SessionRecording, CutAtAnyByteItReplaysToTheLastCompleteFrame) {
         }
       } catch (const InputError&) {
       }
-      EXPECT_EQ(shown, expected) << length << " of " << whole.size();
+      EXPECT_EQ(shown, expected) << length << " of " << complete.size();
     };
     for (std::size_t length = 0; length < ends[0]; length += length < 600 ? 1 : 97) {
       check(length);
     }
     for (const std::size_t end : ends) {
-      for (std::size_t length = end - 3; length < end + 60 && length <= whole.size(); ++length) {
+      for (std::size_t length = end - 3; length < end + 60 && length <= complete.size(); ++length) {
         check(length);
       }
     }
-    for (std::size_t length = ends[0]; length < whole.size(); length += 211) {
+    for (std::size_t length = ends[0]; length < complete.size(); length += 211) {
       check(length);
     }
   }

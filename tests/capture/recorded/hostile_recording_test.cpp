@@ -109,8 +109,8 @@ class HostileRecording : public test::ScratchFolder {
       }
       rusage use{};
       getrusage(RUSAGE_SELF, &use);
-      constexpr long kMost_kb = 700'000;
-      _exit(use.ru_maxrss < kMost_kb ? 0 : 4);
+      constexpr long kMax_kb = 700'000;
+      _exit(use.ru_maxrss < kMax_kb ? 0 : 4);
     }
     int status = 0;
     waitpid(child, &status, 0);

@@ -73,10 +73,10 @@ class SeekableReaderTest : public test::ScratchFolder {
 TEST_F(SeekableReaderTest, EqualsAReplayFromTheBeginning) {
   record();
   for (const auto& folder : {folder_, folder_ / "mkv"}) {
-    const auto whole = open_frames(session(folder));
+    const auto complete = open_frames(session(folder));
     for (const std::int64_t from_ms : {0, 1, 33, 2500, 3999, 4990}) {
-      whole->rewind();
-      const auto wanted = play(*whole, from_ms * 1'000'000);
+      complete->rewind();
+      const auto wanted = play(*complete, from_ms * 1'000'000);
       const auto reader = open_frames_from(session(folder), from_ms * 1'000'000);
       EXPECT_EQ(play(*reader), wanted) << from_ms << " ms of " << folder;
       reader->rewind();
@@ -90,7 +90,7 @@ TEST_F(SeekableReaderTest, EqualsAReplayFromTheBeginning) {
 TEST_F(SeekableReaderTest, SeeksBothWaysAndKnowsItsLength) {
   record();
   for (const auto& folder : {folder_, folder_ / "mkv"}) {
-    const auto whole = play(*open_frames(session(folder)));
+    const auto complete = play(*open_frames(session(folder)));
     const auto reader = seekable_frames(open_sources(session(folder)));
     ASSERT_TRUE(reader->length_ns());
     const auto newest = [&] {
@@ -108,7 +108,7 @@ TEST_F(SeekableReaderTest, SeeksBothWaysAndKnowsItsLength) {
     EXPECT_EQ(newest(), first_ns + *reader->length_ns()) << folder;
     EXPECT_EQ(newest(), -1) << "no frame follows the last one";
     reader->seek(0);
-    EXPECT_EQ(play(*reader), whole);
+    EXPECT_EQ(play(*reader), complete);
   }
 }
 

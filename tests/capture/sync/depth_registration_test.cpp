@@ -17,7 +17,7 @@ CameraModel pinhole(int width, int height, double f) {
   return m;
 }
 
-Eigen::Isometry3d beside() {
+Eigen::Isometry3d true_T_color_depth() {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.linear() = Eigen::AngleAxisd(0.01, Eigen::Vector3d(0.2, 1, 0.1).normalized()).toRotationMatrix();
   T.translation() = Eigen::Vector3d(0.025, 0.001, -0.002);
@@ -69,7 +69,7 @@ DepthCamera camera(int width, int height, double f) {
   depth.registered = false;
   depth.unit_m = kUnit;
   depth.model = pinhole(width, height, f);
-  depth.T_color_depth = beside();
+  depth.T_color_depth = true_T_color_depth();
   return depth;
 }
 
@@ -200,7 +200,7 @@ TEST(RegistrationStage, PutsDepthOnTheColourCamerasPixels) {
   session.color.model = pinhole(32, 24, 40);
   session.depth.emplace();
   session.depth->model = pinhole(16, 12, 20);
-  session.depth->T_color_depth = beside();
+  session.depth->T_color_depth = true_T_color_depth();
   session.depth->unit_m = kUnit;
   session.depth->registered = false;
   RegistrationStage stage(session);

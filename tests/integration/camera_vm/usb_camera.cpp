@@ -76,13 +76,13 @@ Bytes configuration(const Mode& mode, std::uint32_t packet) {
   end.push_back(0);
   add(out, end);
 
-  Bytes whole;
+  Bytes result;
   Bytes first{USB_DT_CONFIG};
   put(first, static_cast<std::uint32_t>(9 + out.size()), 2);
   first.insert(first.end(), {2, 1, 0, 0xC0, 50});
-  add(whole, first);
-  whole.insert(whole.end(), out.begin(), out.end());
-  return whole;
+  add(result, first);
+  result.insert(result.end(), out.begin(), out.end());
+  return result;
 }
 
 Bytes device_descriptor() {

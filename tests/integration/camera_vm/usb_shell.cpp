@@ -19,9 +19,9 @@ int main(int argc, char** argv) {
     return 2;
   }
   const auto number = [&](int word) { return std::strtoul(argv[word], nullptr, 16); };
-  constexpr std::uint8_t kWhole = 18;  // bytes of the whole configuration
+  constexpr std::uint8_t kTotalLength = 18;  // bytes of the whole configuration
   Bytes configuration, device;
-  add(configuration, {USB_DT_CONFIG, kWhole, 0, 1, 1, 0, 0xC0, 50});
+  add(configuration, {USB_DT_CONFIG, kTotalLength, 0, 1, 1, 0, 0xC0, 50});
   add(configuration, {USB_DT_INTERFACE, 0, 0, 0, low(number(3)), low(number(4)), 0, 0});
   add(device, {USB_DT_DEVICE, 0x00, 0x02, 0xEF, 2, 1, 64, low(number(1)), high(number(1)), low(number(2)),
                high(number(2)), 0x00, 0x01, 1, 2, 3, 1});

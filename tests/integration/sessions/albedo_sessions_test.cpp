@@ -177,7 +177,7 @@ struct Case {
   const char* fisheye;  ///< fish-eye picture list; empty = the session's own
   int frames;
   float direction_deg;  ///< bound on the error of a lamp's direction at the object
-  float share;          ///< bound on the relative error of its irradiance there
+  float ratio;          ///< bound on the relative error of its irradiance there
   double albedo;        ///< bound on the mean error over the first frame's pixels
 };
 
@@ -244,7 +244,7 @@ TEST_P(AlbedoSessions, LampsAndAlbedoAreNearTheTruth) {
     const Vector3f way = object - nearest->position_m;
     const Vector3f irradiance = nearest->intensity * (nearest->emission(way.normalized()) / way.squaredNorm());
     const float at_object_deg = angle_deg(way, object - lamp.centre);
-    const float share = irradiance.sum() / lamp.at(object).sum();
+    const float ratio = irradiance.sum() / lamp.at(object).sum();
     const float distance = (nearest->position_m - probe).norm() / (lamp.centre - probe).norm();
     const Vector3f power = nearest->irradiance.cwiseQuotient(lamp.at(probe)) - Vector3f::Ones();
     if (nearest->clipped) {
@@ -261,12 +261,12 @@ TEST_P(AlbedoSessions, LampsAndAlbedoAreNearTheTruth) {
         "%+.1f %+.1f %+.1f %%; at the object %.2f deg off, irradiance %+.1f %% (sigma %.1f %% of power, %.1f %% of "
         "distance)%s\n",
         angle_deg(nearest->direction, lamp.centre - probe), 100 * (distance - 1), 100 * power.x(), 100 * power.y(),
-        100 * power.z(), 100 * at_tag.x(), 100 * at_tag.y(), 100 * at_tag.z(), at_object_deg, 100 * (share - 1),
+        100 * power.z(), 100 * at_tag.x(), 100 * at_tag.y(), 100 * at_tag.z(), at_object_deg, 100 * (ratio - 1),
         100 * nearest->power_log_sigma, 100 * nearest->distance_log_sigma, nearest->clipped ? "   (clipped)" : "");
     EXPECT_NEAR(distance, 1, nearest->clipped ? 0.25f : 0.2f);
     EXPECT_EQ(nearest->flat, lamp.normal.has_value());
     EXPECT_LT(at_object_deg, c.direction_deg);
-    EXPECT_NEAR(share, 1, c.share);
+    EXPECT_NEAR(ratio, 1, c.ratio);
   }
   const double remainder = remainder_error(*result.illumination, truth, session, true_fisheye(folder));
   std::printf("    remainder: irradiance by harmonics %.1f %% off, RMS over normals\n", 100 * remainder);
@@ -311,8 +311,8 @@ TEST_P(AlbedoNewSessions, WhatIsSolvedAloneIsAsNearToTheTruth) {
   std::shared_ptr<const DistanceField> field;
   std::shared_ptr<const Illumination> seen;
   AlbedoStage::Result last;
-  int alone = 0, whole = 0;
-  double alone_ms = 0, whole_ms = 0;
+  int incremental = 0, complete = 0;
+  double incremental_ms = 0, complete_ms = 0;
   while (const auto frame = frames->next(std::chrono::seconds(1))) {
     const auto pose = locate.locate(*frame).pose;
     ASSERT_TRUE(pose);
@@ -323,14 +323,14 @@ TEST_P(AlbedoNewSessions, WhatIsSolvedAloneIsAsNearToTheTruth) {
       first_pose = pose;
     }
     const std::clock_t start = std::clock();
-    last = whole == 0 ? solve.solve(*field, *seen) : *solve.solve_incremental(*field, *seen);
-    (last.whole ? whole_ms : alone_ms) += 1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
-    ++(last.whole ? whole : alone);
+    last = complete == 0 ? solve.solve(*field, *seen) : *solve.solve_incremental(*field, *seen);
+    (last.complete ? complete_ms : incremental_ms) += 1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+    ++(last.complete ? complete : incremental);
   }
   const auto all = solve.solve_complete(*field, *seen);
   const Agreement agree = agreement(*last.albedo, *all.albedo);
-  std::printf("new: %-16s %d times all, %.0f CPU ms each, %d times what is new, %.0f CPU ms each\n", GetParam(), whole,
-              whole_ms / whole, alone, alone_ms / std::max(alone, 1));
+  std::printf("new: %-16s %d times all, %.0f CPU ms each, %d times what is new, %.0f CPU ms each\n", GetParam(),
+              complete, complete_ms / complete, incremental, incremental_ms / std::max(incremental, 1));
   const capture::Image<float> truth = capture::read_radiance(folder / "truth/000000/albedo.exr");
   std::vector<AlbedoErrors> both;
   for (const AlbedoField* albedo : {last.albedo.get(), all.albedo.get()}) {
@@ -342,7 +342,7 @@ TEST_P(AlbedoNewSessions, WhatIsSolvedAloneIsAsNearToTheTruth) {
   }
   std::printf("    %.1f %% within one sigma of all solved together, mean %.4f, known %.4f\n", 100 * agree.within_sigma,
               agree.mean, agree.known);
-  EXPECT_EQ(whole, 1);
+  EXPECT_EQ(complete, 1);
   EXPECT_LT(both[0].relative, both[1].relative + 0.01);
   EXPECT_LT(both[0].unknown, both[1].unknown + 0.01);
   EXPECT_NEAR(both[0].within_sigma, both[1].within_sigma, 0.05);

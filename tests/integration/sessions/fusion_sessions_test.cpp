@@ -62,16 +62,16 @@ float distance_to_triangle(const Vector3f& p, const Triangle& t) {
       {distance_to_segment(p, t[0], t[1]), distance_to_segment(p, t[1], t[2]), distance_to_segment(p, t[2], t[0])});
 }
 
-double percentile(std::vector<double> values, double share) {
+double percentile(std::vector<double> values, double fraction) {
   std::sort(values.begin(), values.end());
-  return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1) + 0.5)];
+  return values[static_cast<std::size_t>(fraction * static_cast<double>(values.size() - 1) + 0.5)];
 }
 
 struct Case {
   const char* session;
-  double median_mm, most_mm;  ///< bounds on the median and the 95th percentile of distances to the true surface
-  double near_mm;             ///< bound on the 95th percentile within 1 m of the tag along each axis
-  double republished = 0;  ///< bound on the fraction of bricks per frame that a second pass republishes; 0 = one pass
+  double median_mm, max_mm;  ///< bounds on the median and the 95th percentile of distances to the true surface
+  double near_mm;            ///< bound on the 95th percentile within 1 m of the tag along each axis
+  double republished = 0;    ///< bound on the fraction of bricks per frame that a second pass republishes; 0 = one pass
 };
 
 void PrintTo(const Case& c, std::ostream* out) { *out << c.session; }
@@ -116,11 +116,11 @@ TEST_P(FusionSessions, AreNearTheTruth) {
       last = std::move(*frame);
       last_pose = *located.pose;
     }
-    const double share = static_cast<double>(changed) / pictures / static_cast<double>(field->bricks.size());
+    const double fraction = static_cast<double>(changed) / pictures / static_cast<double>(field->bricks.size());
     std::printf("fusion: %-16s round %d: %.1f CPU ms a picture, %zu bricks, %.2f %% published a picture\n", c.session,
-                round + 1, cpu_ms / pictures, field->bricks.size(), 100 * share);
+                round + 1, cpu_ms / pictures, field->bricks.size(), 100 * fraction);
     if (round > 0) {
-      EXPECT_LT(share, c.republished);
+      EXPECT_LT(fraction, c.republished);
     }
   }
 
@@ -155,7 +155,7 @@ TEST_P(FusionSessions, AreNearTheTruth) {
       mesh.triangles.size(), percentile(away_mm, 0.5), percentile(away_mm, 0.95), percentile(near_mm, 0.5),
       percentile(near_mm, 0.95), 100.0 * met / rays);
   EXPECT_LT(percentile(away_mm, 0.5), c.median_mm);
-  EXPECT_LT(percentile(away_mm, 0.95), c.most_mm);
+  EXPECT_LT(percentile(away_mm, 0.95), c.max_mm);
   EXPECT_LT(percentile(near_mm, 0.95), c.near_mm);
   EXPECT_GT(met, 0.98 * rays);
 }

@@ -48,15 +48,15 @@ Plane fitted(const std::vector<Vector3f>& points) {
   return plane;
 }
 
-double percentile(std::vector<double> values, double share) {
+double percentile(std::vector<double> values, double fraction) {
   if (values.empty()) return 0;
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1) + 0.5);
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(fraction * static_cast<double>(values.size() - 1) + 0.5);
   std::nth_element(values.begin(), at, values.end());
   return *at;
 }
 
 /// Whether all pixels within `reach` were measured; next to unmeasured pixels the surface ends.
-bool whole_around(const test::PointCloud& cloud, std::size_t pixel, int reach) {
+bool all_measured_around(const test::PointCloud& cloud, std::size_t pixel, int reach) {
   const int u = static_cast<int>(pixel) % cloud.width, v = static_cast<int>(pixel) / cloud.width;
   for (int y = v - reach; y <= v + reach; ++y)
     for (int x = u - reach; x <= u + reach; ++x) {
@@ -99,7 +99,7 @@ TEST(FusionTabletop, TablesAreFlatAndThingsAreThere) {
       std::vector<double> off_mm, off_plane_mm, turned;
       int inner = 0, met = 0;
       for (const std::size_t i : of) {
-        const bool counts = whole_around(cloud, i, 5);
+        const bool counts = all_measured_around(cloud, i, 5);
         inner += counts;
         const auto hit = field->raycast(Vector3f::Zero(), cloud.points[i].normalized(), 0.3f, 4);
         if (!hit) continue;

@@ -78,13 +78,13 @@ TEST(LightCorridor, SpotsInTheCeiling) {
   EXPECT_NE(result.warnings.front().find("clipped"), std::string::npos) << "their power is unknown, and that is said";
 
   const auto& lamps = result.illumination->lights;
-  double most_degrees = 0;
+  double max_degrees = 0;
   for (const auto& [x, y] : kSpots) {
     const Eigen::Vector3f spot = model.unproject(Eigen::Vector2d(x, y))->cast<float>();
-    double least = 180;
-    for (const PointLight& lamp : lamps) least = std::min(least, angle_degrees(lamp.direction, spot));
-    EXPECT_LT(least, 1) << x << " " << y;
-    most_degrees = std::max(most_degrees, least);
+    double nearest = 180;
+    for (const PointLight& lamp : lamps) nearest = std::min(nearest, angle_degrees(lamp.direction, spot));
+    EXPECT_LT(nearest, 1) << x << " " << y;
+    max_degrees = std::max(max_degrees, nearest);
   }
   int on_floor = 0;
   for (const PointLight& lamp : lamps) {
@@ -95,7 +95,7 @@ TEST(LightCorridor, SpotsInTheCeiling) {
     EXPECT_LT((at - Eigen::Vector2d(1180, 1255)).norm(), 60) << "no lamp, and no paper of a tag";
   }
   std::printf("light: corridor, %zu spots, %.2f deg off at most; %zu lamps, of which %d are a tag's paper\n",
-              kSpots.size(), most_degrees, lamps.size(), on_floor);
+              kSpots.size(), max_degrees, lamps.size(), on_floor);
   EXPECT_LE(on_floor, 3);
 }
 

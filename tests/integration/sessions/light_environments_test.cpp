@@ -72,7 +72,7 @@ Eigen::Vector3d irradiance(const Exact& exact, const Eigen::Vector3f& normal) {
 
 /// For an isolated lamp: the part of the environment in a cone around it that is not in the residual.
 struct Taken {
-  double share = 0;  ///< the lamp's irradiance relative to it
+  double ratio = 0;  ///< the lamp's irradiance relative to it
   double off_degrees = 0;
 };
 
@@ -121,41 +121,41 @@ TEST(LightEnvironments, LampsAndRestGiveTheIrradianceOfTheWhole) {
     Eigen::Vector3d total = Eigen::Vector3d::Zero(), in_lamps = Eigen::Vector3d::Zero();
     for (const auto& energy : exact.energy) total += energy.cast<double>();
     for (const SplitLamp& lamp : split.lamps) in_lamps += lamp.irradiance.cast<double>();
-    double whole = 0, off = 0, off_picture = 0, rest_whole = 0, rest_off = 0;
+    double all_squares = 0, off = 0, off_picture = 0, rest_squares = 0, rest_off = 0;
     for (const Eigen::Vector3f& n : normals()) {
       const Eigen::Vector3d truth = irradiance(exact, n), of_rest = irradiance(rest_exact, n),
                             by_harmonics = sh_irradiance(harmonics, n).cast<double>();
       Eigen::Vector3d lit = Eigen::Vector3d::Zero();
       for (const SplitLamp& lamp : split.lamps)
         lit += std::max(0.0f, lamp.direction.dot(n)) * lamp.irradiance.cast<double>();
-      whole += truth.squaredNorm();
+      all_squares += truth.squaredNorm();
       off += (lit + by_harmonics - truth).squaredNorm();
       off_picture += (lit + of_rest - truth).squaredNorm();
-      rest_whole += of_rest.squaredNorm();
+      rest_squares += of_rest.squaredNorm();
       rest_off += (by_harmonics - of_rest).squaredNorm();
     }
     int alone = 0;
-    double off_degrees = 0, off_share = 0;
+    double off_degrees = 0, off_fraction = 0;
     for (const SplitLamp& lamp : split.lamps) {
       const auto found = taken(lamp, split, exact, camera);
       if (!found) continue;
       ++alone;
       off_degrees = std::max(off_degrees, found->off_degrees);
-      off_share = std::max(off_share, std::abs(found->share - 1));
+      off_fraction = std::max(off_fraction, std::abs(found->ratio - 1));
     }
-    const double all_error = std::sqrt(off / whole), picture_error = std::sqrt(off_picture / whole),
-                 rest_error = std::sqrt(rest_off / rest_whole);
+    const double all_error = std::sqrt(off / all_squares), picture_error = std::sqrt(off_picture / all_squares),
+                 rest_error = std::sqrt(rest_off / rest_squares);
     std::printf(
         "light: %-30s %zu lamps with %2.0f %% of the energy; irradiance %.1f %% off, with the rest as a picture %.1f "
         "%%; "
         "harmonics of the rest %.1f %%; %d lamps alone, %.2f deg and %.1f %% off at most\n",
         file.stem().c_str(), split.lamps.size(), 100 * in_lamps.sum() / total.sum(), 100 * all_error,
-        100 * picture_error, 100 * rest_error, alone, off_degrees, 100 * off_share);
+        100 * picture_error, 100 * rest_error, alone, off_degrees, 100 * off_fraction);
     EXPECT_LT(picture_error, 0.015) << file;
     EXPECT_LT(all_error, 0.03) << file;
     EXPECT_LT(rest_error, 0.035) << file;  // required 3 %; nine harmonics cannot reach it where many small lamps remain
     EXPECT_LT(off_degrees, 0.3) << file;
-    EXPECT_LT(off_share, 0.03) << file;
+    EXPECT_LT(off_fraction, 0.03) << file;
   }
 }
 

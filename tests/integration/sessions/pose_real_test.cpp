@@ -64,7 +64,7 @@ TEST(PoseReal, AKitchenWithoutATag) {
   std::shared_ptr<const DistanceField> field;
   const auto gray = std::make_shared<const capture::Picture>();
   Isometry3d T_world_first = Isometry3d::Identity();
-  double most_mm = 0, most_degrees = 0, way_m = 0, cpu_ms = 0;
+  double max_mm = 0, max_degrees = 0, way_m = 0, cpu_ms = 0;
   std::vector<double> off_mm;
   Isometry3d before = Isometry3d::Identity();
   constexpr int kPictures = 40;
@@ -98,8 +98,8 @@ TEST(PoseReal, AKitchenWithoutATag) {
     way_m += (truth.translation() - before.translation()).norm();
     before = truth;
     off_mm.push_back(test::millimetres_apart(pose.T_tag_camera, truth));
-    most_mm = std::max(most_mm, off_mm.back());
-    most_degrees = std::max(most_degrees, test::degrees_apart(pose.T_tag_camera, truth));
+    max_mm = std::max(max_mm, off_mm.back());
+    max_degrees = std::max(max_degrees, test::degrees_apart(pose.T_tag_camera, truth));
     if (i > 0) {
       const DepthGrid grid = sampler.sample(frame.depth->depth_m);
       surface_mm += median_off_mm(grid, *field, pose.T_tag_camera) / (kPictures - 1);
@@ -116,14 +116,14 @@ TEST(PoseReal, AKitchenWithoutATag) {
       "pose: kitchen without a tag, %.1f m in %d pictures: median %.0f mm, at most %.0f mm and %.1f deg from the "
       "given poses, %.1f %% of the way; points off the surface so far %.1f mm, by the given poses %.1f mm; "
       "%.1f CPU ms a picture\n",
-      way_m, kPictures, off_mm[off_mm.size() / 2], most_mm, most_degrees, 0.1 * most_mm / way_m, surface_mm,
+      way_m, kPictures, off_mm[off_mm.size() / 2], max_mm, max_degrees, 0.1 * max_mm / way_m, surface_mm,
       surface_given_mm, cpu_ms);
   EXPECT_TRUE(mirror_warnings(room_points(*field), *field).empty())
       << "doors and windows, no mirror: " << mirror_warnings(room_points(*field), *field).front();
   EXPECT_LT(surface_mm, surface_given_mm) << "or the given poses would explain the surface better";
   EXPECT_LT(off_mm[off_mm.size() / 2], 40);
-  EXPECT_LT(most_mm, 0.04 * 1e3 * way_m);
-  EXPECT_LT(most_degrees, 4);
+  EXPECT_LT(max_mm, 0.04 * 1e3 * way_m);
+  EXPECT_LT(max_degrees, 4);
 }
 
 // Photographs of a 65 mm tag rotated by hand, from a fish-eye, rectified.
@@ -138,7 +138,7 @@ TEST(PoseReal, ATagOnATurntable) {
   camera.cx = 528;
   camera.cy = 396;
   std::optional<Isometry3d> T_camera_front;
-  double most_degrees = 0, most_mm = 0, most_px = 0;
+  double max_degrees = 0, max_mm = 0, max_px = 0;
   for (const int degrees : {0, -60, -30, 30, 60}) {
     capture::Picture picture;
     picture.encoded = capture::read_encoded(*folder / ("test_image_rotation_" + std::to_string(degrees) + ".png"));
@@ -148,16 +148,16 @@ TEST(PoseReal, ATagOnATurntable) {
     const Isometry3d T_camera_tag = result.pose->T_tag_camera.inverse();
     if (!T_camera_front) T_camera_front = T_camera_tag;
     const double turned = test::degrees_apart(*T_camera_front, T_camera_tag);
-    most_degrees = std::max(most_degrees, std::abs(turned - std::abs(degrees)));
+    max_degrees = std::max(max_degrees, std::abs(turned - std::abs(degrees)));
     // The rotation axis may differ from the tag's centre line: only the distance is compared.
-    most_mm = std::max(most_mm, 1e3 * std::abs(T_camera_tag.translation().z() - T_camera_front->translation().z()));
-    most_px = std::max(most_px, result.pose->reprojection_error_px);
+    max_mm = std::max(max_mm, 1e3 * std::abs(T_camera_tag.translation().z() - T_camera_front->translation().z()));
+    max_px = std::max(max_px, result.pose->reprojection_error_px);
   }
   std::printf(
       "pose: photographed tag on a turntable: %.3f m away, turns off by %.2f deg at most, distance by %.1f mm; "
       "corners by %.2f px\n",
-      T_camera_front->translation().norm(), most_degrees, most_mm, most_px);
-  EXPECT_LT(most_degrees, 4);
+      T_camera_front->translation().norm(), max_degrees, max_mm, max_px);
+  EXPECT_LT(max_degrees, 4);
 }
 
 }  // namespace

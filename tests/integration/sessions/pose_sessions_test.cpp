@@ -34,9 +34,9 @@ Isometry3d true_pose(const std::filesystem::path& session, std::uint64_t index) 
   return pose;
 }
 
-double percentile(std::vector<double> values, double share) {
+double percentile(std::vector<double> values, double fraction) {
   std::sort(values.begin(), values.end());
-  return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1) + 0.5)];
+  return values[static_cast<std::size_t>(fraction * static_cast<double>(values.size() - 1) + 0.5)];
 }
 
 class PoseSessions : public testing::TestWithParam<const char*> {};
@@ -86,7 +86,7 @@ TEST(PoseHidden, SurfacesCarryTheOrbitOn) {
   PoseStage stage(session.tag, session.color.model, session.color.response);
   FusionStage fusion(session, {});
   std::shared_ptr<const DistanceField> field;
-  double most_mm = 0, most_degrees = 0, step_mm = 0, cpu_ms = 0;
+  double max_mm = 0, max_degrees = 0, step_mm = 0, cpu_ms = 0;
   int hidden_frames = 0;
   std::optional<Isometry3d> last_error;
   while (auto frame = frames->next(std::chrono::seconds(1))) {
@@ -108,18 +108,18 @@ TEST(PoseHidden, SurfacesCarryTheOrbitOn) {
     if (!hidden) continue;
     EXPECT_EQ(result.pose->from, Pose::From::surface);
     ++hidden_frames;
-    most_mm = std::max(most_mm, test::millimetres_apart(result.pose->T_tag_camera, truth));
-    most_degrees = std::max(most_degrees, test::degrees_apart(result.pose->T_tag_camera, truth));
+    max_mm = std::max(max_mm, test::millimetres_apart(result.pose->T_tag_camera, truth));
+    max_degrees = std::max(max_degrees, test::degrees_apart(result.pose->T_tag_camera, truth));
     EXPECT_LT(test::millimetres_apart(result.pose->T_tag_camera, truth),
               3e3 * position_sigma_m(result.pose->covariance));
   }
   std::printf(
       "pose: orbit, tag hidden for %d pictures: at most %.2f mm, %.3f deg off, error changes by %.2f mm at most; "
       "%.1f CPU ms a hidden picture\n",
-      hidden_frames, most_mm, most_degrees, step_mm, cpu_ms / hidden_frames);
+      hidden_frames, max_mm, max_degrees, step_mm, cpu_ms / hidden_frames);
   EXPECT_EQ(hidden_frames, 8);
-  EXPECT_LT(most_mm, 8);
-  EXPECT_LT(most_degrees, 0.5);
+  EXPECT_LT(max_mm, 8);
+  EXPECT_LT(max_degrees, 0.5);
 }
 
 INSTANTIATE_TEST_SUITE_P(All, PoseSessions,

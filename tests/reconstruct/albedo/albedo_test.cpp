@@ -130,19 +130,19 @@ TEST(AlbedoStage, TextureKeepsItsContrast) {
   };
   AlbedoStage stage{capture::Session()};
   const auto result = stage.solve(room.field(), room.illumination());
-  double found = 0, whole = 0, found_mean = 0, whole_mean = 0;
+  double found = 0, true_sum = 0, found_mean = 0, true_mean = 0;
   for (int x = -50; x <= 50; ++x) {
     for (int y = -50; y <= 50; ++y) {
       const Eigen::Vector3f p = 0.008f * Eigen::Vector3f(static_cast<float>(x), static_cast<float>(y), 0);
       const auto [albedo, sigma] = albedo_at(*result.albedo, p);
       ASSERT_GE(sigma, 0);
       found += albedo.y() * wave(p);
-      whole += room.albedo(p).y() * wave(p);
+      true_sum += room.albedo(p).y() * wave(p);
       found_mean += albedo.y();
-      whole_mean += room.albedo(p).y();
+      true_mean += room.albedo(p).y();
     }
   }
-  EXPECT_NEAR(found / found_mean / (whole / whole_mean), 1, 0.08);
+  EXPECT_NEAR(found / found_mean / (true_sum / true_mean), 1, 0.08);
 }
 
 TEST(AlbedoStage, PanelIsDistinguishedFromABulbAndItsNormalFound) {

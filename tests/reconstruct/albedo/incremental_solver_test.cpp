@@ -27,15 +27,15 @@ TestRoom large_room() {
   return room;
 }
 
-/// The first `bricks` bricks of `whole`, column by column, as a camera that sweeps the room adds them; the pointers are
-/// the same.
-DistanceField seen_part(const DistanceField& whole, std::size_t bricks, std::uint64_t version) {
+/// The first `bricks` bricks of `all_field`, column by column, as a camera that sweeps the room adds them; the pointers
+/// are the same.
+DistanceField seen_part(const DistanceField& all_field, std::size_t bricks, std::uint64_t version) {
   std::vector<BrickKey> keys;
-  for (const auto& [key, brick] : whole.bricks) keys.push_back(key);
+  for (const auto& [key, brick] : all_field.bricks) keys.push_back(key);
   std::sort(keys.begin(), keys.end());
   DistanceField field;
   field.version = version;
-  for (std::size_t i = 0; i < std::min(bricks, keys.size()); ++i) field.bricks[keys[i]] = whole.bricks.at(keys[i]);
+  for (std::size_t i = 0; i < std::min(bricks, keys.size()); ++i) field.bricks[keys[i]] = all_field.bricks.at(keys[i]);
   return field;
 }
 
@@ -47,7 +47,7 @@ double cpu_ms() {
 
 TEST(IncrementalSolver, SweepEndsAtTheCompleteSolution) {
   const TestRoom room = large_room();
-  const DistanceField whole = room.field();
+  const DistanceField all_field = room.field();
   const Illumination seen = room.illumination();
   AlbedoStage sweeping{capture::Session()};
   constexpr int kSteps = 40;
@@ -56,15 +56,15 @@ TEST(IncrementalSolver, SweepEndsAtTheCompleteSolution) {
   DistanceField field;
   for (int step = 0; step <= kSteps; ++step) {
     const double fraction = 0.5 + 0.5 * step / kSteps;
-    field = seen_part(whole, static_cast<std::size_t>(fraction * static_cast<double>(whole.bricks.size())),
+    field = seen_part(all_field, static_cast<std::size_t>(fraction * static_cast<double>(all_field.bricks.size())),
                       static_cast<std::uint64_t>(step + 1));
     last = sweeping.solve(field, seen);
-    alone += !last.whole;
+    alone += !last.complete;
   }
   EXPECT_GT(alone, 25);
   AlbedoStage at_once{capture::Session()};
   const auto all = at_once.solve(field, seen);
-  ASSERT_TRUE(all.whole);
+  ASSERT_TRUE(all.complete);
   const Agreement agree = agreement(*last.albedo, *all.albedo);
   std::printf("sweep: %d of %d alone, within sigma %.4f, mean %.4f, known %.4f\n", alone, kSteps, agree.within_sigma,
               agree.mean, agree.known);
@@ -77,15 +77,15 @@ TEST(IncrementalSolver, SweepEndsAtTheCompleteSolution) {
 TEST(IncrementalSolver, NoDriftOverManySolutions) {
   TestRoom room = large_room();
   room.half_m = 0.7f;
-  const DistanceField whole = room.field();
+  const DistanceField all_field = room.field();
   const Illumination seen = room.illumination();
   AlbedoStage stage{capture::Session()};
-  const auto first = stage.solve(whole, seen);
+  const auto first = stage.solve(all_field, seen);
   // A shadow sweeps over the floor and disappears, several times.
   constexpr int kOnce = 36, kTimes = 5;
   std::vector<Agreement> agree;
   for (int i = 0; i < kOnce * kTimes; ++i) {
-    DistanceField field = whole;
+    DistanceField field = all_field;
     field.version = static_cast<std::uint64_t>(i + 2);
     const bool gone = i % kOnce == kOnce - 1;
     for (auto& [key, brick] : field.bricks) {
@@ -96,7 +96,7 @@ TEST(IncrementalSolver, NoDriftOverManySolutions) {
     }
     const auto found = stage.solve_incremental(field, seen);
     ASSERT_TRUE(found);
-    ASSERT_FALSE(found->whole);
+    ASSERT_FALSE(found->complete);
     if (gone) agree.push_back(agreement(*found->albedo, *first.albedo));
   }
   for (const Agreement& a : agree) {
@@ -117,7 +117,7 @@ TEST(IncrementalSolver, CostDependsOnTheChangeNotTheRoom) {
   const auto cost = [](float half_m) {
     TestRoom room = large_room();
     room.half_m = half_m;
-    DistanceField whole = room.field(), without = whole;
+    DistanceField all_field = room.field(), without = all_field;
     // A patch of 3 by 3 bricks beside the tag.
     std::erase_if(without.bricks, [](const auto& entry) {
       const BrickKey& key = entry.first;
@@ -129,12 +129,12 @@ TEST(IncrementalSolver, CostDependsOnTheChangeNotTheRoom) {
     stage.solve(without, room.illumination());
     result.all_ms = cpu_ms() - start_ms;
     for (int i = 0; i < 3; ++i) {
-      whole.version += 2;
+      all_field.version += 2;
       const double begin_ms = cpu_ms();
-      const auto found = stage.solve_incremental(whole, room.illumination());
+      const auto found = stage.solve_incremental(all_field, room.illumination());
       result.new_ms = std::min(result.new_ms, cpu_ms() - begin_ms);
       result.samples = found ? found->samples : 0;
-      without.version = whole.version + 1;
+      without.version = all_field.version + 1;
       stage.solve_incremental(without, room.illumination());
     }
     return result;

@@ -89,12 +89,13 @@ TEST(CalibrateAdjust, SigmasAreHonest) {
         within_two += sigmas < 2;
       }
     }
-    const double share = within / (1.0 * numbers * kRuns), share_two = within_two / (1.0 * numbers * kRuns);
-    std::printf("%d numbers in %d runs: %.0f %% within one sigma, %.0f %% within two\n", numbers, kRuns, 100 * share,
-                100 * share_two);
-    EXPECT_GT(share, 0.58);
-    EXPECT_LT(share, 0.78);
-    EXPECT_GT(share_two, 0.90);
+    const double within_one_sigma = within / (1.0 * numbers * kRuns),
+                 within_two_sigma = within_two / (1.0 * numbers * kRuns);
+    std::printf("%d numbers in %d runs: %.0f %% within one sigma, %.0f %% within two\n", numbers, kRuns,
+                100 * within_one_sigma, 100 * within_two_sigma);
+    EXPECT_GT(within_one_sigma, 0.58);
+    EXPECT_LT(within_one_sigma, 0.78);
+    EXPECT_GT(within_two_sigma, 0.90);
   }
 }
 
@@ -121,10 +122,10 @@ TEST(CalibrateAdjust, TwoCamerasAndHowTheyStand) {
     const Eigen::VectorXd sigma = found->covariance.diagonal().tail<6>().cwiseSqrt();
     for (int i = 0; i < 6; ++i) within += std::abs(error[i]) < sigma[i];
   }
-  const double share = within / (6.0 * kRuns);
-  std::printf("stand: %.0f %% within one sigma\n", 100 * share);
-  EXPECT_GT(share, 0.53);
-  EXPECT_LT(share, 0.83);
+  const double within_one_sigma = within / (6.0 * kRuns);
+  std::printf("stand: %.0f %% within one sigma\n", 100 * within_one_sigma);
+  EXPECT_GT(within_one_sigma, 0.53);
+  EXPECT_LT(within_one_sigma, 0.83);
 }
 
 }  // namespace

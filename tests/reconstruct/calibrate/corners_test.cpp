@@ -45,7 +45,7 @@ struct Found {
   TagCorners truth;
 };
 Found find(const capture::CameraModel& camera, const Eigen::Isometry3d& pose, const BoardSensor& sensor,
-           bool knows_lens) {
+           bool lens_known) {
   const Board board = one_tag();
   const BoardDrawing drawing(board, camera);
   const TagFinder finder(board.tag_list());
@@ -56,7 +56,7 @@ Found find(const capture::CameraModel& camera, const Eigen::Isometry3d& pose, co
     start[i] = found.truth[i] + Eigen::Vector2d(i % 2 == 0 ? 0.5 : -0.4, i < 2 ? -0.3 : 0.5);
   }
   const auto light = linear_light(drawing.picture(pose, sensor), capture::Response::srgb());
-  found.corners = print_corners(light, finder.pattern(), start, knows_lens ? &camera : nullptr);
+  found.corners = print_corners(light, finder.pattern(), start, lens_known ? &camera : nullptr);
   return found;
 }
 

@@ -21,16 +21,16 @@ capture::CameraModel depth_camera() {
   return camera;
 }
 
-Eigen::Isometry3d color_beside_depth() {
+Eigen::Isometry3d true_T_color_depth() {
   return Eigen::Translation3d(0.025, -0.002, 0.004) *
          Eigen::AngleAxisd(0.03, Eigen::Vector3d(0.4, 1, -0.6).normalized());
 }
 
 /// Depth of the board in front of a wall, with triangulation noise and a resolution of 1 mm.
-capture::Image<float> depth_of(const Board& board, const Eigen::Isometry3d& T_color_board, double noise_share,
+capture::Image<float> depth_of(const Board& board, const Eigen::Isometry3d& T_color_board, double noise_per_m,
                                std::mt19937& random) {
   const capture::CameraModel camera = depth_camera();
-  const Eigen::Isometry3d T_board_depth = T_color_board.inverse() * color_beside_depth();
+  const Eigen::Isometry3d T_board_depth = T_color_board.inverse() * true_T_color_depth();
   const Eigen::Vector2d half = 0.5 * board.extent_m() + Eigen::Vector2d::Constant(0.5 * board.size_m);
   std::normal_distribution<double> gauss(0, 1);
   capture::Image<float> depth_m(camera.width, camera.height, 1);
@@ -41,7 +41,7 @@ capture::Image<float> depth_of(const Board& board, const Eigen::Isometry3d& T_co
       double z = -from.z() / d.z();
       const Eigen::Vector3d at = from + z * d;
       if (!(z > 0) || std::abs(at.x()) > half.x() || std::abs(at.y()) > half.y()) z = 1.5;
-      z += noise_share * z * z * gauss(random);
+      z += noise_per_m * z * z * gauss(random);
       depth_m.at(u, v) = static_cast<float>(random() % 50 == 0 ? 0 : 0.001 * std::lround(1000 * z));
     }
   return depth_m;
@@ -54,7 +54,7 @@ struct DepthScene {
 
 /// Boards all over the picture, slanted, or all parallel to it.
 DepthScene depth_scene(int count, unsigned seed, bool slanted = true) {
-  constexpr double kNoiseShare = 0.0015;
+  constexpr double kNoise_per_m = 0.0015;
   std::mt19937 random(seed);
   std::normal_distribution<double> gauss(0, 1);
   DepthScene all;
@@ -63,7 +63,8 @@ DepthScene depth_scene(int count, unsigned seed, bool slanted = true) {
     poses.push_back(slanted ? board_at(0.45 + 0.02 * (i % 12), 0.15 + 0.1 * (i % 3), 2.4 * i + 0.3 * seed,
                                        0.25 + 0.03 * (i % 14), 1.3 * i, 0.4 * i)
                             : board_at(0.5, 0, 0, 0, 0, 0.4 * i));
-  for (const Eigen::Isometry3d& pose : poses) all.pictures.push_back(depth_of(test_board(), pose, kNoiseShare, random));
+  for (const Eigen::Isometry3d& pose : poses)
+    all.pictures.push_back(depth_of(test_board(), pose, kNoise_per_m, random));
   for (std::size_t i = 0; i < poses.size(); ++i) {
     // The colour camera's error of the board's pose.
     const Eigen::Vector3d w = 3e-4 * Eigen::Vector3d(gauss(random), gauss(random), gauss(random));
@@ -84,8 +85,8 @@ TEST(CalibrateDepth, StandsToAMillimetreAndATenthOfADegree) {
       calibrate_depth(depth_camera(), Eigen::Isometry3d::Identity(), test_board(), seen.views);
   EXPECT_EQ(found.refusal, "");
   EXPECT_EQ(found.views, 24);
-  const double mm = millimetres_apart(found.T_color_depth, color_beside_depth());
-  const double degrees = degrees_apart(found.T_color_depth, color_beside_depth());
+  const double mm = millimetres_apart(found.T_color_depth, true_T_color_depth());
+  const double degrees = degrees_apart(found.T_color_depth, true_T_color_depth());
   std::printf("%.2f mm ± %.2f, %.3f° ± %.3f; depth %.2f mm from the boards in the median\n", mm,
               1e3 * found.shift_sigma_m.norm(), degrees, found.turn_sigma_rad.norm() / kTestDegree,
               1e3 * found.median_m);
@@ -98,11 +99,11 @@ TEST(CalibrateDepth, SigmasAreHonest) {
   int within = 0, within_two = 0;
   for (unsigned run = 1; run <= kRuns; ++run) {
     const DepthScene seen = depth_scene(14, run);
-    const DepthCalibration found = calibrate_depth(depth_camera(), color_beside_depth(), test_board(), seen.views);
+    const DepthCalibration found = calibrate_depth(depth_camera(), true_T_color_depth(), test_board(), seen.views);
     const Eigen::AngleAxisd turn(
-        Eigen::Matrix3d(found.T_color_depth.linear() * color_beside_depth().linear().transpose()));
+        Eigen::Matrix3d(found.T_color_depth.linear() * true_T_color_depth().linear().transpose()));
     Eigen::Matrix<double, 6, 1> error, sigma;
-    error << turn.angle() * turn.axis(), found.T_color_depth.translation() - color_beside_depth().translation();
+    error << turn.angle() * turn.axis(), found.T_color_depth.translation() - true_T_color_depth().translation();
     sigma << found.turn_sigma_rad, found.shift_sigma_m;
     for (int i = 0; i < 6; ++i) {
       within += std::abs(error[i]) < sigma[i];

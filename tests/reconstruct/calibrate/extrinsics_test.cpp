@@ -11,7 +11,7 @@ namespace {
 
 using namespace test;
 
-Eigen::Isometry3d fisheye_beside_color() {
+Eigen::Isometry3d true_T_fisheye_color() {
   return Eigen::Translation3d(0.05, -0.03, 0.02) * Eigen::AngleAxisd(0.7, Eigen::Vector3d(0.3, 1, -0.2).normalized());
 }
 
@@ -24,7 +24,7 @@ CameraCalibration known(const capture::CameraModel& camera, const std::vector<Ei
   return calibrate_camera(unknown_camera(camera), BoardFinder(test_board()), pictures);
 }
 
-TEST(CalibrateStand, OfDrawnPicturesToAMillimetreAndATenthOfADegree) {
+TEST(CalibrateExtrinsics, OfDrawnPicturesToAMillimetreAndATenthOfADegree) {
   const capture::CameraModel color = distorted_pinhole(), fisheye = test_fisheye();
   const BoardFinder finder(test_board());
   const BoardDrawing before_color(test_board(), color), before_fisheye(test_board(), fisheye);
@@ -34,7 +34,7 @@ TEST(CalibrateStand, OfDrawnPicturesToAMillimetreAndATenthOfADegree) {
   BoardSensor sensor;
   for (const Eigen::Isometry3d& pose : pinhole_poses(8)) {
     const BoardPicture a = board_picture(finder, before_color.picture(pose, sensor));
-    const BoardPicture b = board_picture(finder, before_fisheye.picture(fisheye_beside_color() * pose, sensor));
+    const BoardPicture b = board_picture(finder, before_fisheye.picture(true_T_fisheye_color() * pose, sensor));
     views[0].push_back(finder.again(a.view, a.light, first.model));
     views[1].push_back(finder.again(b.view, b.light, second.model));
     ++sensor.seed;
@@ -51,21 +51,21 @@ TEST(CalibrateStand, OfDrawnPicturesToAMillimetreAndATenthOfADegree) {
   const ExtrinsicsCalibration found = calibrate_extrinsics(first.model, second.model, views[0], views[1]);
   EXPECT_EQ(found.refusal, "");
   EXPECT_EQ(found.moments, 8);
-  EXPECT_LT(millimetres_apart(found.T_second_first, fisheye_beside_color()), 1.0);
-  EXPECT_LT(degrees_apart(found.T_second_first, fisheye_beside_color()), 0.1);
-  std::printf("%.2f mm ± %.2f, %.3f° ± %.3f\n", millimetres_apart(found.T_second_first, fisheye_beside_color()),
-              1e3 * found.shift_sigma_m.norm(), degrees_apart(found.T_second_first, fisheye_beside_color()),
+  EXPECT_LT(millimetres_apart(found.T_second_first, true_T_fisheye_color()), 1.0);
+  EXPECT_LT(degrees_apart(found.T_second_first, true_T_fisheye_color()), 0.1);
+  std::printf("%.2f mm ± %.2f, %.3f° ± %.3f\n", millimetres_apart(found.T_second_first, true_T_fisheye_color()),
+              1e3 * found.shift_sigma_m.norm(), degrees_apart(found.T_second_first, true_T_fisheye_color()),
               found.turn_sigma_rad.norm() / kTestDegree);
 }
 
-TEST(CalibrateStand, RefusesFewMomentsAndCamerasThatMoved) {
+TEST(CalibrateExtrinsics, RefusesFewMomentsAndCamerasThatMoved) {
   const capture::CameraModel color = distorted_pinhole(), fisheye = test_fisheye();
   const auto extrinsics = [&](int moments, double moved_m) {
     std::vector<Eigen::Isometry3d> poses = pinhole_poses(moments), seen_by_fisheye;
     for (const Eigen::Isometry3d& pose : poses) {
       const Eigen::Isometry3d user_set(
           Eigen::Translation3d(moved_m * static_cast<double>(seen_by_fisheye.size() % 3), 0, 0));
-      seen_by_fisheye.push_back(user_set * fisheye_beside_color() * pose);
+      seen_by_fisheye.push_back(user_set * true_T_fisheye_color() * pose);
     }
     return calibrate_extrinsics(color, fisheye, exact_views(test_board(), color, poses, 0.05, 1),
                                 exact_views(test_board(), fisheye, seen_by_fisheye, 0.05, 2))
@@ -76,24 +76,24 @@ TEST(CalibrateStand, RefusesFewMomentsAndCamerasThatMoved) {
   EXPECT_EQ(extrinsics(12, 0.02).find("residual: found"), 0u) << extrinsics(12, 0.02);
 }
 
-TEST(CalibrateStand, PlacesTheRoomsTag) {
+TEST(CalibrateExtrinsics, PlacesTheRoomsTag) {
   const capture::CameraModel color = distorted_pinhole(), fisheye = test_fisheye();
   Board tag = test_board();
   tag.rows = tag.columns = 1;
   tag.size_m = 0.16;
   const Eigen::Isometry3d T_color_tag = board_at(0.9, 0.15, 1, 0.8, 0.4, 0.2);
-  const Eigen::Isometry3d T_fisheye_tag = fisheye_beside_color() * T_color_tag;
+  const Eigen::Isometry3d T_fisheye_tag = true_T_fisheye_color() * T_color_tag;
   std::array<std::vector<SeenPoints>, 2> seen;
   for (unsigned i = 0; i < 6; ++i) {
     seen[0].push_back(exact_views(tag, color, {T_color_tag}, 0.03, i + 1)[0].seen.at(0));
     seen[1].push_back(exact_views(tag, fisheye, {T_fisheye_tag}, 0.03, i + 100)[0].seen.at(0));
   }
-  const RoomTagPose both = place_room_tag(color, fisheye, fisheye_beside_color(), seen);
+  const RoomTagPose both = place_room_tag(color, fisheye, true_T_fisheye_color(), seen);
   EXPECT_EQ(both.refusal, "");
   EXPECT_EQ(both.pictures, 12);
   EXPECT_LT(millimetres_apart(both.T_camera_tag, T_fisheye_tag), 2.0);
   EXPECT_LT(degrees_apart(both.T_camera_tag, T_fisheye_tag), 0.3);
-  const RoomTagPose through_color = place_room_tag(color, fisheye, fisheye_beside_color(), {seen[0], {}});
+  const RoomTagPose through_color = place_room_tag(color, fisheye, true_T_fisheye_color(), {seen[0], {}});
   EXPECT_EQ(through_color.refusal, "");
   EXPECT_LT(millimetres_apart(through_color.T_camera_tag, T_fisheye_tag), 2.0);
   const RoomTagPose alone = place_room_tag(color, fisheye, std::nullopt, seen);

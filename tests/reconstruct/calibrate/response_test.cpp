@@ -93,17 +93,17 @@ TEST(CalibrateResponse, IsFoundToAPercent) {
   for (const auto& [name, curve] : curves) {
     const ResponseCalibration found = calibrate_response(sweep(curve, 0.6));
     EXPECT_EQ(found.refusal, "") << name;
-    double worst = 0, worst_share = 0;
+    double worst = 0, worst_relative = 0;
     for (std::size_t c = 0; c < 3; ++c)
       for (int z = 0; z < 256; ++z) {
         const double truth = inverse(curve, z), is = found.linear[c][static_cast<std::size_t>(z)];
         worst = std::max(worst, std::abs(is - truth));
-        if (z >= 24) worst_share = std::max(worst_share, std::abs(is / truth - 1));
+        if (z >= 24) worst_relative = std::max(worst_relative, std::abs(is / truth - 1));
       }
     std::printf("%s: off by %.4f of white at worst, by %.2f %% of itself from code 24 up\n", name, worst,
-                100 * worst_share);
+                100 * worst_relative);
     EXPECT_LT(worst, 0.01) << name;
-    EXPECT_LT(worst_share, 0.01) << name;
+    EXPECT_LT(worst_relative, 0.01) << name;
   }
 }
 
@@ -118,13 +118,13 @@ TEST(CalibrateResponse, AHardShoulderCostsAFactorAlone) {
   for (const Case& one : {Case{"aces", aces, 0.6, 1.06}, Case{"knee", knee, 1.5, 1.02}}) {
     const ResponseCalibration found = calibrate_response(sweep(one.curve, one.noise_codes));
     EXPECT_EQ(found.refusal, "");
-    const auto share = [&](int z) { return found.linear[1][static_cast<std::size_t>(z)] / inverse(one.curve, z); };
+    const auto ratio = [&](int z) { return found.linear[1][static_cast<std::size_t>(z)] / inverse(one.curve, z); };
     double worst = 0;
-    for (int z = 24; z <= 245; ++z) worst = std::max(worst, std::abs(share(z) / share(128) - 1));
-    std::printf("%s, noise of %.1f codes: off by a factor of %.3f, and by %.2f %% beside it\n", one.name,
-                one.noise_codes, share(128), 100 * worst);
+    for (int z = 24; z <= 245; ++z) worst = std::max(worst, std::abs(ratio(z) / ratio(128) - 1));
+    std::printf("%s, noise of %.1f codes: off by a factor of %.3f, and by %.2f %% relative to it\n", one.name,
+                one.noise_codes, ratio(128), 100 * worst);
     EXPECT_LT(worst, 0.01) << one.name;
-    EXPECT_NEAR(share(128), 1, one.largest_factor - 1) << one.name;
+    EXPECT_NEAR(ratio(128), 1, one.largest_factor - 1) << one.name;
   }
 }
 

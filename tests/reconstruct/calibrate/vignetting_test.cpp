@@ -38,7 +38,7 @@ std::vector<WhiteSample> samples(bool even, unsigned seed, const std::vector<Eig
   return all;
 }
 
-double worst_share(const capture::Vignetting& found) {
+double worst_relative(const capture::Vignetting& found) {
   double worst = 0;
   for (int degrees = 0; degrees <= 85; ++degrees)
     worst = std::max(
@@ -52,9 +52,9 @@ TEST(CalibrateVignetting, IsFoundInEvenLightToAPercentAndUnderALampToThree) {
     EXPECT_EQ(found.refusal, "");
     EXPECT_GT(found.widest_rad, 80 * kTestDegree);
     std::printf("%s: off by %.2f %% at worst, %.2f %% (1 sigma) said; uneven by %.1f %%, readings to %.2f %%\n",
-                even ? "even" : "lamp", 100 * worst_share(found.vignetting), 100 * found.widest_sigma,
+                even ? "even" : "lamp", 100 * worst_relative(found.vignetting), 100 * found.widest_sigma,
                 100 * found.unevenness, 100 * found.residual);
-    EXPECT_LT(worst_share(found.vignetting), even ? 0.01 : 0.03);
+    EXPECT_LT(worst_relative(found.vignetting), even ? 0.01 : 0.03);
   }
 }
 
@@ -81,7 +81,7 @@ TEST(CalibrateVignetting, SigmasAreHonest) {
 TEST(CalibrateVignetting, AFingersShadowIsLeftOut) {
   auto all = samples(true, 1, fisheye_poses());
   for (std::size_t i = 0; i < all.size(); i += 29) all[i].light *= 0.6;
-  EXPECT_LT(worst_share(calibrate_vignetting(all, 95 * kTestDegree).vignetting), 0.015);
+  EXPECT_LT(worst_relative(calibrate_vignetting(all, 95 * kTestDegree).vignetting), 0.015);
 }
 
 TEST(CalibrateVignetting, RefusesWhatSaysTooLittle) {

@@ -32,7 +32,7 @@ TEST(Fusion, ATableFromOnePicture) {
     const Agreement seen = compare(*field, table, camera, T_tag_camera, 16);
     EXPECT_LT(seen.largest_m, 1e-4) << tilt;
     EXPECT_LT(seen.normal_deg, 0.1) << tilt;
-    EXPECT_EQ(seen.share, 1) << tilt << ": no holes";
+    EXPECT_EQ(seen.hit_fraction, 1) << tilt << ": no holes";
     // Distances are to the plane, not along the ray.
     for (float z = -0.015f; z <= 0.03f; z += 0.005f) {
       const auto sample = field->sample(Vector3f(0.02f, -0.03f, z));
@@ -51,7 +51,7 @@ TEST(Fusion, ABallOnATable) {
   ASSERT_TRUE(field);
   const Agreement seen = compare(*field, ball_on_table, camera, T_tag_camera);
   EXPECT_LT(seen.mean_m, 3e-4);
-  EXPECT_GT(seen.share, 0.98);
+  EXPECT_GT(seen.hit_fraction, 0.98);
   EXPECT_LT(seen.normal_deg, 2);
 
   // No skirt between ball and table: points far from both are not solid.
@@ -103,7 +103,7 @@ TEST(Fusion, NoisyPicturesAverage) {
   EXPECT_LT(first, 2e-3);
   EXPECT_LT(last.mean_m, 0.45 * first);
   EXPECT_LT(last.normal_deg, 4);
-  EXPECT_GT(last.share, 0.995);
+  EXPECT_GT(last.hit_fraction, 0.995);
 }
 
 // No NaN between the two sides of a thin object, with noise and wrong poses.
@@ -242,8 +242,8 @@ TEST(Fusion, AnUpdateTouchesOnlyWhatChanged) {
     const Vector3d middle = 0.064 * (Vector3d(key[0], key[1], key[2]) + Vector3d::Constant(0.5));
     // Near the ball, or hidden by it.
     const Vector3d along = (middle - T.translation()).normalized(), to = kBall - T.translation();
-    const bool beside = (to - std::min(along.dot(to), to.norm()) * along).norm() < kBallRadius + 0.09;
-    ++(beside ? near : far);
+    const bool is_near = (to - std::min(along.dot(to), to.norm()) * along).norm() < kBallRadius + 0.09;
+    ++(is_near ? near : far);
   }
   EXPECT_GT(near, 10);
   EXPECT_LT(far, 3) << "of " << field->bricks.size();
@@ -381,7 +381,7 @@ TEST(Fusion, ADistortedLens) {
   const auto field = stage.fuse(frame_of(ball_on_table, camera, T), pose_at(T));
   const Agreement seen = compare(*field, ball_on_table, camera, T, 16);
   EXPECT_LT(seen.mean_m, 5e-4);
-  EXPECT_GT(seen.share, 0.98);
+  EXPECT_GT(seen.hit_fraction, 0.98);
 }
 
 }  // namespace

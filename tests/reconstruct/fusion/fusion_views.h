@@ -105,7 +105,7 @@ inline reconstruct::Pose pose_at(const Eigen::Isometry3d& T_tag_camera) {
 /// Distance of the field's surface from the shape, by a ray through every third pixel; and the fraction of rays that
 /// hit.
 struct Agreement {
-  double mean_m = 0, largest_m = 0, share = 0, normal_deg = 0;
+  double mean_m = 0, largest_m = 0, hit_fraction = 0, normal_deg = 0;
 };
 inline Agreement compare(const reconstruct::DistanceField& field, const Shape& shape,
                          const capture::CameraModel& camera, const Eigen::Isometry3d& T_tag_camera, int margin = 8) {
@@ -137,7 +137,7 @@ inline Agreement compare(const reconstruct::DistanceField& field, const Shape& s
     }
   result.mean_m /= hits;
   result.normal_deg /= hits;
-  result.share = static_cast<double>(hits) / rays;
+  result.hit_fraction = static_cast<double>(hits) / rays;
   return result;
 }
 

@@ -77,7 +77,7 @@ TEST(RealSurface, IsFoundInDepthAndMerged) {
   const Agreement seen = compare(*field, crate_on_table, camera, T, 16),
                   seen_plain = compare(*plain, crate_on_table, camera, T, 16);
   EXPECT_LT(seen.mean_m, 1.1 * seen_plain.mean_m);
-  EXPECT_GT(seen.share, 0.98);
+  EXPECT_GT(seen.hit_fraction, 0.98);
   ASSERT_EQ(with.warnings().size(), 1u);
   EXPECT_NE(with.warnings()[0].find("\"crate\" lies"), std::string::npos) << with.warnings()[0];
 }
@@ -123,7 +123,7 @@ TEST(RealSurface, KeepsObjectsOnIt) {
   const Isometry3d T = looking_at_tag(0.9, 50 * kDegree, -1.3, {0, 0.1, 0.1});
   const Agreement seen = compare(*field, crate_on_table, camera, T, 16);
   EXPECT_LT(seen.mean_m, 1e-3);
-  EXPECT_GT(seen.share, 0.98);
+  EXPECT_GT(seen.hit_fraction, 0.98);
   // The crate's front, down to where the table's distances are merged.
   for (float x = -0.08f; x < 0.09f; x += 0.04f) {
     const auto hit = field->raycast({x, -0.1f, 0.012f}, Vector3f::UnitY(), 0, 0.3f);

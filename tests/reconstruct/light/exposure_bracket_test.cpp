@@ -45,7 +45,7 @@ capture::CameraModel lens() {
 }
 
 std::shared_ptr<capture::Picture> photograph(const std::filesystem::path& file, double seconds) {
-  const capture::Picture whole = read_any_picture(file);
+  const capture::Picture photo = read_any_picture(file);
   auto picture = std::make_shared<capture::Picture>();
   picture->stream = capture::Stream::fisheye;
   picture->exposure = seconds * kIso / (kK * kAperture * kAperture);  // of luminance, cd/m²
@@ -53,7 +53,7 @@ std::shared_ptr<capture::Picture> photograph(const std::filesystem::path& file, 
   for (int v = 0; v < kSize; ++v)
     for (int u = 0; u < kSize; ++u)
       for (int c = 0; c < 3; ++c)
-        picture->encoded.at(u, v, c) = whole.encoded.at(kLeft + kStep * u + 2, kTop + kStep * v + 2, c);
+        picture->encoded.at(u, v, c) = photo.encoded.at(kLeft + kStep * u + 2, kTop + kStep * v + 2, c);
   return picture;
 }
 

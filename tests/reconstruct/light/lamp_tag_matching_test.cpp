@@ -133,8 +133,8 @@ TEST(LampTagMatcher, LampThatIsOffGivesAWarning) {
 TEST(LampTagMatcher, WrongTagPositionGivesAWarning) {
   const capture::Session session = session_with_lamp();
   LightStage stage(session, {});
-  const Vector3f beside = kLamp + Vector3f(0, 0.2f, 0);
-  const auto result = stage.extract(frame_with(session, kLamp), {tag_at(beside)});
+  const Vector3f wrong_place = kLamp + Vector3f(0, 0.2f, 0);
+  const auto result = stage.extract(frame_with(session, kLamp), {tag_at(wrong_place)});
   EXPECT_TRUE(says(result.warnings, "the one 11 degrees beside, and position_m or tag_size_m is wrong"))
       << result.warnings.at(0);
   EXPECT_EQ(result.illumination->lights.size(), 3u);

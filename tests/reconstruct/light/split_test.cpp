@@ -81,8 +81,8 @@ TEST(LightSplit, LampsAndResidualIntegrateToTheImage) {
   ASSERT_EQ(split.lamps.size(), 2u);
   Eigen::Vector3d sum = integral(split.residual, view);
   for (const SplitLamp& lamp : split.lamps) sum += lamp.irradiance.cast<double>();
-  const Eigen::Vector3d whole = integral(picture, view);
-  for (int c = 0; c < 3; ++c) EXPECT_NEAR(sum[c] / whole[c], 1, 1e-6);
+  const Eigen::Vector3d total = integral(picture, view);
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(sum[c] / total[c], 1, 1e-6);
 }
 
 TEST(LightSplit, TwoLampsTwoToFortyDegreesApart) {
@@ -269,7 +269,7 @@ TEST(LightEnvironment, ResampledPictureKeepsEnergyAndDirections) {
   };
   const auto picture = render(camera, radiance);
   const EnvironmentMap environment = EnvironmentResampler(camera, view, 128, 64).resample(picture, view);
-  const Eigen::Vector3d whole = integral(picture, view);
+  const Eigen::Vector3d total = integral(picture, view);
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (int v = 0; v < 64; ++v) {
     for (int u = 0; u < 128; ++u) {
@@ -278,7 +278,7 @@ TEST(LightEnvironment, ResampledPictureKeepsEnergyAndDirections) {
       EXPECT_LT((environment.sample(d) - radiance(d)).norm(), v < 2 || v > 61 ? 0.25 : 0.03) << u << " " << v;
     }
   }
-  for (int c = 0; c < 3; ++c) EXPECT_NEAR(sum[c] / whole[c], 1, 1e-3);
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(sum[c] / total[c], 1, 1e-3);
   // 1 + x has the coefficients 2√π and √(4π/3).
   const Sh9 sh = project_sh(environment);
   EXPECT_NEAR(sh[0].x(), std::sqrt(4 * kPi), 0.02);

@@ -125,7 +125,7 @@ TEST_F(DepthTrackingFrames, StopsOnABareFloor) {
   const Isometry3d above = test::looking_at_tag(0.9, 10 * kDegree, -1.2);
   PoseStage stage(some_tag(), camera);
   int carried = 0;
-  double most_mm = 0;
+  double max_mm = 0;
   for (std::uint64_t i = 0; i < 60; ++i) {
     capture::Picture picture;
     if (i > 0)
@@ -139,11 +139,11 @@ TEST_F(DepthTrackingFrames, StopsOnABareFloor) {
     if (!result.pose) break;
     if (result.pose->from != Pose::From::surface) continue;
     ++carried;
-    most_mm = std::max(most_mm, 1e3 * position_sigma_m(result.pose->covariance));
+    max_mm = std::max(max_mm, 1e3 * position_sigma_m(result.pose->covariance));
   }
   EXPECT_GT(carried, 2);
   EXPECT_LT(carried, 40);
-  EXPECT_LT(most_mm, 30);
+  EXPECT_LT(max_mm, 30);
 }
 
 TEST(DepthTracking, UncertaintyGrowsWithTime) {

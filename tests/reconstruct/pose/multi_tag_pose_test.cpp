@@ -24,14 +24,14 @@ Isometry3d lying_at(const Vector3d& place_m, double turn_rad) {
   return T;
 }
 
-const Isometry3d kBeside = lying_at({0.28, 0.05, 0.0}, 0.4);
+const Isometry3d kSecondTag = lying_at({0.28, 0.05, 0.0}, 0.4);
 
 /// Tag 2 at the origin and, if `second`, tag 5 next to it.
 struct Table {
   bool first = true, second = true;
   double size_m = 0.16;
   int second_id = 5;
-  Isometry3d T_tag_second = kBeside;
+  Isometry3d T_tag_second = kSecondTag;
 
   /// Whether the second tag is nearer to the pixel's point on the table.
   bool is_of_second(const capture::CameraModel& camera, const Isometry3d& T_tag_camera, int u, int v) const {
@@ -70,7 +70,7 @@ std::vector<std::string> all_warnings(const PoseStage::Result& result, const cha
 }
 
 TEST(PoseTags, OneOfABundleIsEnough) {
-  PoseStage stage({"tag36h11", 2, 0.16, {{5, 0.16, kBeside}}}, test::small_camera());
+  PoseStage stage({"tag36h11", 2, 0.16, {{5, 0.16, kSecondTag}}}, test::small_camera());
   for (unsigned i = 0; i < 12; ++i) {
     Table table;
     table.first = i < 3 || i >= 9;
@@ -90,7 +90,7 @@ TEST(PoseTags, TwoAreMoreCertainThanOne) {
   for (unsigned i = 0; i < 8; ++i) {
     const capture::FrameSet frame = Table().seen_from(camera_at(3 * i), 0, 5);
     PoseStage one({"tag36h11", 2, 0.16}, test::small_camera());
-    PoseStage two({"tag36h11", 2, 0.16, {{5, 0.16, kBeside}}}, test::small_camera());
+    PoseStage two({"tag36h11", 2, 0.16, {{5, 0.16, kSecondTag}}}, test::small_camera());
     const auto a = one.locate(frame), b = two.locate(frame);
     ASSERT_TRUE(a.pose && b.pose);
     one_mm += test::millimetres_apart(a.pose->T_tag_camera, camera_at(3 * i)) / 8;

@@ -81,9 +81,9 @@ TEST(Pose, ThePrintIsMoreExactThanCorners) {
   const capture::CameraModel camera = test::small_camera();
   const Isometry3d truth = test::looking_at_tag(0.85, 50 * kDegree, -1.2);
   capture::Picture picture = test::view_of_tag(camera, finder.pattern(), 0.16, truth);
-  const PixelRegion whole{0, 0, camera.width, camera.height};
+  const PixelRegion all_pixels{0, 0, camera.width, camera.height};
   const auto align = [&](const Isometry3d& start) {
-    return align_to_print(sample_pixels(picture, capture::Response::srgb(), camera, whole), finder.pattern(), 0.16,
+    return align_to_print(sample_pixels(picture, capture::Response::srgb(), camera, all_pixels), finder.pattern(), 0.16,
                           start);
   };
   Isometry3d off = truth.inverse();
@@ -95,7 +95,7 @@ TEST(Pose, ThePrintIsMoreExactThanCorners) {
   EXPECT_LT(test::millimetres_apart(alignment->T_camera_tag.inverse(), truth), 0.6);
 
   // A fifth of the pixels gives nearly the same pose.
-  const auto few = thin_out(sample_pixels(picture, capture::Response::srgb(), camera, whole));
+  const auto few = thin_out(sample_pixels(picture, capture::Response::srgb(), camera, all_pixels));
   const auto near = align_to_print(few, finder.pattern(), 0.16, off);
   ASSERT_TRUE(near);
   EXPECT_LT(near->pixels, 0.22 * alignment->pixels);
@@ -210,9 +210,10 @@ TEST(Pose, ThePastResolvesTheAmbiguity) {
   int flips = 0;
   for (unsigned i = 0; i < 24; ++i) {
     // From an unambiguous view to an ambiguous one.
-    const double share = std::min(1.0, i / 8.0);
-    const Isometry3d truth = test::looking_at_tag(0.8 + 1.4 * share, (40 - 26 * share) * kDegree, -1.2 + 0.02 * i);
-    const auto result = stage.locate(seen_from(truth, i, {14 * share, i + 1}));
+    const double progress = std::min(1.0, i / 8.0);
+    const Isometry3d truth =
+        test::looking_at_tag(0.8 + 1.4 * progress, (40 - 26 * progress) * kDegree, -1.2 + 0.02 * i);
+    const auto result = stage.locate(seen_from(truth, i, {14 * progress, i + 1}));
     if (result.pose && result.pose->age_ns == 0)
       flips += test::degrees_apart(result.pose->T_tag_camera_raw, truth) > 14;
   }
@@ -228,8 +229,8 @@ TEST(Pose, NoTagNoPose) {
 
   capture::Tag other = some_tag();
   other.id = 3;
-  PoseStage looks_for_other(other, test::small_camera());
-  EXPECT_FALSE(looks_for_other.locate(seen_from(test::looking_at_tag(0.85, 0.8, 0), 0)).pose);
+  PoseStage other_stage(other, test::small_camera());
+  EXPECT_FALSE(other_stage.locate(seen_from(test::looking_at_tag(0.85, 0.8, 0), 0)).pose);
 }
 
 TEST(Pose, TheLastPoseIsUsedUpToItsAgeLimit) {

@@ -6,7 +6,7 @@
 namespace lumigraft::test {
 namespace {
 
-bool meets(const Eigen::AlignedBox3f& box, const Eigen::Vector3f& from, const Eigen::Vector3f& w) {
+bool hits(const Eigen::AlignedBox3f& box, const Eigen::Vector3f& from, const Eigen::Vector3f& w) {
   const Eigen::Array3f a = (box.min() - from).array() / w.array(), b = (box.max() - from).array() / w.array();
   const float enter = a.min(b).maxCoeff(), leave = a.max(b).minCoeff();
   return enter < leave && leave > 0;
@@ -47,7 +47,7 @@ TEST_P(ClosedEdge, ConesThatGrazeAKerbStayOpen) {
         for (int i = 0; i < rays; ++i) {  // cosine-weighted
           const float s = std::sqrt((static_cast<float>(i) + 0.5f) / rays), phi = 2.39996323f * static_cast<float>(i);
           const Eigen::Vector3f w(s * std::cos(phi), s * std::sin(phi), std::sqrt(1 - s * s));
-          taken += meets(slab, p, w) && !meets(kerb, p, w);
+          taken += hits(slab, p, w) && !hits(kerb, p, w);
         }
         const double want = -albedo * sky * static_cast<double>(taken) / rays, got = picture.maps->delta.at(u, v);
         got_sum += got;

@@ -71,15 +71,15 @@ double strip_error(const Make& make, const relight::Plan& plan, bool fused) {
                          const relight::Exhibit& exhibit) {
     return make(session)->relight(frame, scene, exhibit, plan, true);
   };
-  const relight::RelitPicture whole = relit(closed.frame(), closed.scene(), closed.exhibit);
+  const relight::RelitPicture complete = relit(closed.frame(), closed.scene(), closed.exhibit);
   const relight::RelitPicture holed = relit(without_strip(closed), unknown_strip(closed, fused), closed.exhibit);
   const relight::RelitPicture unchanged = relit(closed.frame(), closed.scene(), {});
   double off = 0, change = 0;
   for (int v = 0; v < closed.height; ++v) {
     for (int u = 0; u < closed.width; ++u) {
       const Eigen::Vector3f p = closed.on_plane(u, v);
-      if (!in_strip(p) || std::abs(p.y()) > 0.15f || whole.maps->mask.at(u, v) > 0) continue;
-      const double there = picture_radiance(whole, u, v);
+      if (!in_strip(p) || std::abs(p.y()) > 0.15f || complete.maps->mask.at(u, v) > 0) continue;
+      const double there = picture_radiance(complete, u, v);
       off += std::pow(picture_radiance(holed, u, v) - there, 2);
       change += std::pow(picture_radiance(unchanged, u, v) - there, 2);
     }

@@ -79,8 +79,8 @@ TEST_P(ClosedLamp, BlackBallTakesItsShadowAndNothingElse) {
 }
 
 // Visible fraction of a lamp, as a disk, past two boxes; by 500 rays.
-float free_share(const reconstruct::PointLight& lamp, const Eigen::Vector3f& p,
-                 const std::vector<Eigen::AlignedBox3f>& boxes) {
+float open_fraction(const reconstruct::PointLight& lamp, const Eigen::Vector3f& p,
+                    const std::vector<Eigen::AlignedBox3f>& boxes) {
   const Eigen::Vector3f axis = (lamp.position_m - p).normalized(), x = axis.unitOrthogonal(), y = axis.cross(x);
   constexpr int rays = 500;
   int open = 0;
@@ -117,11 +117,11 @@ TEST_P(ClosedLamp, PenumbraOfAWideLampIsItsHiddenShare) {
     int pixels = 0, half_shadow = 0;
     for_each_plane_pixel(scene, picture, [&](int u, int v, const Eigen::Vector3f& p, float, bool object) {
       if (object) return;
-      const double share = -picture.maps->delta.at(u, v) / scene.radiance(p), truth = 1 - free_share(lamp, p, boxes);
+      const double lost = -picture.maps->delta.at(u, v) / scene.radiance(p), truth = 1 - open_fraction(lamp, p, boxes);
       ++pixels;
       half_shadow += truth > 0.1 && truth < 0.9;
-      squares += (share - truth) * (share - truth);
-      if (truth == 0) worst_in_light = std::max(worst_in_light, share);
+      squares += (lost - truth) * (lost - truth);
+      if (truth == 0) worst_in_light = std::max(worst_in_light, lost);
     });
     EXPECT_GT(half_shadow, 100);
     EXPECT_LT(std::sqrt(squares / pixels), 0.02);

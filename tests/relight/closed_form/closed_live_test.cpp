@@ -99,14 +99,14 @@ TEST_P(ClosedLive, LampMapsHoldTheHiddenShareOfTheLamp) {
         hidden += (centre - p).cross(ray).norm() < radius && ray.dot(centre - p) > 0;
       }
       const double truth = static_cast<double>(hidden) / rays;
-      const double share = 1 - picture_radiance(picture, u, v) / scene.radiance(p);
-      squares += (share - truth) * (share - truth);
+      const double lost = 1 - picture_radiance(picture, u, v) / scene.radiance(p);
+      squares += (lost - truth) * (lost - truth);
       half_shadow += truth > 0.1 && truth < 0.9;
       ++pixels;
     }
   }
   EXPECT_GT(half_shadow, 100);
-  RecordProperty("rms_share", std::to_string(std::sqrt(squares / pixels)));
+  RecordProperty("rms_error", std::to_string(std::sqrt(squares / pixels)));
   EXPECT_LT(std::sqrt(squares / pixels), 0.02);
 }
 

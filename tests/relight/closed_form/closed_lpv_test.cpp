@@ -18,14 +18,14 @@ relight::Plan lpv_plan(int volume = 64, int bounces = 2) {
 }
 
 struct Floor {
-  double got = 0, want = 0, squares = 0, want_squares = 0, most = 0;
+  double got = 0, want = 0, squares = 0, want_squares = 0, max_off = 0;
   int count = 0;
   void add(double g, double w) {
     got += g;
     want += w;
     squares += (g - w) * (g - w);
     want_squares += w * w;
-    most = std::max(most, std::abs(g - w));
+    max_off = std::max(max_off, std::abs(g - w));
     ++count;
   }
   double error() const { return std::sqrt(squares / want_squares); }
@@ -74,7 +74,7 @@ TEST_P(ClosedLpv, FurnaceStaysEven) {
       if (picture.maps->mask.at(u, v) == 0) floor.add(picture.maps->delta.at(u, v) / 0.5, 0);
     }
   }
-  EXPECT_LT(floor.most, 0.003);
+  EXPECT_LT(floor.max_off, 0.003);
 }
 
 // Nearly black walls receive from a ball under a lamp the reflected flux (ρ Φ, Φ the lamp's flux on the ball).
@@ -102,18 +102,18 @@ TEST_P(ClosedLpv, NothingGetsThroughAWall) {
   scene.look_at_m = {0, -0.3f, 0.05f};
   scene.exhibit.objects = {sphere_object(0.09f, {0, 0, 0.1f}, 0)};
   const relight::RelitPicture picture = relit(scene, lpv_plan());
-  double most = 0;
+  double max_off = 0;
   int count = 0;
   for (int v = 0; v < scene.height; ++v) {
     for (int u = 0; u < scene.width; ++u) {
       const Eigen::Vector3f p = scene.on_plane(u, v);
       if (p.y() > -0.15f || p.y() < -0.4f || std::abs(p.x()) > 0.2f) continue;
-      most = std::max(most, std::abs(double{picture.maps->delta.at(u, v)}));
+      max_off = std::max(max_off, std::abs(double{picture.maps->delta.at(u, v)}));
       ++count;
     }
   }
   EXPECT_GT(count, 500);
-  EXPECT_LT(most, 0.002);  // of 0.5; without the wall it would be 0.1
+  EXPECT_LT(max_off, 0.002);  // of 0.5; without the wall it would be 0.1
 }
 
 // Doubling all light doubles all changes; everything comes from volumes that are filled once.
@@ -137,14 +137,14 @@ TEST_P(ClosedLpv, IsLinearInLightAndComputedOnce) {
     EXPECT_FALSE(runs_propagation(again));
     EXPECT_EQ(again.srgb.data, pictures.back().srgb.data);
   }
-  double most = 0, largest = 0;
+  double max_off = 0, largest = 0;
   for (std::size_t i = 0; i < pictures[0].maps->delta.data.size(); ++i) {
     const double one = pictures[0].maps->delta.data[i], two = pictures[1].maps->delta.data[i];
-    most = std::max(most, std::abs(two - 2 * one));
+    max_off = std::max(max_off, std::abs(two - 2 * one));
     largest = std::max(largest, std::abs(two));
   }
   EXPECT_GT(largest, 0.1);
-  EXPECT_LT(most, 0.002 * largest);
+  EXPECT_LT(max_off, 0.002 * largest);
 }
 
 ClosedScene ball_under_lamp() {

@@ -47,13 +47,13 @@ struct Varnish {
   /// W of a lamp of 1 W/sr that a ball sends back.
   double reflected_W(double radius_m, double distance_m) const {
     constexpr int kSteps = 10000;
-    const double ratio = distance_m / radius_m, most = 1 - std::sqrt(1 - 1 / (ratio * ratio));  // 1 - cos θ
+    const double ratio = distance_m / radius_m, cap = 1 - std::sqrt(1 - 1 / (ratio * ratio));  // 1 - cos θ
     double sum = 0;
     for (int i = 0; i < kSteps; ++i) {
-      const double below = most * (i + 0.5) / kSteps, sine2 = ratio * ratio * below * (2 - below);
+      const double below = cap * (i + 0.5) / kSteps, sine2 = ratio * ratio * below * (2 - below);
       sum += albedo(std::sqrt(std::max(1 - sine2, 0.0)));
     }
-    return 2 * kPi * most * sum / kSteps;
+    return 2 * kPi * cap * sum / kSteps;
   }
   relight::Material material() const { return {Eigen::Vector3f::Constant(static_cast<float>(body)), 0, 0.2f, 1}; }
 };
@@ -117,21 +117,21 @@ TEST_P(ClosedRoom, SealedRoomKeepsTheSkyOut) {
   for (const int volume : {32, 64}) {
     SCOPED_TRACE(volume);
     const relight::RelitPicture picture = relit(scene, careful_plan(volume, 2));
-    double most_on_ball = 0, most_on_walls = 0;
+    double max_on_ball = 0, max_on_walls = 0;
     int ball = 0;
     for (int v = 0; v < scene.height; ++v) {
       for (int u = 0; u < scene.width; ++u) {
         if (picture.maps->mask.at(u, v) == 1) {
           ++ball;
-          most_on_ball = std::max(most_on_ball, std::abs(picture_radiance(picture, u, v) - double{radiance}));
+          max_on_ball = std::max(max_on_ball, std::abs(picture_radiance(picture, u, v) - double{radiance}));
         } else {
-          most_on_walls = std::max(most_on_walls, std::abs(double{picture.maps->delta.at(u, v)}));
+          max_on_walls = std::max(max_on_walls, std::abs(double{picture.maps->delta.at(u, v)}));
         }
       }
     }
     EXPECT_GT(ball, 200);
-    EXPECT_LT(most_on_ball, 0.016 * sky);
-    EXPECT_LT(most_on_walls, 0.002 * sky);
+    EXPECT_LT(max_on_ball, 0.016 * sky);
+    EXPECT_LT(max_on_walls, 0.002 * sky);
   }
 }
 

@@ -214,12 +214,13 @@ TEST_P(ClosedUnseen, ASkyTakesNothingBack) {
     plan.method = method;
     const relight::RelitPicture open = scene.relit(relighter, plan);
     const relight::RelitPicture shut = relighter.relight(scene.frame(), closed, scene.exhibit, plan, true);
-    double most = 0;
+    double max_difference = 0;
     for (std::size_t i = 0; i < open.maps->delta.data.size(); ++i) {
       if (open.maps->mask.data[i / 3] > 0) continue;
-      most = std::max(most, std::abs(double{open.maps->delta.data[i]} - double{shut.maps->delta.data[i]}));
+      max_difference =
+          std::max(max_difference, std::abs(double{open.maps->delta.data[i]} - double{shut.maps->delta.data[i]}));
     }
-    EXPECT_LT(most, 0.02 * scene.sky) << method;
+    EXPECT_LT(max_difference, 0.02 * scene.sky) << method;
   }
 }
 

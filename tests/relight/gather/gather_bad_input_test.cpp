@@ -32,14 +32,14 @@ relight::RelitPicture relit(const ClosedScene& scene, int trace_scale = 2) {
 
 /// Largest relative deviation of a pixel from the furnace's light.
 double off_the_furnace(const relight::RelitPicture& picture) {
-  double most = 0;
+  double max_off = 0;
   for (int v = 0; v < picture.srgb.height; ++v) {
     for (int u = 0; u < picture.srgb.width; ++u) {
       if (picture.maps->mask.at(u, v) == 0 && picture.maps->depth_m.at(u, v) <= 0) continue;  // beyond the room
-      most = std::max(most, std::abs(picture_radiance(picture, u, v) / 0.5 - 1));
+      max_off = std::max(max_off, std::abs(picture_radiance(picture, u, v) / 0.5 - 1));
     }
   }
-  return most;
+  return max_off;
 }
 
 TEST(RaysBadInput, APerfectMirrorOfRoughnessZeroIsInvisibleInAFurnace) {

@@ -109,21 +109,21 @@ TEST(RaysClosed, SealedRoomKeepsItsLightAndTheSkyOut) {
   scene.eye_m = {0.3f, -0.33f, 0.2f};
   scene.look_at_m = {0, 0, 0};
   const relight::RelitPicture picture = relit(scene, rays_plan(1, 64));
-  double most_on_ball = 0, most_on_walls = 0;
+  double max_on_ball = 0, max_on_walls = 0;
   int ball = 0;
   for (int v = 0; v < scene.height; ++v) {
     for (int u = 0; u < scene.width; ++u) {
       if (picture.maps->mask.at(u, v) == 1) {
         ++ball;
-        most_on_ball = std::max(most_on_ball, std::abs(picture_radiance(picture, u, v) - double{radiance}));
+        max_on_ball = std::max(max_on_ball, std::abs(picture_radiance(picture, u, v) - double{radiance}));
       } else {
-        most_on_walls = std::max(most_on_walls, std::abs(double{picture.maps->delta.at(u, v)}));
+        max_on_walls = std::max(max_on_walls, std::abs(double{picture.maps->delta.at(u, v)}));
       }
     }
   }
   EXPECT_GT(ball, 200);
-  EXPECT_LT(most_on_ball, 0.003);  // half a code value is up to 0.002
-  EXPECT_LT(most_on_walls, 0.001);
+  EXPECT_LT(max_on_ball, 0.003);  // half a code value is up to 0.002
+  EXPECT_LT(max_on_walls, 0.001);
 }
 
 // An open box of infinitely thin triangles, white inside and outside, in a furnace: invisible.

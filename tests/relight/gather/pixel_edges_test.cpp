@@ -39,12 +39,12 @@ Seen two_planes(float slope, int moved_px = 0) {
       GBufferPixel p;
       p.known = true;
       p.w = Vector3f((static_cast<float>(u) - 63.5f) / 400, (static_cast<float>(v) - 47.5f) / 400, 1).normalized();
-      const bool on_right = u > 63, looks_right = u > 63 + moved_px;
+      const bool on_right = u > 63, appears_right = u > 63 + moved_px;
       const Vector3f& n = on_right ? right : left;
       p.depth_m = n.dot(edge) / n.dot(p.w);
       p.surface.position_m = p.depth_m * p.w;
       p.surface.normal = p.surface.face = n;
-      p.albedo.setConstant(looks_right ? 0.8f : 0.4f);
+      p.albedo.setConstant(appears_right ? 0.8f : 0.4f);
       seen.exact.push_back(p);
       const float x = p.surface.position_m.x(), turned = std::clamp(x / kRound_m, -1.0f, 1.0f);
       p.surface.normal = p.surface.face = ((1 - turned) * left + (1 + turned) * right).normalized();
@@ -54,7 +54,7 @@ Seen two_planes(float slope, int moved_px = 0) {
       p.albedo.setConstant(0.6f + 0.2f * turned);  // of what the picture shows, by vertices to both sides
       seen.rounded.push_back(p);
       seen.near_edge.push_back(std::abs(x) < kRound_m);
-      for (int c = 0; c < 3; ++c) seen.radiance.at(u, v, c) = looks_right ? 0.5f : 0.25f;
+      for (int c = 0; c < 3; ++c) seen.radiance.at(u, v, c) = appears_right ? 0.5f : 0.25f;
     }
   }
   return seen;

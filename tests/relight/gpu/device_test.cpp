@@ -208,7 +208,7 @@ TEST_P(DeviceLife, WhatIsTooLargeIsRefusedAndTheDeviceGoesOn) {
     EXPECT_EQ(much, "creating texture \"much\" (2048x2048x2048 rgba32_float): out of device memory");
   }
   const std::string buffer = error_of<GpuError>([&] { device->create_buffer(std::size_t{1} << 40, "tera"); });
-  EXPECT_EQ(buffer.find("buffer \"tera\" has 1099511627776 bytes; the most of "), 0u) << buffer;
+  EXPECT_EQ(buffer.find("buffer \"tera\" has 1099511627776 bytes; the maximum of "), 0u) << buffer;
 
   const auto small = device->create_texture({.name = "small", .width = 4, .height = 4, .format = Format::r32_float});
   EXPECT_EQ(values_of<float>(device->download(*small)), std::vector<float>(16, 0.0f));

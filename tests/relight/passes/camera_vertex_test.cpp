@@ -29,14 +29,14 @@ struct LensScene : ClosedScene {
 };
 
 /// Whether the ray intersects an object.
-using RayMeets = std::function<bool(const Vector3f& from, const Vector3f& w)>;
+using RayHits = std::function<bool(const Vector3f& from, const Vector3f& w)>;
 
 struct Compared {
   int inside = 0, outside = 0;  ///< number of pixels whose rays all hit objects, or all miss them
 };
 
 /// Checks the mask at pixels whose rays agree.
-Compared expect_as_rays(const LensScene& scene, const capture::Image<float>& mask, const RayMeets& meets) {
+Compared expect_as_rays(const LensScene& scene, const capture::Image<float>& mask, const RayHits& hits) {
   Compared compared;
   const Vector3f eye = scene.eye_m;
   for (int v = 0; v < scene.height; ++v) {
@@ -48,7 +48,7 @@ Compared expect_as_rays(const LensScene& scene, const capture::Image<float>& mas
           ADD_FAILURE() << "the lens shows the whole picture";
           return compared;
         }
-        met += meets(eye, (scene.T_tag_camera().linear() * *ray).cast<float>());
+        met += hits(eye, (scene.T_tag_camera().linear() * *ray).cast<float>());
       }
       if (met > 0 && met < 9) continue;
       EXPECT_EQ(mask.at(u, v), met > 0 ? 1 : 0) << u << ", " << v;

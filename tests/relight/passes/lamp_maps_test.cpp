@@ -49,21 +49,21 @@ TEST_P(LampMapsTest, BoundsHoldEveryTexelAndNoMore) {
     for (int block = 4; block <= 32; block *= 2) {
       for (int y = 0; y < kEdge; y += block) {
         for (int x = 0; x < kEdge; x += block, ++at) {
-          float least = 1, most = 0;
+          float nearest = 1, farthest = 0;
           for (int v = y; v < y + block; ++v) {
             for (int u = x; u < x + block; ++u) {
               const int column = static_cast<int>(view.place.x()) + u, row = static_cast<int>(view.place.y()) + v;
               const float d = depth[static_cast<std::size_t>(row * depths.desc().width + column)];
-              least = std::min(least, d);
-              most = std::max(most, d);
+              nearest = std::min(nearest, d);
+              farthest = std::max(farthest, d);
             }
           }
-          ASSERT_EQ(bounds[at] >> 16, static_cast<std::uint32_t>(std::floor(least * 65535)))
+          ASSERT_EQ(bounds[at] >> 16, static_cast<std::uint32_t>(std::floor(nearest * 65535)))
               << map << " " << block << " " << x << " " << y;
-          ASSERT_EQ(bounds[at] & 0xffff, static_cast<std::uint32_t>(std::ceil(most * 65535)))
+          ASSERT_EQ(bounds[at] & 0xffff, static_cast<std::uint32_t>(std::ceil(farthest * 65535)))
               << map << " " << block << " " << x << " " << y;
-          covered += most < 1;
-          empty += least == 1;
+          covered += farthest < 1;
+          empty += nearest == 1;
         }
       }
     }

@@ -176,11 +176,11 @@ TEST_P(LpvPropagation, TreatsAllAxesAlike) {
   const Volume source = some_sources(), light = carried(source, 60);
   for (const bool mirror : {false, true}) {
     const Volume got = carried(turned(source, mirror), 60), want = turned(light, mirror);
-    float most = 0;
+    float max_off = 0;
     for (std::size_t i = 0; i < got.cells.size(); ++i) {
-      most = std::max(most, (got.cells[i] - want.cells[i]).cwiseAbs().maxCoeff());
+      max_off = std::max(max_off, (got.cells[i] - want.cells[i]).cwiseAbs().maxCoeff());
     }
-    EXPECT_LT(most, 1e-4f);
+    EXPECT_LT(max_off, 1e-4f);
   }
 }
 
@@ -191,7 +191,7 @@ TEST_P(LpvPropagation, FallsOffWithTheSquareOfTheDistance) {
   Volume source;
   source.at({16, 16, 16}) << 100, 0, 0, 0;
   const Volume light = carried(source, 16);
-  double squares = 0, most = 0, away = 0;
+  double squares = 0, max_off = 0, away = 0;
   int count = 0;
   for (const Eigen::Vector3f& along : {Eigen::Vector3f(1, 0, 0), Eigen::Vector3f(1, 1, 0), Eigen::Vector3f(1, 1, 1),
                                        Eigen::Vector3f(2, 1, 0), Eigen::Vector3f(-1, 2, 2)}) {
@@ -200,13 +200,13 @@ TEST_P(LpvPropagation, FallsOffWithTheSquareOfTheDistance) {
       const float want = 100 / (4 * kPi * r * r);
       const double off = irradiance(light, p, -w) / want - 1;
       squares += off * off;
-      most = std::max(most, std::abs(off));
+      max_off = std::max(max_off, std::abs(off));
       away += irradiance(light, p, w) / want;
       ++count;
     }
   }
   EXPECT_LT(std::sqrt(squares / count), 0.4);
-  EXPECT_LT(most, 0.6);
+  EXPECT_LT(max_off, 0.6);
   EXPECT_LT(std::abs(away / count), 0.2);
 }
 

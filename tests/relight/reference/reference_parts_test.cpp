@@ -44,16 +44,16 @@ TEST(ReferenceBsdf, DensitiesSumToTheShareOfSamplesAboveTheSurface) {
   const float dw = 2 * relight::kPi / static_cast<float>(directions.size());
   for (const float roughness : {0.35f, 0.6f, 1.0f}) {
     SCOPED_TRACE(roughness);
-    const relight::BsdfParams look = relight::bsdf_params_of(relight::Rgb::Ones(), metal(1, roughness));
+    const relight::BsdfParams bsdf = relight::bsdf_params_of(relight::Rgb::Ones(), metal(1, roughness));
     double pdf = 0, albedo = 0, above = 0;
     for (const Vector3f& w : directions) {
-      pdf += relight::direction_pdf(look, v, w) * dw;
-      albedo += relight::reflected(look, v, w)[0] * w.z() * dw;
+      pdf += relight::direction_pdf(bsdf, v, w) * dw;
+      albedo += relight::reflected(bsdf, v, w)[0] * w.z() * dw;
     }
     constexpr int kCount = 1 << 14;
     for (std::uint32_t i = 0; i < kCount; ++i) {
       relight::Sampler sampler(0, 0, i);
-      above += relight::sample_direction(look, v, sampler).z() > 0 ? 1.0 / kCount : 0;
+      above += relight::sample_direction(bsdf, v, sampler).z() > 0 ? 1.0 / kCount : 0;
     }
     EXPECT_NEAR(pdf, above, 0.005);
     // A metal without absorption loses the light that would be reflected several times between microfacets.
@@ -65,12 +65,12 @@ TEST(ReferenceBsdf, DensitiesSumToTheShareOfSamplesAboveTheSurface) {
 TEST(ReferenceBsdf, SamplesHaveTheDensityTheyClaim) {
   const Vector3f v = Vector3f(-0.3f, 0.5f, 0.6f).normalized();
   const relight::Material glossy{{0.5f, 0.3f, 0.1f}, 0, 0.6f, 1};
-  const relight::BsdfParams look = relight::bsdf_params_of(relight::Rgb(0.5f, 0.3f, 0.1f), glossy);
+  const relight::BsdfParams bsdf = relight::bsdf_params_of(relight::Rgb(0.5f, 0.3f, 0.1f), glossy);
   const std::vector<Vector3f> directions = hemisphere(200);
   double albedo = 0, first_moment = 0;
   for (const Vector3f& w : directions) {
     const double brought =
-        relight::reflected(look, v, w)[0] * w.z() * 2 * relight::kPi / static_cast<double>(directions.size());
+        relight::reflected(bsdf, v, w)[0] * w.z() * 2 * relight::kPi / static_cast<double>(directions.size());
     albedo += brought;
     first_moment += brought * w.x();
   }
@@ -78,9 +78,9 @@ TEST(ReferenceBsdf, SamplesHaveTheDensityTheyClaim) {
   constexpr int kCount = 1 << 17;
   for (std::uint32_t i = 0; i < kCount; ++i) {
     relight::Sampler sampler(0, 0, i);
-    const Vector3f w = relight::sample_direction(look, v, sampler);
+    const Vector3f w = relight::sample_direction(bsdf, v, sampler);
     if (w.z() <= 0) continue;
-    const double brought = relight::reflected(look, v, w)[0] * w.z() / relight::direction_pdf(look, v, w) / kCount;
+    const double brought = relight::reflected(bsdf, v, w)[0] * w.z() / relight::direction_pdf(bsdf, v, w) / kCount;
     sampled += brought;
     sampled_moment += brought * w.x();
   }
@@ -92,11 +92,11 @@ TEST(ReferenceBsdf, ByHand) {
   // Roughness 0.5, v and w at 45° on either side, h = n: the mirror part of brdf.glsl, and light through the surface
   // twice.
   const relight::Material plastic{{0.5f, 0.3f, 0.1f}, 0, 0.5f, 0.8f};
-  const relight::BsdfParams look = relight::bsdf_params_of(relight::Rgb(0.5f, 0.3f, 0.1f), plastic);
+  const relight::BsdfParams bsdf = relight::bsdf_params_of(relight::Rgb(0.5f, 0.3f, 0.1f), plastic);
   const float s = std::sqrt(0.5f), a2 = 0.0625f;
   const float lambda = 0.5f * (std::sqrt(1 + a2) - 1), d = 1 / (relight::kPi * a2);
   const float f = 0.032f + (0.8f - 0.032f) * std::pow(1 - s, 5.0f), mirror = f * d / (1 + 2 * lambda) / (4 * s * s);
-  const relight::Rgb value = relight::reflected(look, {s, 0, s}, {-s, 0, s});
+  const relight::Rgb value = relight::reflected(bsdf, {s, 0, s}, {-s, 0, s});
   EXPECT_NEAR(value[0], 0.5f * (1 - f) * (1 - f) / relight::kPi + mirror, 1e-5f);
   EXPECT_NEAR(value[2], 0.1f * (1 - f) * (1 - f) / relight::kPi + mirror, 1e-5f);
 }
@@ -146,18 +146,18 @@ TEST(ReferenceMeshes, TexturesColoursAndSmoothNormals) {
   mesh.T_tag_model = Eigen::Translation3f(0, 0, 2) * Eigen::AngleAxisf(relight::kPi / 2, Vector3f::UnitX());
   const relight::Meshes meshes({mesh}, nullptr);
   // The quad is now in the plane y = 0, its own z axis towards -y.
-  const auto look_at = [&](float x, float from_y) {
+  const auto hit_at = [&](float x, float from_y) {
     const Vector3f w(0, from_y > 0 ? -1 : 1, 0);
     const auto hit = meshes.hit({x, from_y, 2.5f}, w, 10);
     EXPECT_TRUE(hit.has_value());
     return meshes.surface(*hit, w);
   };
-  const relight::SurfaceHit light = look_at(0.75f, -3), dark = look_at(0.25f, -3);
+  const relight::SurfaceHit light = hit_at(0.75f, -3), dark = hit_at(0.25f, -3);
   EXPECT_NEAR(light.bsdf.diffuse[0], 0.5f, 1e-3f);
   EXPECT_NEAR(light.bsdf.diffuse[2], 0.125f, 1e-3f);
   EXPECT_NEAR(dark.bsdf.diffuse[0], 0, 1e-3f);
   EXPECT_NEAR(light.normal.y(), -1, 1e-5f);
-  EXPECT_NEAR(look_at(0.75f, 3).normal.y(), 1, 1e-5f) << "seen from behind";
+  EXPECT_NEAR(hit_at(0.75f, 3).normal.y(), 1, 1e-5f) << "seen from behind";
   EXPECT_TRUE(meshes.blocked({0.5f, -1, 2.5f}, {0, 1, 0}, 1.5f));
   EXPECT_FALSE(meshes.blocked({0.5f, -1, 2.5f}, {0, 1, 0}, 0.5f));
 }

@@ -9,15 +9,15 @@ namespace lumigraft::relight {
 namespace {
 
 std::vector<float> by_trying_all(const std::vector<LatticePoint>& points, const Eigen::Vector3i& size,
-                                 const Eigen::Vector3f& low_m, float cell_m, float most_m) {
+                                 const Eigen::Vector3f& low_m, float cell_m, float max_m) {
   std::vector<float> distances;
   for (int z = 0; z < size.z(); ++z) {
     for (int y = 0; y < size.y(); ++y) {
       for (int x = 0; x < size.x(); ++x) {
         const Eigen::Vector3f middle = low_m + cell_m * Eigen::Vector3f(x + 0.5f, y + 0.5f, z + 0.5f);
-        float least = most_m;
-        for (const LatticePoint& p : points) least = std::min(least, (p.position_m - middle).norm());
-        distances.push_back(least);
+        float nearest = max_m;
+        for (const LatticePoint& p : points) nearest = std::min(nearest, (p.position_m - middle).norm());
+        distances.push_back(nearest);
       }
     }
   }

@@ -44,9 +44,9 @@ TEST(LampEmitter, APanelShinesAsTheSceneSaysHoweverTheProbeSeesIt) {
     SCOPED_TRACE(cosine);
     reconstruct::PointLight panel = lamp_at({0.5f, -0.2f, 1.1f}, 0.1f, 2);
     panel.direction = (panel.position_m - probe_m).normalized();
-    const Eigen::Vector3f beside = panel.direction.unitOrthogonal();
+    const Eigen::Vector3f across = panel.direction.unitOrthogonal();
     panel.flat = true;
-    panel.normal = -cosine * panel.direction + std::sqrt(1 - cosine * cosine) * beside;
+    panel.normal = -cosine * panel.direction + std::sqrt(1 - cosine * cosine) * across;
     const Lamps lamps = lamps_of(panel, probe_m);
     for (const float turn : {0.0f, 0.7f, 1.4f, 3.0f}) {
       const Eigen::Vector3f towards = std::cos(turn) * panel.normal + std::sin(turn) * panel.normal.unitOrthogonal();

@@ -41,8 +41,8 @@ TEST(BenchFlip, GreenAgainstBlueIsTheMost) { EXPECT_NEAR(mean_flip(plain({0, 1, 
 // L*a*b* (87.735, -86.182, 83.180) and (32.297, 79.187, -107.860), chroma times 0.01 L*).
 TEST(BenchFlip, BlackAgainstWhiteByHand) {
   const double a = -0.87735 * 86.182 - 0.32297 * 79.187, b = 0.87735 * 83.180 + 0.32297 * 107.860;
-  const double most = std::pow(87.735 - 32.297 + std::hypot(a, b), 0.7);
-  const double expected = 0.95 + (std::pow(100.0, 0.7) - 0.4 * most) / (0.6 * most) * 0.05;
+  const double max_distance = std::pow(87.735 - 32.297 + std::hypot(a, b), 0.7);
+  const double expected = 0.95 + (std::pow(100.0, 0.7) - 0.4 * max_distance) / (0.6 * max_distance) * 0.05;
   EXPECT_NEAR(mean_flip(plain({0, 0, 0}), plain({1, 1, 1})), expected, 1e-4);
 }
 

@@ -175,10 +175,10 @@ class CalibrateRig : public Calibrate {
     small.cy = 157.7;
     return small;
   }
-  static Eigen::Isometry3d fisheye_beside_color() {
+  static Eigen::Isometry3d true_T_fisheye_color() {
     return Eigen::Translation3d(0.04, -0.02, 0.01) * Eigen::AngleAxisd(0.06, Eigen::Vector3d(0.2, 1, 0).normalized());
   }
-  static Eigen::Isometry3d color_beside_depth() {
+  static Eigen::Isometry3d true_T_color_depth() {
     return Eigen::Translation3d(0.03, 0.002, 0.001) * Eigen::AngleAxisd(0.02, Eigen::Vector3d(1, 0.3, 0).normalized());
   }
   /// Writes a picture list; `lines` writes its entries.
@@ -206,7 +206,7 @@ TEST_F(CalibrateRig, EverythingIsFoundAndTheFileIsTaken) {
   std::filesystem::create_directories(folder_ / "depth");
   const capture::Image<float> gain = capture::vignetting_gain(kFalloff, fisheye());
   const auto through_fisheye = [&](const Eigen::Isometry3d& pose, unsigned seed) {
-    capture::Image<float> light = before_fisheye.light(fisheye_beside_color() * pose, {.electrons = 0});
+    capture::Image<float> light = before_fisheye.light(true_T_fisheye_color() * pose, {.electrons = 0});
     for (std::size_t i = 0; i < light.data.size(); ++i) light.data[i] *= 0.9f / gain.data[i];
     test::sense(light, {.blur_px = 0, .seed = seed});
     return test::encoded(light).encoded;
@@ -228,7 +228,7 @@ TEST_F(CalibrateRig, EverythingIsFoundAndTheFileIsTaken) {
     std::mt19937 random(9);
     std::normal_distribution<double> gauss(0, 0.0015);
     for (int i = 0; i < 12; ++i) {
-      const Eigen::Isometry3d T_board_depth = poses[static_cast<std::size_t>(i)].inverse() * color_beside_depth();
+      const Eigen::Isometry3d T_board_depth = poses[static_cast<std::size_t>(i)].inverse() * true_T_color_depth();
       const Eigen::Vector2d half = 0.5 * board.extent_m() + Eigen::Vector2d::Constant(0.5 * board.size_m);
       capture::Image<std::uint16_t> counts(320, 240, 1);
       for (int v = 0; v < 240; ++v)
@@ -273,7 +273,7 @@ TEST_F(CalibrateRig, EverythingIsFoundAndTheFileIsTaken) {
     EXPECT_NEAR(found.fisheye->vignetting.transmission(degrees * test::kTestDegree),
                 kFalloff.transmission(degrees * test::kTestDegree), 0.02)
         << report.str();
-  const Eigen::Isometry3d off = found.depth->T_color_depth * color_beside_depth().inverse();
+  const Eigen::Isometry3d off = found.depth->T_color_depth * true_T_color_depth().inverse();
   EXPECT_LT(off.translation().norm(), 0.003) << report.str();
   EXPECT_LT(Eigen::AngleAxisd(off.linear()).angle(), 0.3 * test::kTestDegree) << report.str();
   EXPECT_NE(report.str().find("depth to colour: 12 views"), std::string::npos) << report.str();

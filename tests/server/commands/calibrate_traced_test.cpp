@@ -20,7 +20,7 @@ using namespace test;
 constexpr capture::Vignetting kFalloff{{-0.24, 0.02, -0.022}};
 constexpr int kSamples = 6;
 
-Eigen::Isometry3d fisheye_beside_color() {
+Eigen::Isometry3d true_T_fisheye_color() {
   return Eigen::Translation3d(0.05, -0.03, 0.02) * Eigen::AngleAxisd(0.7, Eigen::Vector3d(0.3, 1, -0.2).normalized());
 }
 
@@ -37,7 +37,7 @@ struct Traced {
   Traced() {
     const reconstruct::BoardFinder finder(test_board());
     const BoardTracer before_color(test_board(), distorted_pinhole(), Eigen::Isometry3d::Identity());
-    const BoardTracer before_fisheye(test_board(), test_fisheye(), fisheye_beside_color(), kFalloff);
+    const BoardTracer before_fisheye(test_board(), test_fisheye(), true_T_fisheye_color(), kFalloff);
     BoardSensor sensor;
     for (const Eigen::Isometry3d& pose : pinhole_poses(12)) {
       color.push_back(board_picture(finder, before_color.picture(pose, kSamples, sensor)));
@@ -47,7 +47,7 @@ struct Traced {
     for (const Eigen::Isometry3d& pose : fisheye_poses()) {
       color.emplace_back();
       fisheye.push_back(
-          board_picture(finder, before_fisheye.picture(fisheye_beside_color().inverse() * pose, kSamples, sensor)));
+          board_picture(finder, before_fisheye.picture(true_T_fisheye_color().inverse() * pose, kSamples, sensor)));
       ++sensor.seed;
     }
   }
@@ -99,9 +99,9 @@ TEST(CalibrateTraced, LensesPlacesAndFalloff) {
   const reconstruct::ExtrinsicsCalibration extrinsics =
       reconstruct::calibrate_extrinsics(first.model, second.model, views_of(color), views_of(fisheye));
   EXPECT_EQ(extrinsics.refusal, "");
-  const Eigen::Vector3d shift = extrinsics.T_second_first.translation() - fisheye_beside_color().translation();
+  const Eigen::Vector3d shift = extrinsics.T_second_first.translation() - true_T_fisheye_color().translation();
   const Eigen::AngleAxisd turn(
-      Eigen::Matrix3d(extrinsics.T_second_first.linear() * fisheye_beside_color().linear().transpose()));
+      Eigen::Matrix3d(extrinsics.T_second_first.linear() * true_T_fisheye_color().linear().transpose()));
   const Eigen::Vector3d turned = turn.angle() * turn.axis();
   std::printf("stand, %d moments: %.3f mm, %.4f°; in sigmas: shift %.1f %.1f %.1f, turn %.1f %.1f %.1f\n",
               extrinsics.moments, 1e3 * shift.norm(), turn.angle() / kTestDegree,
@@ -136,10 +136,10 @@ double knee(double x) {
   return (1 - std::exp(-2.2 * y)) / (1 - std::exp(-2.2));
 }
 
-capture::Image<float> middle_of(const capture::Image<float>& whole) {
-  capture::Image<float> out(whole.width / 2, whole.height / 2, 1);
+capture::Image<float> middle_of(const capture::Image<float>& image) {
+  capture::Image<float> out(image.width / 2, image.height / 2, 1);
   for (int y = 0; y < out.height; ++y)
-    for (int x = 0; x < out.width; ++x) out.at(x, y) = whole.at(x + whole.width / 4, y + whole.height / 4);
+    for (int x = 0; x < out.width; ++x) out.at(x, y) = image.at(x + image.width / 4, y + image.height / 4);
   return out;
 }
 

@@ -23,7 +23,7 @@ using Clock = std::chrono::steady_clock;
 namespace fs = std::filesystem;
 
 /// Number of complete clusters of a Matroska file; each holds a picture.
-int whole_pictures(const fs::path& file) {
+int complete_frames(const fs::path& file) {
   std::ifstream in(file, std::ios::binary);
   const std::string bytes((std::istreambuf_iterator<char>(in)), {});
   const std::string id = "\x1F\x43\xB6\x75";
@@ -49,7 +49,7 @@ int whole_pictures(const fs::path& file) {
 }
 
 /// Whether the picture equals one of the device's pictures, byte for byte.
-bool is_whole(const capture::SourceItem& item) {
+bool is_complete(const capture::SourceItem& item) {
   const auto* color = std::get_if<capture::Picture>(&item);
   const auto* depth = std::get_if<capture::RawDepth>(&item);
   if (color == nullptr && depth == nullptr) {
@@ -95,19 +95,20 @@ class KilledRecorder : public test::ScratchFolder {
   /// session's text does not list yet.
   static std::array<int, 2> play(const fs::path& session) {
     std::array<int, 2> count{};
-    const std::array<int, 2> whole = {whole_pictures(session / "color.mkv"), whole_pictures(session / "depth.mkv")};
+    const std::array<int, 2> complete = {complete_frames(session / "color.mkv"),
+                                         complete_frames(session / "depth.mkv")};
     if (!fs::exists(session / "session.toml")) {
-      EXPECT_LE(whole[0], 1);
+      EXPECT_LE(complete[0], 1);
       return count;
     }
     const capture::PairedSources sources =
         capture::open_sources(capture::read_session(capture::ConfigTable::load(session / "session.toml")));
     for (const auto& [source, i] : {std::pair(sources.color, 0), std::pair(sources.depth, 1)}) {
       while (const auto item = source ? source->next(0ms) : std::nullopt) {
-        EXPECT_TRUE(is_whole(*item)) << "picture " << count[i];
+        EXPECT_TRUE(is_complete(*item)) << "picture " << count[i];
         ++count[i];
       }
-      EXPECT_TRUE(count[i] == whole[i] || (!source && whole[i] <= 1)) << count[i] << " of " << whole[i];
+      EXPECT_TRUE(count[i] == complete[i] || (!source && complete[i] <= 1)) << count[i] << " of " << complete[i];
     }
     return count;
   }
@@ -164,7 +165,7 @@ TEST_F(KilledRecorder, ItsGigeCameraIsTheNextProgramsSoon) {
     program.signal(SIGKILL);
     EXPECT_EQ(program.wait(), -SIGKILL) << program.stderr_text();
     EXPECT_EQ(program.stderr_text().find("gives no pictures"), std::string::npos) << program.stderr_text();
-    EXPECT_GT(whole_pictures(out / "color.mkv"), 0);
+    EXPECT_GT(complete_frames(out / "color.mkv"), 0);
   }
 }
 

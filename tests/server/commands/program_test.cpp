@@ -58,8 +58,8 @@ TEST(Program, ReplayWritesEveryFrameAndReplacesAnEarlierReplay) {
   std::filesystem::create_directories(out);
   std::ofstream(out / "frame_000099.png") << "of an earlier replay";
   std::ofstream(out / "notes.txt") << "somebody's";
-  const std::string whole = tiny.read("color/000001.png");
-  tiny.write("color/000001.png", whole.substr(0, whole.size() / 2));
+  const std::string intact = tiny.read("color/000001.png");
+  tiny.write("color/000001.png", intact.substr(0, intact.size() / 2));
   Program program(tiny.folder, small({"replay", tiny.folder, "--out", out}));
   EXPECT_EQ(program.wait(), 0) << program.stderr_text();
   EXPECT_TRUE(std::filesystem::exists(out / "frame_000000.png"));

@@ -64,8 +64,8 @@ TEST(Record, EndsAfterItsSeconds) {
 
 TEST(Record, CountsWhatWasLost) {
   const TinySession tiny("record-lost");
-  const std::string whole = tiny.read("color/000001.png");
-  tiny.write("color/000001.png", whole.substr(0, whole.size() / 2));
+  const std::string intact = tiny.read("color/000001.png");
+  tiny.write("color/000001.png", intact.substr(0, intact.size() / 2));
   std::ostringstream report;
   run_record(command(tiny.folder, tiny.folder / "out"), false, report);
   EXPECT_NE(report.str().find("colour: 2 pictures, 1 lost"), std::string::npos) << report.str();

@@ -52,9 +52,10 @@ std::vector<FrameRecord> replayed(
 
 int farthest_apart(const capture::Image<std::uint8_t>& a, const capture::Image<std::uint8_t>& b) {
   if (a.data.size() != b.data.size()) return 256;
-  int most = 0;
-  for (std::size_t i = 0; i < a.data.size(); ++i) most = std::max(most, std::abs(a.data[i] - b.data[i]));
-  return most;
+  int max_difference = 0;
+  for (std::size_t i = 0; i < a.data.size(); ++i)
+    max_difference = std::max(max_difference, std::abs(a.data[i] - b.data[i]));
+  return max_difference;
 }
 
 // A lost device does not change the images of a replay, only its records; but a pixel value may be rounded differently,
@@ -70,9 +71,9 @@ TEST_P(LockStepOn, ALostDeviceCostsNoPicture) {
   for (std::size_t i = 0; i < kFrames; ++i) {
     EXPECT_FALSE(got[i].picture.passes.empty()) << "nothing was drawn";
     EXPECT_LE(farthest_apart(got[i].picture.srgb, wanted[i].picture.srgb), 1) << i;
-    const bool told = std::any_of(got[i].warnings.begin(), got[i].warnings.end(),
-                                  [](const std::string& w) { return w.find("the GPU was lost") == 0; });
-    EXPECT_EQ(told, i == 1) << i;
+    const bool warned = std::any_of(got[i].warnings.begin(), got[i].warnings.end(),
+                                    [](const std::string& w) { return w.find("the GPU was lost") == 0; });
+    EXPECT_EQ(warned, i == 1) << i;
   }
 }
 

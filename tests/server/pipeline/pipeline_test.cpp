@@ -109,12 +109,12 @@ TEST(Pipeline, LightGoesOnWhileDrawingIsSlow) {
     return {capture::seekable_frames(capture::open_sources(input.session)), nullptr};
   };
   std::promise<void> goes_on;
-  const std::shared_future<void> told = goes_on.get_future();
+  const std::shared_future<void> resumed = goes_on.get_future();
   std::atomic<bool> waits = false;
   const auto make_device = [&, made = 0]() mutable {
     if (made++ > 0) {
       waits = true;
-      told.wait();
+      resumed.wait();
     }
     return relight::gpu::create_device(kBackend, {});
   };

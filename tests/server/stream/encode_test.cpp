@@ -14,7 +14,7 @@ extern "C" {
 namespace lumigraft::server {
 namespace {
 
-constexpr double kLeastPsnr_dB = 34;  // for 4:2:0 at the stream's quality, on a smooth picture with an edge
+constexpr double kMinPsnr_dB = 34;  // for 4:2:0 at the stream's quality, on a smooth picture with an edge
 
 capture::Image<std::uint8_t> scene(int width, int height, int shift) {
   capture::Image<std::uint8_t> image(width, height, 3);
@@ -87,7 +87,7 @@ TEST(H264, EveryPictureComesOutAtOnceAndLooksLikeWhatWentIn) {
     EXPECT_EQ(unit.key, i == 0);
     const capture::Image<std::uint8_t> out = decoder.decode(unit.bytes);
     ASSERT_EQ(out.width, 160) << "picture " << i << " is held back";
-    EXPECT_GT(psnr_dB(in, out), kLeastPsnr_dB) << i;
+    EXPECT_GT(psnr_dB(in, out), kMinPsnr_dB) << i;
   }
   EXPECT_EQ(encoder.codec_string().rfind("avc1.42", 0), 0u) << encoder.codec_string();
   EXPECT_EQ(encoder.codec_string().size(), 11u);
@@ -99,7 +99,7 @@ TEST(H264, AViewerCanBeginAtAnyKeyPicture) {
   encoder.encode(scene(160, 120, 5), 33'000'000, false);
   const H264Encoder::AccessUnit asked = encoder.encode(scene(160, 120, 9), 66'000'000, true);
   EXPECT_TRUE(asked.key);
-  EXPECT_GT(psnr_dB(scene(160, 120, 9), H264Decoder().decode(asked.bytes)), kLeastPsnr_dB);
+  EXPECT_GT(psnr_dB(scene(160, 120, 9), H264Decoder().decode(asked.bytes)), kMinPsnr_dB);
   EXPECT_FALSE(encoder.encode(scene(160, 120, 9), 2'000'000'000, false).key);
   EXPECT_TRUE(encoder.encode(scene(160, 120, 9), 2'070'000'000, false).key) << "2 s after the last";
 }
@@ -118,7 +118,7 @@ TEST(Jpeg, LooksLikeWhatWentIn) {
   const tjhandle decoder = tjInitDecompress();
   ASSERT_EQ(tjDecompress2(decoder, file.data(), file.size(), out.data.data(), 160, 480, 120, TJPF_RGB, 0), 0);
   tjDestroy(decoder);
-  EXPECT_GT(psnr_dB(in, out), kLeastPsnr_dB);
+  EXPECT_GT(psnr_dB(in, out), kMinPsnr_dB);
 }
 
 TEST(EncodeStage, MakesOnlyWhatIsWantedAndFewKeysOnDemand) {

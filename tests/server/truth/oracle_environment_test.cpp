@@ -123,9 +123,9 @@ TEST_F(SunAndSky, ATrueFisheyePictureHoldsTheSun) {
 TEST_F(SunAndSky, ASunThatAFileCannotHoldIsAsStrongAsInTheEnvironment) {
   shine(reconstruct::towards(50, 20), 6);
   capture::Image<float> picture = seen();
-  const float most = *std::max_element(picture.data.begin(), picture.data.end());
+  const float max_value = *std::max_element(picture.data.begin(), picture.data.end());
   for (float& value : picture.data) {
-    if (value > 0.3f * most) value = std::numeric_limits<float>::infinity();
+    if (value > 0.3f * max_value) value = std::numeric_limits<float>::infinity();
   }
   capture::write_exr(folder_ / "truth/000000/fisheye.exr", picture);
   expect_sun(*light());
