@@ -77,7 +77,7 @@ std::shared_ptr<Source> open_source(const Wanted& w, std::vector<StreamSpec> spe
 void check_settings(const Wanted& w) {
   const CameraSettings& s = w.spec.settings;
   const auto refuse = [&w](const std::string& key) {
-    throw InputError(w.key + "." + key + ": found it beside openni2:, allowed: gain, rate_hz, controls.exposure");
+    throw InputError(w.key + "." + key + ": found it with openni2:, allowed: gain, rate_hz, controls.exposure");
   };
   if (w.openni() && s.pixel_format) {
     refuse("pixel_format");
@@ -91,17 +91,16 @@ void check_settings(const Wanted& w) {
     }
   }
   if (!s.bracket_us.empty() && w.uri.kind != "v4l2") {
-    throw InputError(w.key + ".bracket_us: found it beside " + w.uri.kind + ":, allowed: v4l2:");
+    throw InputError(w.key + ".bracket_us: found it with " + w.uri.kind + ":, allowed: v4l2:");
   }
 }
 
 void check(const std::vector<Wanted>& all) {
   for (const Wanted& w : all) {
     if (w.live() != all.front().live()) {
-      throw InputError(
-          w.key + ".source: found a " + (w.live() ? "device" : "recording") + " beside a " +
-          (w.live() ? "recording" : "device") +
-          " for colour, allowed: all devices or all recordings, since their clocks have nothing in common");
+      throw InputError(w.key + ".source: found a " + (w.live() ? "device" : "recording") + " with a " +
+                       (w.live() ? "recording" : "device") +
+                       " for colour, allowed: all devices or all recordings, since their clocks are unrelated");
     }
     const bool fisheye = w.spec.stream == Stream::fisheye;
     if (w.spec.stream == Stream::depth && w.live() && !w.openni()) {

@@ -21,7 +21,7 @@ std::string rounded(float value) {
 std::optional<std::string> left_out(const VirtualObject& object) {
   const std::size_t n = object.model ? object.model->unusable_triangles : 0;
   if (n == 0) return std::nullopt;
-  return quoted(object) + ": " + std::to_string(n) + " triangles without area or place are left out";
+  return quoted(object) + ": " + std::to_string(n) + " triangles without area or finite position are omitted";
 }
 
 std::vector<std::string> quality_warnings(const Exhibit& exhibit, const std::vector<PlacedObject>& objects,
@@ -33,21 +33,22 @@ std::vector<std::string> quality_warnings(const Exhibit& exhibit, const std::vec
     if (!object.model || !object.visible) continue;
     const Eigen::AlignedBox3f& box = objects.at(i).bounds.box;
     if (const std::string& why = objects.at(i++).stored->why_simple; !why.empty()) {
-      lines.push_back(quoted(object) + " is drawn with fewer triangles: " + why);
+      lines.push_back(quoted(object) + " is rendered with fewer triangles: " + why);
     }
     if (const auto line = left_out(object)) lines.push_back(*line);
     const float voxels = box.sizes().maxCoeff() / placement.cascade[0].w();
     if (voxels < kMinVoxels) {
       lines.push_back(quoted(object) + " is " + rounded(voxels) +
-                      " voxels long, because objects are far apart: its light on what is near it is coarse");
+                      " voxels long, because objects are far apart: its light on nearby surfaces is coarse");
     }
     if (box.contains(eye_m)) {
-      lines.push_back("the camera is within the bounds of " + quoted(object) + ": what is nearer than 2 cm is cut");
+      lines.push_back("the camera is within the bounds of " + quoted(object) +
+                      ": surfaces nearer than 2 cm are not rendered");
     }
     for (const reconstruct::PointLight& lamp : scene.illumination->lights) {
       if (!lamp.distance_known || !box.contains(lamp.position_m)) continue;
       lines.push_back("lamp " + std::to_string(lamp.id) + " is within the bounds of " + quoted(object) +
-                      ": shadows of its light come from voxels");
+                      ": shadows of its light are computed from voxels");
     }
   }
   return lines;

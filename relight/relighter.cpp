@@ -105,9 +105,9 @@ struct Relighter::State {
         widest_tangent(lens_tangent(session.color.model)) {
     for (const capture::RealSurface& surface : session.real_surfaces) {
       if (known_surfaces.size() == shader::kMaxSurfaces) {
-        too_many_surfaces = std::to_string(session.real_surfaces.size()) + " [[real_surface]] are named and " +
-                            std::to_string(shader::kMaxSurfaces) + " are drawn: from \"" + surface.name +
-                            "\" on they look matt";
+        too_many_surfaces = std::to_string(session.real_surfaces.size()) +
+                            " [[real_surface]] are configured, allowed: " + std::to_string(shader::kMaxSurfaces) +
+                            "; from \"" + surface.name + "\" on they are rendered as matt";
         break;
       }
       const std::shared_ptr<const Model> model = load_model(surface.mesh, 'z');
@@ -160,8 +160,8 @@ struct Relighter::State {
       }
     }
     if (plan.volume < wanted) {
-      warnings->push_back("relight: plan.volume " + std::to_string(wanted) + " is too much (" + why_not_more + "), " +
-                          std::to_string(plan.volume) + " is taken");
+      warnings->push_back("relight: plan.volume " + std::to_string(wanted) + " is too large (" + why_not_more + "), " +
+                          std::to_string(plan.volume) + " is used");
     }
     return plan;
   }
@@ -340,8 +340,7 @@ RelitPicture Relighter::relight(const capture::FrameSet& frame, const reconstruc
   result.passes = std::move(light.passes);
   if (!s.light.why_no_rounds().empty()) {
     result.warnings.push_back(
-        "relight: indirect light is gathered at once when anything moves, since there is no room "
-        "for two of it (" +
+        "relight: updates of indirect light are not spread over frames: device memory is too small (" +
         s.light.why_no_rounds() + ")");
   }
   s.bricks.describe(params);

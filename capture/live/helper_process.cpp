@@ -50,11 +50,11 @@ std::string HelperProcess::exit_reason() {
   for (int waited_ms = 0; waited_ms < kLiveParameters.helper_exit.count(); ++waited_ms) {
     if (waitpid(id_, &status, WNOHANG) == id_) {
       id_ = -1;
-      return WIFSIGNALED(status) ? strsignal(WTERMSIG(status)) : WEXITSTATUS(status) != 0 ? "it ends the program" : "";
+      return WIFSIGNALED(status) ? strsignal(WTERMSIG(status)) : WEXITSTATUS(status) != 0 ? "it failed" : "";
     }
     std::this_thread::sleep_for(1ms);
   }
-  return "it closed its descriptor and goes on";
+  return "it closed its descriptor but still runs";
 }
 
 }  // namespace lumigraft::capture

@@ -115,14 +115,15 @@ void LiveSource::read_frames(const std::stop_token& stop) {
       accept(std::move(*item));
     } else if (device_->finished()) {
       const std::string reason = device_->fault();
-      set_fault((reason.empty() ? "the camera is gone" : reason) + ", it is looked for again");
+      set_fault((reason.empty() ? "the camera is disconnected" : reason) + ", it is searched for again");
       return;
     }
     Clock::time_point oldest = Clock::time_point::max();
     for (const auto& time : last) oldest = std::min(oldest, time.value_or(Clock::time_point::max()));
     if (Clock::now() - (oldest == Clock::time_point::max() ? opened : oldest) > patience_.silence) {
-      set_fault((lost.empty() ? "the camera gives no pictures" : "the camera gives no whole pictures (" + lost + ")") +
-                ", it is opened again");
+      set_fault(
+          (lost.empty() ? "the camera delivers no frames" : "the camera delivers no complete frames (" + lost + ")") +
+          ", it is opened again");
       return;
     }
   }

@@ -65,7 +65,7 @@ class OniSource::Reader {
     pipe_.close_write_end();
     OniMessage opened;
     if (!receive({reinterpret_cast<std::uint8_t*>(&opened), sizeof opened})) {
-      throw InputError(file + ": found a recording that OpenNI2 does not survive reading: " + exit_reason());
+      throw InputError(file + ": found a recording that crashes OpenNI2: " + exit_reason());
     }
     if (opened.kind != OniMessage::Kind::opened) {
       opened.text.back() = '\0';
@@ -121,7 +121,7 @@ class OniSource::Reader {
     finished_ = true;
     const std::string why = exit_reason();
     if (why.empty()) return std::nullopt;
-    fault_ = "OpenNI2 does not survive reading the rest of the recording: " + why;
+    fault_ = "OpenNI2 crashes while reading the rest of the recording: " + why;
     return LostPicture{{last_.time_ns, steady_now_ns(), last_.sequence + 1}, last_stream_, fault_};
   }
 

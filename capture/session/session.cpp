@@ -118,7 +118,7 @@ CameraSettings read_settings(const ConfigTable& table) {
   if (table.has("input")) {
     const std::string source = table.text("source");
     if (const auto uri = parse_source(source); !uri || uri->kind != "v4l2") {
-      table.fail("input", "found it beside \"" + source + "\", allowed: with a source of v4l2:");
+      table.fail("input", "found it with \"" + source + "\", allowed: with a source of v4l2:");
     }
     settings.input = table.text("input");
   }
@@ -176,7 +176,8 @@ ConfigTable lens_table(const ConfigTable& camera, const Size& size, const std::o
   for (const std::string& key : camera.keys()) {
     const bool of_the_lens = key == "f" || (lens->has(key) && key != "width" && key != "height" && key != "serial");
     if (of_the_lens) {
-      camera.fail(key, "found beside " + lens->file().string() + ", which says what the lens is, allowed: without it");
+      camera.fail(key,
+                  "found together with " + lens->file().string() + ", which defines the lens, allowed: without it");
     }
   }
   return *lens;
@@ -254,7 +255,7 @@ FisheyeCamera read_fisheye(const ConfigTable& table, const ConfigTable& lens) {
       }
     }
     if (!camera.settings.exposure_us) {
-      table.fail("bracket_us", "found no exposure_us beside it, allowed: the one that `exposure` holds for");
+      table.fail("bracket_us", "found no exposure_us with it, allowed: the exposure time that `exposure` refers to");
     }
   }
   return camera;

@@ -88,7 +88,7 @@ std::string distance_warning(const std::vector<PointLight>& lights) {
       std::count_if(lights.begin(), lights.end(), [](const PointLight& l) { return !l.distance_known; });
   if (unknown == 0) return "";
   return std::to_string(unknown) + (unknown == 1 ? " lamp is" : " lamps are") +
-         " taken as infinitely far: the room's shading does not tell the distance";
+         " treated as infinitely distant: the room's shading does not determine the distance";
 }
 
 std::string power_warning(const std::vector<PointLight>& lights) {
@@ -97,15 +97,15 @@ std::string power_warning(const std::vector<PointLight>& lights) {
   });
   if (guessed == 0) return "";
   return "the power of " + std::to_string(guessed) + (guessed == 1 ? " clipped lamp" : " clipped lamps") +
-         " is a guess: neither white paper nor shadows tell it, and surfaces may be lighter or darker than found";
+         " is a guess: neither white paper nor shadows determine it, and albedo may be higher or lower than estimated";
 }
 
 std::string beam_warning(const std::vector<LampEstimate>& estimates) {
   const auto beams =
       std::count_if(estimates.begin(), estimates.end(), [](const LampEstimate& estimate) { return estimate.beam; });
   if (beams == 0) return "";
-  return std::to_string(beams) + (beams == 1 ? " lamp sends a beam: it is" : " lamps send beams: they are") +
-         " drawn as a panel, and may stand farther away; a tag on it would tell";
+  return std::to_string(beams) + (beams == 1 ? " lamp emits a beam: it is" : " lamps emit beams: they are") +
+         " rendered as a panel and may be farther away; a tag on it would determine its distance";
 }
 
 /// Absolute change of the environment over its sum.
@@ -120,13 +120,13 @@ float environment_change(const EnvironmentMap& now, const EnvironmentMap& before
 }
 
 constexpr const char* kNoSurface =
-    "no surface of the room is known: the depth pictures hold no measurements, or none within reach";
+    "no surface of the room is known: the depth frames contain no measurements, or none within range";
 
 std::string extrinsics_warning(const ExtrinsicsError& error) {
   char line[160];
   std::snprintf(line, sizeof line,
-                "the fish-eye does not stand as T_tag_fisheye says: turned by about %.0f degrees and moved by about "
-                "%.0f cm it would see what the colour camera saw",
+                "T_tag_fisheye is wrong: rotated by about %.0f degrees and moved by about %.0f cm the fish-eye would "
+                "agree with the colour camera",
                 error.turn_degrees, 100 * error.shift_m);
   return line;
 }

@@ -34,12 +34,12 @@ std::string rejection_reason(const CameraCalibration& c) {
     return "no lens explains the views: is the board flat, and rows, columns, size_m and spacing_m as printed?";
   if (c.outliers > kMaxOutliers * c.corners)
     return text(
-        "residual: found %.0f %% of the corners where no lens puts them, allowed: at most %.0f %%; is the board "
+        "residual: found %.0f %% of the corners to be outliers, allowed: at most %.0f %%; is the board "
         "flat, and rows, columns, size_m and spacing_m as printed?",
         100.0 * c.outliers / c.corners, 100 * kMaxOutliers);
   if (!(c.median_px <= kMax_px))
     return text(
-        "residual: found corners %.2f px in the median from where the lens puts them, allowed: at most %.1f px; "
+        "residual: found corners %.2f px in the median from their projections, allowed: at most %.1f px; "
         "is the board flat, and size_m and spacing_m as printed?",
         c.median_px, kMax_px);
   if (c.coverage.reached() < kMinReached)
@@ -79,7 +79,7 @@ std::string rejection_reason(const ExtrinsicsCalibration& s) {
   const double turn = s.turn_sigma_rad.maxCoeff(), shift = s.shift_sigma_m.maxCoeff();
   if (!(turn <= kMaxTurnSigma_rad && shift <= kMaxShiftSigma_m))
     return text(
-        "uncertainty: found one camera to stand to the other by %.2f° and %.1f mm, allowed: %.1f° and %.0f mm; "
+        "uncertainty: found the cameras' relative pose known to %.2f° and %.1f mm, allowed: %.1f° and %.0f mm; "
         "take more views that both see, nearer and at a slant",
         turn * 180 / 3.14159265358979, 1e3 * shift, kMaxTurnSigma_rad * 180 / 3.14159265358979, 1e3 * kMaxShiftSigma_m);
   return {};
@@ -119,7 +119,7 @@ std::string rejection_reason(const TimeOffsetCalibration& t) {
     return text("found an offset of %.0f ms or more, allowed: at most %.0f ms", 1e3 * t.offset_s, 1e3 * kMaxOffset_s);
   if (!(t.median_px <= kMaxMoving_px))
     return text(
-        "residual: found corners of the moving board %.2f px in the median from where its path puts them, allowed: at "
+        "residual: found corners of the moving board %.2f px in the median from its trajectory, allowed: at "
         "most %.0f px; move it slowly",
         t.median_px, kMaxMoving_px);
   if (!(t.sigma_s <= kMaxOffsetSigma_s))
@@ -142,7 +142,7 @@ std::string rejection_reason(const DepthCalibration& d) {
   const double turn = d.turn_sigma_rad.maxCoeff(), shift = d.shift_sigma_m.maxCoeff();
   if (!(turn <= kMaxTurnSigma_rad && shift <= kMaxShiftSigma_m))
     return text(
-        "uncertainty: found the depth camera to stand to colour by %.2f° and %.1f mm, allowed: %.1f° and %.0f mm; hold "
+        "uncertainty: found the depth camera's pose known to %.2f° and %.1f mm, allowed: %.1f° and %.0f mm; hold "
         "the board at more slants, turned to either side",
         turn * 180 / 3.14159265358979, 1e3 * shift, kMaxTurnSigma_rad * 180 / 3.14159265358979, 1e3 * kMaxShiftSigma_m);
   return {};

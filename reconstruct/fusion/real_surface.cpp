@@ -195,13 +195,13 @@ std::vector<std::string> RealSurfaces::warnings() const {
   for (const Found& found : found_) {
     if (found.state == State::rejected)
       warnings.push_back("real surface \"" + found.name +
-                         "\": depth goes through where the session says it is; it is not used");
+                         "\": depth shows no surface at its pose in the session; it is not used");
     if (found.state != State::used) continue;
     const bool far = found.T_tag_model.translation().norm() > kRealSurface.warn_offset_m ||
                      Eigen::AngleAxisd(found.T_tag_model.linear()).angle() > kRealSurface.warn_offset_rad;
     if (far)
-      warnings.push_back("real surface \"" + found.name + "\" lies " + offset_text(found.T_tag_model) +
-                         " from where the session says");
+      warnings.push_back("real surface \"" + found.name + "\" is " + offset_text(found.T_tag_model) +
+                         " from its pose in the session");
   }
   return warnings;
 }

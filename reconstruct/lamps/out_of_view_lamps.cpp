@@ -51,7 +51,7 @@ void OutOfViewLamps::resolve(Illumination& light, const std::vector<capture::Tag
     if (lamp->power_log_sigma <= kParameters.max_log_sigma) continue;
     if (prior.log_sigma >= kUnknownPowerLogSigma) {
       warnings.push_back(text +
-                         "neither the fish-eye nor the shading tells its power, and none is configured: left out");
+                         "neither the fish-eye nor the shading determines its power, and none is configured: omitted");
       light.lights.erase(lamp);
       continue;
     }

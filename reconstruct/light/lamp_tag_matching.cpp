@@ -59,10 +59,10 @@ std::string dark_warning(const std::string& name, const std::vector<PointLight>&
   float nearest_deg = kParameters.near_deg;
   for (const PointLight& light : lights)
     if (light.lamp_tag < 0) nearest_deg = std::min(nearest_deg, angle_between(light.direction, direction) / kDegree);
-  std::string text = "lamp " + name + ": no light is seen where its tag says that it is: off, or hidden";
+  std::string text = "lamp " + name + ": no light is visible at its tag's position: it is off or hidden";
   if (nearest_deg >= kParameters.near_deg) return text;
   char more[120];
-  std::snprintf(more, sizeof more, "; or it is the one %.0f degrees beside, and position_m or tag_size_m is wrong",
+  std::snprintf(more, sizeof more, "; or it is the light %.0f degrees away, and position_m or tag_size_m is wrong",
                 nearest_deg);
   return text + more;
 }

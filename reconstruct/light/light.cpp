@@ -65,7 +65,7 @@ std::string hidden_warning(const Illumination& illumination) {
                                    [](const PointLight& light) { return light.hidden > 0; });
   if (count == 0) return "";
   return std::to_string(count) + (count == 1 ? " lamp is" : " lamps are") +
-         " no longer seen: held for a moment, then faded out";
+         " no longer visible: kept for a moment, then faded out";
 }
 
 std::string clipped_warning(const Illumination& illumination) {
@@ -73,7 +73,7 @@ std::string clipped_warning(const Illumination& illumination) {
                                    [](const PointLight& light) { return light.clipped; });
   char line[160];
   std::snprintf(line, sizeof line,
-                "%d lamp%s clipped in the fish-eye picture: %s power is a lower bound (%.2f %% of pixels)",
+                "%d lamp%s clipped in the fish-eye frame: %s power is a lower bound (%.2f %% of pixels)",
                 static_cast<int>(count), count == 1 ? " is" : "s are", count == 1 ? "its" : "their",
                 100 * illumination.clipped_fraction);
   return count > 0 ? line : "";
@@ -186,7 +186,7 @@ LightStage::Result LightStage::extract(const capture::FisheyePictures& fisheye, 
   if (s.seen) s.place(tags, fresh);
   result.illumination = s.last;
   if (!s.last) {
-    result.warnings.push_back("no fish-eye picture: where light comes from is unknown");
+    result.warnings.push_back("no fish-eye frame: the light is unknown");
     return result;
   }
   const std::string level_warning = result.warnings.empty() ? s.level_warning : "";

@@ -40,8 +40,7 @@ OcclusionCheck::Finding OcclusionCheck::check(double flux, std::optional<float> 
       *room_radiance > kParameters.min_colour_ratio * *room_radiance_) {
     finding.covered = true;
     finding.warning =
-        "the fish-eye is covered: it went dark while the colour camera sees the room as before; "
-        "the light is held as it was";
+        "the fish-eye is covered: its image became dark and the colour image did not; the last light is kept";
     return finding;
   }
   seen_ = true;
@@ -49,7 +48,7 @@ OcclusionCheck::Finding OcclusionCheck::check(double flux, std::optional<float> 
   room_radiance_ = room_radiance;
   if (!clipped && room_radiance && std::numbers::pi * *room_radiance > kParameters.max_returned_ratio * flux) {
     finding.warning =
-        "the fish-eye sees far less light than the room sends back to the colour camera: it is covered, "
+        "the fish-eye measures far less light than the room reflects to the colour camera: it is covered, "
         "or one of their exposures is wrong";
   }
   return finding;

@@ -148,16 +148,16 @@ void LampTagStage::State::warn(const Track& track, std::int64_t hidden_ns, std::
   const std::string tag = "tag " + std::to_string(track.lamp.tag_id);
   if (track.copies > 1)
     warnings.push_back(lamp + tag + " is seen " + std::to_string(track.copies) + " times at once, " +
-                       (track.T_room_tag ? "the one nearest to where it was is used" : "none of them is used"));
+                       (track.T_room_tag ? "the one nearest to its last position is used" : "none of them is used"));
   if (const std::string size = track.size_check.warning(); !size.empty())
     warnings.push_back(lamp + size + ": not used");
   else if (track.ambiguous)
     warnings.push_back(lamp + "two poses explain its tag equally well");
   if (track.measured) return;
   if (track.T_room_tag && hidden_ns > 0)
-    warnings.push_back(lamp + "its tag is hidden, it is taken where it was");
+    warnings.push_back(lamp + "its tag is hidden, its last position is used");
   else if (track.lost)
-    warnings.push_back(lamp + "its tag has been hidden for too long, it is placed as lamps without one are");
+    warnings.push_back(lamp + "its tag has been hidden for too long, it is located like a lamp without a tag");
   else if (track.copies <= 1)
     warnings.push_back(lamp + tag + " has not been seen yet");
 }

@@ -208,7 +208,7 @@ bool PoseStage::State::measure(const capture::FrameSet& frame, const DistanceFie
     if (candidate.alignment) tags[readings[r].tag].appearance = candidate.alignment->appearance;
     if (candidate.alignment && candidate.alignment->clipped_fraction > kPose.max_clipped)
       warnings.push_back("tag " + std::to_string(tags[readings[r].tag].id) +
-                         ": its paper is far too bright for the picture, the pose is less sure");
+                         ": its paper is overexposed, the pose is less certain");
     check_size(frame, readings[r], candidate);
   }
   update_tag_map(readings, *chosen);
@@ -219,7 +219,7 @@ bool PoseStage::State::measure(const capture::FrameSet& frame, const DistanceFie
 
   seen_ns = frame.time_ns;
   if (field && recent(frame) && track_unsharp(frame, *field, *chosen)) {
-    warnings.push_back("tag: its print is unsharp or covered in part, surfaces carry the pose");
+    warnings.push_back("tag: its print is blurred or partly covered, the pose is tracked by depth");
     return true;
   }
   const double sigma_m = position_sigma_m(chosen->noise);
@@ -294,7 +294,7 @@ PoseStage::Result PoseStage::locate(const capture::FrameSet& frame, const Distan
   const std::int64_t unseen_ns = frame.time_ns - state_->seen_ns;
   if (field && state_->track(frame, *field)) {
     result.pose = last;
-    result.warnings.push_back("tag: not in the picture, surfaces carry the pose");
+    result.warnings.push_back("tag: not in the picture, the pose is tracked by depth");
     return result;
   }
   const std::int64_t age_ns = frame.time_ns - last->time_ns;

@@ -66,13 +66,13 @@ void TagMapEntry::add_sighting(const Isometry3d& T_world_tag) {
 std::string TagMapEntry::warning(int id) const {
   char text[200];
   if (!T_world_tag_) {
-    std::snprintf(text, sizeof(text), "tag %d: not used before it was seen beside others", id);
+    std::snprintf(text, sizeof(text), "tag %d: not used until it is seen together with others", id);
     return text;
   }
   if (!configured_ || count_ < kTagMap.min_sightings) return {};
   const Step difference = step_between(*configured_, mean_);
   if (!contradicts(difference, (squares_ / (count_ - 1.0) / count_).cwiseSqrt())) return {};
-  std::snprintf(text, sizeof(text), "tag %d: hangs %.0f mm and %.1f degrees from where it is configured", id,
+  std::snprintf(text, sizeof(text), "tag %d: is %.0f mm and %.1f degrees from its configured pose", id,
                 1e3 * difference.head<3>().norm(), difference.tail<3>().norm() * 180 / M_PI);
   return text;
 }

@@ -23,7 +23,7 @@ std::string TagSizeCheck::warning() const {
   char text[200];
   if (ratio > kTagSize.unit_factor || ratio < 1 / kTagSize.unit_factor)
     std::snprintf(text, sizeof(text),
-                  "depth: %.3g times as far as tag %d is by its size: depth.unit_m or tag.size_m is in another unit",
+                  "depth: %.3g times the distance of tag %d by its size: depth.unit_m or tag.size_m is in another unit",
                   ratio, id_);
   else
     std::snprintf(text, sizeof(text), "tag %d: by depth its square is %.0f mm wide, configured are %.0f mm", id_,

@@ -168,8 +168,8 @@ std::vector<std::string> mirror_warnings(const std::vector<RoomPoint>& points, c
   for (const DetectedMirror& mirror : find_mirrors(points, field)) {
     char line[256];
     std::snprintf(line, sizeof line,
-                  "depth goes through the wall at (%.2f, %.2f, %.2f) m and shows behind it what stands before it: if a "
-                  "mirror hangs there, name it as a [[real_surface]]",
+                  "depth behind the wall at (%.2f, %.2f, %.2f) m repeats what is in front of it: if there is a mirror, "
+                  "configure it as a [[real_surface]]",
                   mirror.middle_m.x(), mirror.middle_m.y(), mirror.middle_m.z());
     lines.emplace_back(line);
   }

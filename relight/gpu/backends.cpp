@@ -57,7 +57,7 @@ Backend best_backend() {
       reasons += "; " + std::string(name_of(listing.backend)) + ": " + listing.name + ": " + listing.rejection_reason;
     }
   }
-  throw GpuError("no usable GPU, nor software that stands in for one (mesa-vulkan-drivers)" + reasons);
+  throw GpuError("no usable GPU and no software driver (mesa-vulkan-drivers)" + reasons);
 }
 
 std::unique_ptr<Device> create_device(Backend backend, const DeviceOptions& options) {

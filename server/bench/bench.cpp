@@ -101,7 +101,7 @@ void make_folder(const fs::path& out) {
   std::error_code error;
   fs::create_directories(out, error);
   if (error || !fs::is_directory(out)) {
-    throw capture::InputError("--out: " + out.string() + " cannot be made, allowed: a folder, there or not");
+    throw capture::InputError("--out: " + out.string() + " cannot be created, allowed: a folder, existing or not");
   }
 }
 

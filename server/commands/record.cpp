@@ -79,7 +79,7 @@ class Recording {
           out << ", " << count.lost << " lost";
         }
         if (count.unusable > 0) {
-          out << ", " << count.unusable << " whose time does not go on left out";
+          out << ", " << count.unusable << " with times that do not increase omitted";
         }
         out << '\n';
       }

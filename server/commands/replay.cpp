@@ -24,7 +24,7 @@ class PartialOutput {
  public:
   explicit PartialOutput(fs::path out) : out_(std::move(out)), partial_(out_ / ".lumigraft-partial") {
     if (fs::exists(out_) && !fs::is_directory(out_)) {
-      throw capture::InputError("--out: " + out_.string() + " is a file, allowed: a folder, there or not");
+      throw capture::InputError("--out: " + out_.string() + " is a file, allowed: a folder, existing or not");
     }
     made_out_ = !fs::exists(out_);
     std::error_code error;

@@ -117,7 +117,7 @@ std::string Metrics::prometheus() const {
   out << "lumigraft_last_frame_age_seconds " << age_s << '\n';
   head("lumigraft_viewers", "gauge", "Open streams.");
   out << "lumigraft_viewers " << viewers_ << '\n';
-  head("lumigraft_cameras_in_trouble", "gauge", "Cameras that give no pictures now.");
+  head("lumigraft_cameras_in_trouble", "gauge", "Cameras that deliver no frames at present.");
   out << "lumigraft_cameras_in_trouble " << cameras_with_faults_ << '\n';
   head("lumigraft_connections_refused_total", "counter", "Connections and streams refused or cut short by a limit.");
   out << "lumigraft_connections_refused_total " << refused_ << '\n';
@@ -135,11 +135,11 @@ std::string Metrics::prometheus() const {
   for (const auto& [codec, done] : encoded_) {
     out << "lumigraft_encoded_bytes_total{codec=\"" << codec << "\"} " << done.second << '\n';
   }
-  head("lumigraft_plan", "gauge", "What was decided of a key of the plan.");
+  head("lumigraft_plan", "gauge", "Value chosen for a key of the plan.");
   for (const auto& [key, decided] : decided_) {
     out << "lumigraft_plan{key=\"" << key << "\"} " << decided.first << '\n';
   }
-  head("lumigraft_plan_left_out", "gauge", "Share of the irradiance that the decision leaves out.");
+  head("lumigraft_plan_left_out", "gauge", "Fraction of the irradiance that the decision leaves out.");
   for (const auto& [key, decided] : decided_) {
     out << "lumigraft_plan_left_out{key=\"" << key << "\"} " << decided.second << '\n';
   }

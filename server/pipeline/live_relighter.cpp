@@ -61,7 +61,7 @@ LiveRelighter::Result LiveRelighter::relight(const capture::FrameSet& frame, con
     renderer_.reset();  // frees the device before another is created
     next_try_ = std::chrono::steady_clock::now() + pause_;
     pause_ = std::clamp(2 * pause_, kFirstPause, kLongestPause);
-    failure_ = std::string("the GPU failed and is made again: ") + e.what();
+    failure_ = std::string("the GPU device failed and is created again: ") + e.what();
   } catch (const std::exception& e) {
     failure_ = std::string("relight: ") + e.what();
   }

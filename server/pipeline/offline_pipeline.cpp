@@ -40,8 +40,8 @@ FrameRecord OfflinePipeline::step(const capture::FrameSet& sensed, bool with_map
     try {
       record.picture = renderer_->relight(built.frame, record.scene, exhibit_, decision.plan, with_maps);
     } catch (const relight::gpu::DeviceLost& e) {
-      reconstruct::append_warnings(record.warnings,
-                                   {std::string("the GPU was lost, another one draws the frame: ") + e.what()});
+      reconstruct::append_warnings(
+          record.warnings, {std::string("the GPU device was lost, the frame is rendered on a new one: ") + e.what()});
       renderer_.reset();  // frees the device before another is created
       make();
       record.picture = renderer_->relight(built.frame, record.scene, exhibit_, decision.plan, with_maps);

@@ -187,7 +187,7 @@ void Pipeline::State::capture_turn() {
   publish_faults(std::move(found));
   if (!played) {
     if (frames.gone() && !stopping.stop_requested()) {
-      store.publish_warnings("camera", {"the recording gives no pictures and is opened again every second"});
+      store.publish_warnings("camera", {"the recording delivers no frames and is opened again every second"});
       sleep_until(Clock::now() + 10 * kTick);
       frames = FramePlayer(open_again().frames);
     }

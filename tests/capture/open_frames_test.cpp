@@ -143,12 +143,12 @@ TEST_F(OpenFrames, SettingsThatALiveCameraCannotTakeAreRefused) {
     const std::string what = error({"color.source=openni2:", std::string("color.") + setting,
                                     "depth.source=openni2:", "fisheye.source=v4l2:/dev/no-such-camera"});
     EXPECT_EQ(what.find("color." + std::string(setting).substr(0, 4)), 0u) << what;
-    EXPECT_NE(what.find(": found it beside openni2:, allowed: gain, rate_hz, controls.exposure"), std::string::npos)
+    EXPECT_NE(what.find(": found it with openni2:, allowed: gain, rate_hz, controls.exposure"), std::string::npos)
         << what;
   }
   EXPECT_EQ(error({"color.source=openni2:", "depth.source=openni2:", "fisheye.source=aravis:x",
                    "fisheye.exposure_us=10", "fisheye.bracket_us=[10, 20]"}),
-            "fisheye.bracket_us: found it beside aravis:, allowed: v4l2:");
+            "fisheye.bracket_us: found it with aravis:, allowed: v4l2:");
 }
 
 TEST_F(OpenFrames, AnAbsentCameraIsOpenedLater) {
@@ -166,9 +166,9 @@ TEST_F(OpenFrames, ContradictionsAreRefused) {
   EXPECT_NE(error({"color.source=openni2:", "depth.source=v4l2:", "fisheye.source=aravis:"})
                 .find("depth.source: found \"v4l2:\", allowed of devices for depth: openni2:"),
             std::string::npos);
-  EXPECT_NE(error({"color.source=openni2:"}).find("depth.source: found a recording beside a device for colour"),
+  EXPECT_NE(error({"color.source=openni2:"}).find("depth.source: found a recording with a device for colour"),
             std::string::npos);
-  EXPECT_NE(error({"fisheye.source=openni2:"}).find("fisheye.source: found a device beside a recording"),
+  EXPECT_NE(error({"fisheye.source=openni2:"}).find("fisheye.source: found a device with a recording"),
             std::string::npos);
   EXPECT_NE(error({"color.source=oni:a.oni", "fisheye.source=oni:a.oni"})
                 .find("fisheye.source: found the colour camera again"),

@@ -99,7 +99,7 @@ TEST_P(BadInput, AVolumeThatTheDeviceCannotHoldIsASmallerOne) {
   for (int turn = 0; turn < 2; ++turn) {
     const relight::RelitPicture picture = scene.relit(small, careful_plan(256));
     EXPECT_EQ(picture.plan.volume, 32);
-    EXPECT_TRUE(warns_of(picture, "plan.volume 256 is too much")) << turn;
+    EXPECT_TRUE(warns_of(picture, "plan.volume 256 is too large")) << turn;
     EXPECT_EQ(picture.srgb.data, relit(scene, careful_plan(32)).srgb.data);
   }
 }
@@ -125,7 +125,7 @@ TEST_P(BadInput, MillionsOfTriangles) {
   scene.exhibit.objects[0].model = std::make_shared<const relight::Model>(std::move(model));
   const relight::RelitPicture picture = relit(scene, plans()[1]);
   EXPECT_TRUE(all_finite(picture));
-  if (!warns_of(picture, "is drawn with fewer triangles")) {
+  if (!warns_of(picture, "is rendered with fewer triangles")) {
     EXPECT_TRUE(picture.warnings.empty());
   }
   expect_even(picture);
@@ -144,7 +144,7 @@ TEST_P(BadInput, NanVerticesAndTrianglesOfNoArea) {
   for (const relight::Plan& plan : plans()) {
     const relight::RelitPicture picture = relit(scene, plan);
     EXPECT_TRUE(all_finite(picture));
-    EXPECT_TRUE(warns_of(picture, "3 triangles without area or place are left out"));
+    EXPECT_TRUE(warns_of(picture, "3 triangles without area or finite position are omitted"));
     expect_even(picture);
   }
 }

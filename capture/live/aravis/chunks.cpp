@@ -181,7 +181,7 @@ std::optional<std::int64_t> Chunks::time_ns(ArvBuffer& buffer, std::string& faul
   if (ticks_per_s_ > 0 && ticks_per_s_ <= kNsPerS && are_near(ns_of(value, ticks_per_s_), leader_ns)) {
     return static_cast<std::int64_t>(ns_of(value, ticks_per_s_));
   }
-  fault = time_->name + " is of another moment than its picture";
+  fault = time_->name + " is not the time of its frame";
   return std::nullopt;
 }
 
@@ -204,7 +204,7 @@ FrameSettings Chunks::read(ArvBuffer& buffer, std::size_t picture_bytes) const {
     return own;
   }
   if (!are_complete(buffer, picture_bytes)) {
-    own.fault = "they have not the lengths that they say";
+    own.fault = "their lengths are wrong";
     return own;
   }
   std::string fault;
@@ -235,7 +235,7 @@ FrameSettings Chunks::read(ArvBuffer& buffer, std::size_t picture_bytes) const {
   if (ratio > 1.0 / kMaxRatio && ratio < kMaxRatio) {
     own.exposure = spec_.exposure * ratio;
   } else if (own.fault.empty()) {
-    own.fault = "its exposure and gain cannot be true";
+    own.fault = "its exposure and gain are impossible";
   }
   return own;
 }

@@ -44,7 +44,7 @@ class AravisSource::Camera {
     }
     ArvDevice* device = arv_camera_get_device(camera_.get());
     if (ARV_IS_GV_DEVICE(device) && !arv_gv_device_is_controller(ARV_GV_DEVICE(device))) {
-      throw CameraFault("found it in use by another program, or by one that ended some seconds ago without a word");
+      throw CameraFault("found it in use by another program, or by one that ended seconds ago without releasing it");
     }
     stop_acquisition();
     choose_format();
@@ -247,9 +247,8 @@ class AravisSource::Camera {
   /// Warns once, since a fault of chunks usually affects many frames.
   void warn(const std::string& fault) {
     if (!std::exchange(warned_, true)) {
-      warning_ = std::string(name_of(spec_.stream)) +
-                 ": the camera's chunks do not tell of every picture when and how it was taken (" + fault +
-                 "); its leader's time and the session's exposure stand in";
+      warning_ = std::string(name_of(spec_.stream)) + ": the camera's chunks lack the time or exposure of frames (" +
+                 fault + "); the leader's time and the session's exposure are used instead";
     }
   }
 

@@ -90,7 +90,7 @@ void set_white_balance(libcamera::ControlList& list, const libcamera::ControlInf
                      ": found no such number among the camera's controls, allowed: what `lumigraft devices` lists");
   }
   if (!red || !blue) {
-    throw InputError(key + ": found it alone, allowed: beside " + (red ? kBlueGain : kRedGain));
+    throw InputError(key + ": found it alone, allowed: together with " + (red ? kBlueGain : kRedGain));
   }
   const double low = number_in(found->second.min()).value_or(0.0);
   const double high = number_in(found->second.max()).value_or(std::numeric_limits<double>::max());

@@ -192,7 +192,7 @@ class LibcameraSource::Camera {
     envelope.msg_control = room.data();
     envelope.msg_controllen = room.size();
     if (recvmsg(waiting.fd, &envelope, MSG_CMSG_CLOEXEC) != static_cast<ssize_t>(sizeof out.first)) {
-      fault_ = "the camera is gone";
+      fault_ = "the camera is disconnected";
       return std::nullopt;
     }
     for (cmsghdr* head = CMSG_FIRSTHDR(&envelope); head != nullptr; head = CMSG_NXTHDR(&envelope, head)) {

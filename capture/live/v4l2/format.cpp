@@ -150,7 +150,7 @@ v4l2_format set_format(const Device& device, const StreamSpec& spec, const Offer
                      ", allowed by the session: " + size_text(spec.width, spec.height));
   }
   if (given.field != V4L2_FIELD_NONE && given.field != V4L2_FIELD_ANY) {
-    throw InputError("found interlaced pictures, allowed: whole ones");
+    throw InputError("found interlaced frames, allowed: progressive ones");
   }
   check_colors(given, offer.format);
   return format;

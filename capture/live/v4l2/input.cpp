@@ -20,7 +20,7 @@ const char* signal_fault(int error) {
     case ENOLCK:
       return "a signal that is not steady";
     case ERANGE:
-      return "a signal that is beyond the camera";
+      return "a signal that the camera does not support";
     default:
       return nullptr;
   }

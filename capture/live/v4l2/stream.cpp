@@ -175,7 +175,7 @@ std::optional<FilledBuffer> Stream::dequeue() {
     try {
       fail(error, "the camera stopped");
     } catch (const InputError& e) {
-      fault_ = unplugged_ ? "the camera is gone" : e.what();
+      fault_ = unplugged_ ? "the camera is disconnected" : e.what();
     }
     return std::nullopt;
   }

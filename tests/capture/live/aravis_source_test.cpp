@@ -257,7 +257,7 @@ TEST(Aravis, AGainWithoutAUnitIsAFactor) {
 }
 
 TEST(Aravis, AChunkThatIsTornCostsNoPictureAndIsSaidOnce) {
-  const std::pair<std::string, std::string> kinds[] = {{"chunks-torn", "they have not the lengths that they say"},
+  const std::pair<std::string, std::string> kinds[] = {{"chunks-torn", "their lengths are wrong"},
                                                        {"chunks-short", "ChunkTimestamp has 4 bytes, not 8"},
                                                        {"chunks-missing", "ChunkTimestamp is missing"}};
   for (const auto& [kind, says] : kinds) {

@@ -69,7 +69,8 @@ TEST(LibcameraSettings, WhiteBalanceHasTwoGains) {
   EXPECT_EQ((*gains)[1], 1.5f) << "blue";
   EXPECT_EQ(error(kOffered, settings).find("controls.ColourGains[Red]: found no such number"), 0u);
   settings.controls = {{"ColourGains[Blue]", 1.5}};
-  EXPECT_EQ(error(offered, settings), "controls.ColourGains[Blue]: found it alone, allowed: beside ColourGains[Red]");
+  EXPECT_EQ(error(offered, settings),
+            "controls.ColourGains[Blue]: found it alone, allowed: together with ColourGains[Red]");
   settings.controls = {{"ColourGains[Blue]", 40.0}, {"ColourGains[Red]", 1.75}};
   EXPECT_EQ(error(offered, settings), "controls.ColourGains[Blue]: found 40.000000, allowed: 0.000000 to 32.000000");
   settings.controls = {{"ColourGains", 1.5}};

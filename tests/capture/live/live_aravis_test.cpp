@@ -104,7 +104,7 @@ TEST_F(LiveAravis, FrozenWithoutAnError) {
   const auto reader = open_frames(session());
   wait_for_frame(*reader);
   camera.signal(SIGSTOP);
-  wait_for_fault(*reader, "the camera gives no pictures, it is opened again");
+  wait_for_fault(*reader, "the camera delivers no frames, it is opened again");
   camera.signal(SIGCONT);
   EXPECT_LT(wait_for_frame(*reader), kBackWithin);
 }
@@ -166,7 +166,7 @@ TEST_F(LiveAravis, DamagedChunksWarnOnce) {
     EXPECT_TRUE(reader->faults().empty());
     without += set->color->exposure == kSessionExposure ? 1 : 0;
     warnings += std::count_if(set->warnings.begin(), set->warnings.end(), [](const std::string& warning) {
-      return warning.find("colour: the camera's chunks do not tell") == 0;
+      return warning.find("colour: the camera's chunks lack") == 0;
     });
   }
   EXPECT_EQ(frames, 30);

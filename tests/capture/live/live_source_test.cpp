@@ -156,7 +156,7 @@ TEST_F(LiveCamera, ReportsTheDriversFault) {
   const auto source = open();
   expect_pictures(*source, 3);
   switches_.unplugged = true;
-  expect_fault(*source, "colour: somebody pulled the plug, it is looked for again");
+  expect_fault(*source, "colour: somebody pulled the plug, it is searched for again");
   switches_.unplugged = false;
   expect_pictures(*source, 3);
 }
@@ -195,8 +195,8 @@ TEST_F(LiveCamera, DeliversABracketAsAWhole) {
 TEST_F(LiveCamera, IsReopenedIfFrozenOrOnlyDamaged) {
   const auto source = open();
   for (const auto& [fault, says] :
-       {std::pair(&switches_.frozen, "the camera gives no pictures, it is opened again"),
-        std::pair(&switches_.torn, "the camera gives no whole pictures (torn), it is opened again")}) {
+       {std::pair(&switches_.frozen, "the camera delivers no frames, it is opened again"),
+        std::pair(&switches_.torn, "the camera delivers no complete frames (torn), it is opened again")}) {
     expect_pictures(*source, 3);
     const int opened = switches_.opened;
     *fault = true;

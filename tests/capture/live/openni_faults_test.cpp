@@ -180,7 +180,7 @@ TEST_F(OpenNiFaults, FrozenWithoutAnError) {
   const auto reader = open_frames(session());
   wait_for_frame(*reader);
   set("frozen");
-  wait_for_fault(*reader, "the camera gives no pictures, it is opened again");
+  wait_for_fault(*reader, "the camera delivers no frames, it is opened again");
   clear("frozen");
   EXPECT_LT(wait_for_frame(*reader), 2s);
 }
@@ -189,7 +189,7 @@ TEST_F(OpenNiFaults, PicturesOfAnotherSize) {
   const auto reader = open_frames(session());
   wait_for_frame(*reader);
   set("resized");
-  wait_for_fault(*reader, "gives no whole pictures (the picture has another size or format), it is opened again");
+  wait_for_fault(*reader, "delivers no complete frames (the picture has another size or format), it is opened again");
   clear("resized");
   EXPECT_LT(wait_for_frame(*reader), 2s);
 }

@@ -305,12 +305,12 @@ TEST_F(OpenNi, AKilledHelperIsReportedAndLeavesNoProcess) {
       }
       EXPECT_TRUE(source.finished());
       if (!last.empty()) {  // else everything was already in the pipe
-        EXPECT_EQ(last, "OpenNI2 does not survive reading the rest of the recording: Killed");
+        EXPECT_EQ(last, "OpenNI2 crashes while reading the rest of the recording: Killed");
         EXPECT_EQ(source.fault(), last);
         ++on_the_way;
       }
     } catch (const InputError& e) {
-      EXPECT_EQ(e.what(), file() + ": found a recording that OpenNI2 does not survive reading: Killed");
+      EXPECT_EQ(e.what(), file() + ": found a recording that crashes OpenNI2: Killed");
       ++at_first;
     }
     leaks.end_of_cycle();

@@ -131,7 +131,7 @@ T_color_depth = [[1, 0, 0, 0.025], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
   EXPECT_NE(refusal(with("depth.serial=depth-5")).find("depth.serial: found \"depth-4\", allowed: that of the camera"),
             std::string::npos)
       << refusal(with("depth.serial=depth-5"));
-  EXPECT_NE(refusal(with("depth.T_color_depth=[[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]")).find("found beside"),
+  EXPECT_NE(refusal(with("depth.T_color_depth=[[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]")).find("found together with"),
             std::string::npos);
   std::vector<std::string> wide = depth;
   wide[2] = "depth.width=640";
@@ -181,8 +181,8 @@ TEST_F(CalibratedSession, RefusesAnotherCameraForEveryKindOfSource) {
 }
 
 TEST_F(CalibratedSession, RefusesLensesInBothFiles) {
-  EXPECT_NE(refusal({"color.fx=500"}).find("--set color.fx: found beside "), std::string::npos) << refusal();
-  EXPECT_NE(refusal({"fisheye.f=150"}).find("--set fisheye.f: found beside "), std::string::npos) << refusal();
+  EXPECT_NE(refusal({"color.fx=500"}).find("--set color.fx: found together with "), std::string::npos) << refusal();
+  EXPECT_NE(refusal({"fisheye.f=150"}).find("--set fisheye.f: found together with "), std::string::npos) << refusal();
   EXPECT_NE(refusal({"calibration=none.toml"}).find("calibration"), std::string::npos);
   calibrate("640", "Maker-17", "colour = 3");
   EXPECT_NE(refusal().find("colour"), std::string::npos) << "an unknown table";

@@ -105,11 +105,11 @@ TEST_F(SessionFile, SettingsOfLiveCameras) {
             (std::pair<std::string, double>{"BalanceRatio[Red]", 1.75}));
   EXPECT_FALSE(live.color.settings.input);
   EXPECT_EQ(read({"color.source=v4l2:/dev/video1", "color.input=HDMI 1"}).color.settings.input, "HDMI 1");
-  EXPECT_NE(error({"color.source=aravis:A", "color.input=HDMI 1"}).find("color.input: found it beside \"aravis:A\", "),
+  EXPECT_NE(error({"color.source=aravis:A", "color.input=HDMI 1"}).find("color.input: found it with \"aravis:A\", "),
             std::string::npos);
   const Session bracket = read({"fisheye.exposure_us=1000", "fisheye.bracket_us=[250, 1000, 4000]"});
   EXPECT_EQ(bracket.fisheye->settings.bracket_us, (std::vector{250.0, 1000.0, 4000.0}));
-  EXPECT_NE(error({"fisheye.bracket_us=[250, 1000]"}).find("fisheye.bracket_us: found no exposure_us beside it"),
+  EXPECT_NE(error({"fisheye.bracket_us=[250, 1000]"}).find("fisheye.bracket_us: found no exposure_us with it"),
             std::string::npos);
   EXPECT_NE(error({"fisheye.exposure_us=1000", "fisheye.bracket_us=[250]"}).find("allowed: an array of 2 to 5 finite"),
             std::string::npos);

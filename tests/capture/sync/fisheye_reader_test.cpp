@@ -73,7 +73,7 @@ TEST(FisheyeReader, SaysWhatIsLostAndWhyNoneComes) {
   camera->items = {fisheye(5, 66)};
   camera->warning = "it sends another exposure";
   EXPECT_EQ(next(reader), (Lines{"5", "it sends another exposure"}));
-  camera->away = "fish-eye: the camera is gone";
+  camera->away = "fish-eye: the camera is disconnected";
   EXPECT_EQ(reader.fault(), camera->away);
 }
 

@@ -357,7 +357,7 @@ TEST(LibcameraUsb, FrozenWithoutAnError) {
   while (source->fault().empty() && Clock::now() - begin < 10s) {
     source->next(20ms);
   }
-  EXPECT_EQ(source->fault(), "fish-eye: the camera gives no pictures, it is opened again");
+  EXPECT_EQ(source->fault(), "fish-eye: the camera delivers no frames, it is opened again");
   while (source->next(0ms)) {
   }
   camera.signal(SIGUSR2);

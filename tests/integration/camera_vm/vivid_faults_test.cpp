@@ -76,7 +76,7 @@ TEST_F(VividFaults, GoneAndBackAgain) {
     {
       const Vivid camera;  // while a handle is open, the camera stays away
       ASSERT_TRUE(camera.set("Disconnect"));
-      wait_for_fault(*source, "the camera is gone, it is looked for again");
+      wait_for_fault(*source, "the camera is disconnected, it is searched for again");
       wait_for_fault(*source, "v4l2:platform:vivid-000: found no such camera");
     }
     EXPECT_LT(wait_for_picture(*source), 2s) << "after it came back";
@@ -144,7 +144,7 @@ TEST_F(VividFaults, AnErrorOfTheStream) {
   const auto source = live();
   wait_for_picture(*source);
   ASSERT_TRUE(Vivid().set("Inject Fatal Streaming Error"));
-  wait_for_fault(*source, "the camera stopped: Input/output error, it is looked for again");
+  wait_for_fault(*source, "the camera stopped: Input/output error, it is searched for again");
   EXPECT_LT(wait_for_picture(*source), 2s);
 }
 
@@ -166,7 +166,7 @@ TEST_F(VividFaults, FrozenWithoutAnError) {
   {
     const Vivid camera;
     ASSERT_TRUE(camera.set("Percentage of Dropped Buffers", 100));
-    wait_for_fault(*source, "the camera gives no pictures, it is opened again");
+    wait_for_fault(*source, "the camera delivers no frames, it is opened again");
     ASSERT_TRUE(camera.set("Percentage of Dropped Buffers", 0));
   }
   EXPECT_LT(wait_for_picture(*source), 2s);
@@ -215,7 +215,7 @@ TEST_F(VividFaults, AnotherMeaningOfColours) {
   {
     const Vivid camera;
     ASSERT_TRUE(camera.set("Y'CbCr Encoding", 2));  // menu entry: BT.709
-    wait_for_fault(source, "the camera gives another format now, it is looked for again");
+    wait_for_fault(source, "the camera gives another format now, it is searched for again");
     wait_for_fault(source, "found yuyv of another kind than BT.601 from 16 to 235, allowed: pixel_format rgb8");
     ASSERT_TRUE(camera.set("Y'CbCr Encoding", 0));
   }

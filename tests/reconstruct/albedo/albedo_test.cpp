@@ -186,7 +186,7 @@ TEST(AlbedoStage, BeamIsNotTakenForANearLamp) {
   AlbedoStage stage{capture::Session()};
   const auto result = stage.solve(room.field(), seen);
   ASSERT_EQ(result.warnings.size(), 1u);
-  EXPECT_NE(result.warnings[0].find("1 lamp sends a beam"), std::string::npos) << result.warnings[0];
+  EXPECT_NE(result.warnings[0].find("1 lamp emits a beam"), std::string::npos) << result.warnings[0];
   const PointLight& light = result.illumination->lights[0];
   ASSERT_TRUE(light.distance_known);
   EXPECT_NEAR((light.position_m - room.probe).norm() / (spot.position - room.probe).norm(), 1, 0.2);
@@ -342,7 +342,7 @@ TEST(AlbedoStage, SmallPatchDoesNotDetermineTheDistance) {
   const auto result = stage.solve(room.field(), room.illumination());
   EXPECT_FALSE(result.illumination->lights[0].distance_known);
   ASSERT_EQ(result.warnings.size(), 1u);
-  EXPECT_NE(result.warnings[0].find("1 lamp is taken as infinitely far"), std::string::npos);
+  EXPECT_NE(result.warnings[0].find("1 lamp is treated as infinitely distant"), std::string::npos);
   // A distant lamp is a good approximation for so small a patch.
   EXPECT_LT((albedo_at(*result.albedo, {0, 0, 0}).first - room.albedo({0, 0, 0})).cwiseAbs().mean(), 0.02);
 }
@@ -422,7 +422,7 @@ TEST(AlbedoStage, WithoutASurfaceItIsSaid) {
   const auto result = AlbedoStage{capture::Session()}.solve(DistanceField(), room.illumination());
   EXPECT_TRUE(result.albedo->bricks.empty());
   ASSERT_EQ(result.warnings.size(), 1U);
-  EXPECT_NE(result.warnings[0].find("the depth pictures hold no measurements"), std::string::npos);
+  EXPECT_NE(result.warnings[0].find("the depth frames contain no measurements"), std::string::npos);
 }
 
 TEST(AlbedoStage, MetalHasNoAlbedo) {

@@ -120,7 +120,7 @@ TEST(OutOfViewLamps, LampWithoutObservedEffectKeepsTheConfiguredPower) {
   const auto unknown = solved(room, configured);
   EXPECT_FALSE(tagged(unknown));
   ASSERT_EQ(unknown.warnings.size(), 1u);
-  EXPECT_NE(unknown.warnings[0].find("lamp desk: neither the fish-eye nor the shading tells its power"),
+  EXPECT_NE(unknown.warnings[0].find("lamp desk: neither the fish-eye nor the shading determines its power"),
             std::string::npos);
 }
 

@@ -119,7 +119,7 @@ TEST(LampTagMatcher, LampThatIsOffGivesAWarning) {
   const int id = tagged(stage.extract(frame_with(session, kLamp), {tag_at(kLamp)}))->id;
   LightStage::Result result;
   for (int i = 0; i < 8; ++i) result = stage.extract(frame_with(session, std::nullopt), {tag_at(kLamp)});
-  EXPECT_TRUE(says(result.warnings, "lamp desk: no light is seen where its tag says")) << result.warnings.at(0);
+  EXPECT_TRUE(says(result.warnings, "lamp desk: no light is visible at its tag's position")) << result.warnings.at(0);
   ASSERT_TRUE(tagged(result)) << "it may be occluded: shading decides";
   EXPECT_EQ(tagged(result)->visibility, PointLight::Visibility::dark);
   EXPECT_LT(tagged(result)->irradiance.x(), 0.01) << "until then almost no power";
@@ -135,7 +135,7 @@ TEST(LampTagMatcher, WrongTagPositionGivesAWarning) {
   LightStage stage(session, {});
   const Vector3f wrong_place = kLamp + Vector3f(0, 0.2f, 0);
   const auto result = stage.extract(frame_with(session, kLamp), {tag_at(wrong_place)});
-  EXPECT_TRUE(says(result.warnings, "the one 11 degrees beside, and position_m or tag_size_m is wrong"))
+  EXPECT_TRUE(says(result.warnings, "the light 11 degrees away, and position_m or tag_size_m is wrong"))
       << result.warnings.at(0);
   EXPECT_EQ(result.illumination->lights.size(), 3u);
 }

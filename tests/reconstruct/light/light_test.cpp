@@ -100,7 +100,7 @@ TEST(LightStage, ClippedLampsGiveAWarning) {
   ASSERT_EQ(result.illumination->lights.size(), 2u);
   EXPECT_TRUE(result.illumination->lights[0].clipped);
   ASSERT_EQ(result.warnings.size(), 1u);
-  EXPECT_NE(result.warnings[0].find("2 lamps are clipped in the fish-eye picture: their power is a lower bound (0."),
+  EXPECT_NE(result.warnings[0].find("2 lamps are clipped in the fish-eye frame: their power is a lower bound (0."),
             std::string::npos)
       << result.warnings[0];
 }
@@ -160,7 +160,7 @@ TEST(LightStage, LampCoveredForOneFrameStaysAndOneThatWentOutFades) {
   EXPECT_EQ(covered.illumination->lights[1].hidden, 1);
   EXPECT_EQ(covered.illumination->lights[1].irradiance, before->lights[0].irradiance);
   ASSERT_EQ(covered.warnings.size(), 1u);
-  EXPECT_NE(covered.warnings[0].find("1 lamp is no longer seen"), std::string::npos);
+  EXPECT_NE(covered.warnings[0].find("1 lamp is no longer visible"), std::string::npos);
   const auto again = stage.extract(frame_with_lamps(session));
   ASSERT_EQ(again.illumination->lights.size(), 2u);
   EXPECT_EQ(again.illumination->lights[0].id, before->lights[0].id);
@@ -212,7 +212,7 @@ TEST(LightStage, CoveredFisheyeGivesAWarningAndTheLightStays) {
   dark.color = room_picture(0.3f);
   const auto from_the_start = LightStage(session, {}).extract(dark);
   ASSERT_EQ(from_the_start.warnings.size(), 1u);
-  EXPECT_NE(from_the_start.warnings[0].find("the fish-eye sees far less light than the room sends back"),
+  EXPECT_NE(from_the_start.warnings[0].find("the fish-eye measures far less light than the room reflects"),
             std::string::npos);
 }
 

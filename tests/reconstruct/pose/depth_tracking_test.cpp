@@ -74,7 +74,7 @@ TEST_F(DepthTrackingFrames, TracksByDepthAndReturnsToTheTag) {
       EXPECT_EQ(pose.age_ns, hidden ? static_cast<std::int64_t>(i - kHides + 1) * kFrameNs : 0);
       // The text must not change, or a log would repeat it for every frame.
       std::vector<std::string> wanted;
-      if (hidden) wanted = {"tag: not in the picture, surfaces carry the pose"};
+      if (hidden) wanted = {"tag: not in the picture, the pose is tracked by depth"};
       EXPECT_EQ(result.warnings, wanted) << i;
       // Only the change of the error from frame to frame is visible.
       const Isometry3d error = truth.inverse() * pose.T_tag_camera;

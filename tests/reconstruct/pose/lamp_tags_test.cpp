@@ -129,7 +129,7 @@ TEST(LampTagStage, OfTwoTagsWithOneIdTheExpectedOneIsUsed) {
   const auto known = stage.locate(frame_with({kElsewhere, kThere}, 13'000'000'000), camera_pose());
   ASSERT_EQ(known.marks.size(), 1u);
   EXPECT_LT(millimetres_off(known.marks[0], kThere), 15);
-  EXPECT_TRUE(contains(known.warnings, "the one nearest to where it was is used"));
+  EXPECT_TRUE(contains(known.warnings, "the one nearest to its last position is used"));
 }
 
 TEST(LampTagStage, ATagOfAnotherSizeIsNotUsed) {

@@ -130,7 +130,7 @@ TEST(PoseTags, AMisplacedTagIsReported) {
     ASSERT_TRUE(result.pose);
     EXPECT_LT(test::millimetres_apart(result.pose->T_tag_camera_raw, camera_at(i)), 4) << i;
     left_out += all_warnings(result, "tag 5: contradicts the others").size();
-    misplaced += all_warnings(result, "tag 5: hangs 50 mm").size();
+    misplaced += all_warnings(result, "tag 5: is 50 mm").size();
   }
   EXPECT_GE(left_out, 7u);
   EXPECT_GE(misplaced, 4u);

@@ -92,7 +92,7 @@ TEST(RaysBadInput, WhatAModelLacksIsSaid) {
   scene.exhibit.objects[0].model = model;
   const relight::RelitPicture picture = relit(scene);
   ASSERT_EQ(picture.warnings.size(), 1u);
-  EXPECT_NE(picture.warnings[0].find("3 triangles without area or place"), std::string::npos);
+  EXPECT_NE(picture.warnings[0].find("3 triangles without area or finite position"), std::string::npos);
 }
 
 TEST(RaysBadInput, RoomsWithoutColourOrLight) {

@@ -164,7 +164,7 @@ TEST_F(KilledRecorder, ItsGigeCameraIsTheNextProgramsSoon) {
     std::this_thread::sleep_for(700ms);
     program.signal(SIGKILL);
     EXPECT_EQ(program.wait(), -SIGKILL) << program.stderr_text();
-    EXPECT_EQ(program.stderr_text().find("gives no pictures"), std::string::npos) << program.stderr_text();
+    EXPECT_EQ(program.stderr_text().find("delivers no frames"), std::string::npos) << program.stderr_text();
     EXPECT_GT(complete_frames(out / "color.mkv"), 0);
   }
 }

@@ -192,7 +192,7 @@ TEST_P(LiveRelighterOn, ADeviceThatFailsIsMadeAgainAndThePictureGoesOn) {
     ASSERT_EQ(result.picture.srgb.width, 64) << "there is a picture at all times";
     well = made == 3;
     for (const std::string& warning : result.picture.warnings) {
-      EXPECT_FALSE(well && warning.find("GPU failed") != std::string::npos) << warning;
+      EXPECT_FALSE(well && warning.find("GPU device failed") != std::string::npos) << warning;
     }
   }
   EXPECT_TRUE(well);
@@ -216,7 +216,7 @@ TEST_P(LiveRelighterOn, AfterALostDevicePicturesAreAsBefore) {
   EXPECT_TRUE(failed.passed_through);
   EXPECT_EQ(failed.picture.srgb.data, grey_frame().color->encoded.data);
   ASSERT_EQ(failed.picture.warnings.size(), 1u);
-  EXPECT_NE(failed.picture.warnings[0].find("the GPU failed and is made again: "), std::string::npos)
+  EXPECT_NE(failed.picture.warnings[0].find("the GPU device failed and is created again: "), std::string::npos)
       << failed.picture.warnings[0];
 
   const auto after = relighter.relight(grey_frame(), scene, exhibit, small_plan());

@@ -72,7 +72,7 @@ TEST_P(LockStepOn, ALostDeviceCostsNoPicture) {
     EXPECT_FALSE(got[i].picture.passes.empty()) << "nothing was drawn";
     EXPECT_LE(farthest_apart(got[i].picture.srgb, wanted[i].picture.srgb), 1) << i;
     const bool warned = std::any_of(got[i].warnings.begin(), got[i].warnings.end(),
-                                    [](const std::string& w) { return w.find("the GPU was lost") == 0; });
+                                    [](const std::string& w) { return w.find("the GPU device was lost") == 0; });
     EXPECT_EQ(warned, i == 1) << i;
   }
 }

@@ -58,7 +58,7 @@ class Away : public capture::Source {
   }
   bool finished() const override { return false; }
   void rewind() override {}
-  std::string fault() const override { return "colour: the camera is gone"; }
+  std::string fault() const override { return "colour: the camera is disconnected"; }
 };
 
 /// Whether the light stage processes further fish-eye frames.
@@ -94,7 +94,7 @@ TEST(Pipeline, LightGoesOnWhileTheColourCameraIsAway) {
   std::this_thread::sleep_for(300ms);
   EXPECT_TRUE(light_goes_on(metrics));
   EXPECT_EQ(metrics.frames(), 0u) << "nothing was drawn";
-  EXPECT_EQ(pipeline.newest_record().warnings, std::vector<std::string>{"colour: the camera is gone"});
+  EXPECT_EQ(pipeline.newest_record().warnings, std::vector<std::string>{"colour: the camera is disconnected"});
 }
 
 TEST(Pipeline, LightGoesOnWhileDrawingIsSlow) {
