@@ -13,6 +13,7 @@ struct IntegerKey {
   int Plan::*value;
   std::vector<int> allowed;
   const char* meaning;
+  const char* former = nullptr;  ///< former name of the key, still read
 };
 
 std::vector<int> from_to(int first, int last) {
@@ -27,22 +28,24 @@ const std::vector<IntegerKey>& integer_keys() {
       {"trace_scale",
        &Plan::trace_scale,
        {1, 2, 4, 8},
-       "light is traced at 1/trace_scale of the picture; 4: live, in cells; 8: live by rays"},
+       "light is computed at 1/trace_scale of the image's resolution; 4: live, in cells; 8: live, for rays only"},
       {"cells",
        &Plan::cells,
        {0, 1},
        "1: indirect light is gathered in cells, in rounds of frames while things move; 0: for pixels"},
       {"rsm", &Plan::rsm, {64, 128, 256, 512, 1024}, "edge of the reflective shadow maps, pixels"},
-      {"max_lights", &Plan::max_lights, from_to(0, shader::kMaxLamps), "strongest lamps that are drawn as lamps"},
-      {"sh_bands", &Plan::sh_bands, {1, 2, 3}, "bands of harmonics of all light but the lamps"},
+      {"max_lights", &Plan::max_lights, from_to(0, shader::kMaxLamps),
+       "number of lamps that are rendered as lamps, strongest first"},
+      {"sh_bands", &Plan::sh_bands, {1, 2, 3}, "bands of spherical harmonics of the environment"},
       {"bounces", &Plan::bounces, from_to(1, 4), "indirect bounces of the change"},
       {"lpv_steps", &Plan::lpv_steps, from_to(4, 128), "dlpv: steps of propagation"},
-      {"rays", &Plan::rays, from_to(4, 4096), "rays of a place or pixel; of method rays alone"},
-      {"samples", &Plan::samples, from_to(1, 65536), "camera paths a pixel; of method reference alone"},
-      {"follow_scene",
+      {"rays", &Plan::rays, from_to(4, 4096), "rays: rays per gathering place or pixel"},
+      {"samples", &Plan::samples, from_to(1, 65536), "reference: camera paths per pixel"},
+      {"adaptive",
        &Plan::adaptive,
        {0, 1},
-       "1: what is not set by hand is only as much as the scene needs; 0: it stays as it is"},
+       "1: keys not set by the user are reduced to what the scene needs; 0: the plan is fixed",
+       "follow_scene"},
   };
   return keys;
 }
@@ -70,10 +73,11 @@ Plan read_plan(const capture::ConfigTable& root, const Plan& defaults) {
   if (!table) return plan;
   plan.method = table->choice("method", methods(), defaults.method);
   for (const IntegerKey& key : integer_keys()) {
-    if (!table->has(key.key)) continue;
-    const int value = table->integer(key.key, key.allowed.front(), key.allowed.back());
+    const std::string_view name = key.former ? table->renamed(key.key, key.former) : key.key;
+    if (!table->has(name)) continue;
+    const int value = table->integer(name, key.allowed.front(), key.allowed.back());
     if (std::find(key.allowed.begin(), key.allowed.end(), value) == key.allowed.end()) {
-      table->fail(key.key, "found " + std::to_string(value) + ", allowed: " + text_of(key.allowed));
+      table->fail(name, "found " + std::to_string(value) + ", allowed: " + text_of(key.allowed));
     }
     plan.*key.value = value;
     plan.user_set.insert(key.key);
@@ -88,7 +92,7 @@ Plan read_plan(const capture::ConfigTable& root, const Plan& defaults) {
 std::vector<PlanKey> plan_keys() {
   std::string words;
   for (const std::string& method : methods()) words += (words.empty() ? "" : ", ") + method;
-  std::vector<PlanKey> keys = {{"plan.method", words, "how light is carried"}};
+  std::vector<PlanKey> keys = {{"plan.method", words, "rendering method"}};
   for (const IntegerKey& key : integer_keys()) {
     keys.push_back({std::string("plan.") + key.key, text_of(key.allowed), key.meaning});
   }

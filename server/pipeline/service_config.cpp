@@ -32,11 +32,16 @@ ServerSettings read_server(const capture::ConfigTable& root) {
   return settings;
 }
 
+/// Checks that all keys were read, and takes over the warnings about former and obsolete keys.
+void finish(const capture::ConfigTable& root, ServiceInput& input) {
+  root.finish();
+  input.warnings.insert(input.warnings.end(), root.warnings().begin(), root.warnings().end());
+}
+
 void read_exhibit_file(const std::filesystem::path& file, ServiceInput& input) {
   const capture::ConfigTable root = capture::ConfigTable::load(file);
   input.exhibit = relight::read_exhibit(root);
-  root.finish();
-  input.warnings.insert(input.warnings.end(), root.warnings().begin(), root.warnings().end());
+  finish(root, input);
 }
 
 }  // namespace
@@ -93,7 +98,7 @@ ServiceInput read_service(const ServiceFiles& files, const relight::Plan& defaul
     if (with_own_keys) {
       read_own_keys(root);
     }
-    root.finish();
+    finish(root, input);
   };
 
   if (files.config.empty()) {
@@ -116,7 +121,7 @@ ServiceInput read_service(const ServiceFiles& files, const relight::Plan& defaul
     root.text("name", "");
     root.text("about", "");
     read_own_keys(root);
-    root.finish();
+    finish(root, input);
     read_cameras(folder / "session.toml", of_session, false);
   }
 

@@ -39,7 +39,7 @@ struct ServiceInput {
   relight::Exhibit exhibit;
   relight::Plan plan;
   ServerSettings server;
-  std::vector<std::string> warnings;  ///< about obsolete keys in these files
+  std::vector<std::string> warnings;  ///< about former and obsolete keys in these files
 };
 
 /// A configuration defines cameras like a session.toml, or names a recorded session: session = "FOLDER"; `--set` then

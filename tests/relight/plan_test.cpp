@@ -46,6 +46,23 @@ TEST(Plan, OverridesFromTheCommandLine) {
   root.finish();
 }
 
+TEST(Plan, ReadsAFormerNameWithAWarning) {
+  const auto read = [](const char* line) {
+    const capture::ConfigTable root = capture::ConfigTable::parse(std::string("[plan]\n") + line, "session.toml");
+    const Plan plan = read_plan(root, {});
+    root.finish();
+    EXPECT_EQ(plan.adaptive, 0) << line;
+    EXPECT_TRUE(plan.user_set.contains("adaptive")) << line;
+    return root.warnings();
+  };
+  EXPECT_TRUE(read("adaptive = 0").empty());
+  EXPECT_EQ(read("follow_scene = 0"),
+            std::vector<std::string>{"session.toml:2: plan.follow_scene: is now named adaptive"});
+  EXPECT_NE(error_of("[plan]\nfollow_scene = 0\nadaptive = 0").find("plan.follow_scene: found it together with"),
+            std::string::npos);
+  EXPECT_NE(error_of("[plan]\nfollow_scene = 2").find("session.toml:2: plan.follow_scene: found 2"), std::string::npos);
+}
+
 TEST(Plan, RefusesWhatIsNotAllowed) {
   struct Case {
     const char *toml, *where, *allowed;

@@ -72,6 +72,25 @@ TEST(ServiceConfig, ObsoleteKeysOfAnExhibitAreWarnedOf) {
   EXPECT_NE(input.warnings[0].find("exhibit.toml:2: object.0.rigid"), std::string::npos) << input.warnings[0];
 }
 
+TEST(ServiceConfig, FormerKeysAreReadWithAWarning) {
+  const TinySession tiny("former");
+  tiny.write("kiosk.toml", "session = \".\"\n[plan]\nfollow_scene = 0\n");
+  ServiceFiles files;
+  files.config = tiny.folder / "kiosk.toml";
+  const ServiceInput named = read_service(files, relight::Plan{});
+  EXPECT_EQ(named.plan.adaptive, 0);
+  ASSERT_EQ(named.warnings.size(), 1u);
+  EXPECT_NE(named.warnings[0].find("kiosk.toml:3: plan.follow_scene: is now named adaptive"), std::string::npos)
+      << named.warnings[0];
+  files = {.session = tiny.folder, .overrides = {"plan.follow_scene=0"}};
+  const ServiceInput set = read_service(files, relight::Plan{});
+  EXPECT_EQ(set.plan.adaptive, 0);
+  ASSERT_EQ(set.warnings.size(), 1u);
+  EXPECT_NE(set.warnings[0].find("plan.follow_scene: is now named adaptive"), std::string::npos) << set.warnings[0];
+  files.overrides = {"plan.adaptive=0"};
+  EXPECT_TRUE(read_service(files, relight::Plan{}).warnings.empty());
+}
+
 TEST(ServiceConfig, TheProjectsOwnConfigurationIsReadable) {
   if (!std::filesystem::exists(LUMIGRAFT_SOURCE_DIR "/recordings/tabletop/session.toml")) {
     GTEST_SKIP() << "recordings/tabletop is not there";
