@@ -20,14 +20,14 @@ struct Stamp {
 };
 
 /// A colour or fish-eye frame. Exactly one of `encoded` and `radiance` is filled.
-struct Picture {
+struct Frame {
   Stamp stamp = {};
   Stream stream = Stream::color;
   double exposure = 1.0;  ///< radiance 1/exposure (W/sr/m² per channel) has linear value 1.0; for `encoded` only
   Image<std::uint8_t> encoded = {};  ///< 8-bit R G B, encoded by the camera's response
   Image<float> radiance = {};        ///< linear sRGB radiance, W/sr/m² per channel, R G B
   /// The camera's own pixel format, from which `encoded` was converted; null if the camera delivers RGB.
-  std::shared_ptr<const CameraPicture> original = nullptr;
+  std::shared_ptr<const RawFrame> original = nullptr;
 };
 
 /// Depth as measured by the sensor, before registration to colour.
@@ -37,22 +37,22 @@ struct RawDepth {
 };
 
 /// Depth along the colour camera's z axis, on the colour camera's pixels.
-struct DepthPicture {
+struct DepthFrame {
   Stamp stamp;
   Image<float> depth_m;  ///< 1 channel; 0 = no measurement
 };
 
 /// One frame, or the exposures of one bracket.
-using FisheyePictures = std::vector<std::shared_ptr<const Picture>>;
+using FisheyeFrames = std::vector<std::shared_ptr<const Frame>>;
 
 /// One colour frame and the depth and fish-eye frames of its moment, which may be missing.
 struct FrameSet {
   std::uint64_t index = 0;   ///< sequence number of the colour stream, skipped frames included
   std::int64_t time_ns = 0;  ///< device time of the colour frame
-  std::shared_ptr<const Picture> color;
+  std::shared_ptr<const Frame> color;
   std::shared_ptr<const RawDepth> raw_depth;
-  std::shared_ptr<const DepthPicture> depth;  ///< raw_depth after DepthRegistration; null before
-  FisheyePictures fisheye;
+  std::shared_ptr<const DepthFrame> depth;  ///< raw_depth after DepthRegistration; null before
+  FisheyeFrames fisheye;
   std::vector<std::string> warnings;  ///< one line each
 };
 

@@ -7,8 +7,8 @@ const Stamp& stamp_of(const SourceItem& item) {
 }
 
 Stream stream_of(const SourceItem& item) {
-  if (const auto* picture = std::get_if<Picture>(&item)) return picture->stream;
-  const auto* lost = std::get_if<LostPicture>(&item);
+  if (const auto* frame = std::get_if<Frame>(&item)) return frame->stream;
+  const auto* lost = std::get_if<LostFrame>(&item);
   return lost != nullptr ? lost->stream : Stream::depth;
 }
 

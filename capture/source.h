@@ -15,13 +15,13 @@
 namespace lumigraft::capture {
 
 /// A frame that was lost. It keeps its place in the stream, so that pairing and counting stay correct.
-struct LostPicture {
+struct LostFrame {
   Stamp stamp;
   Stream stream = Stream::color;
   std::string reason;
 };
 
-using SourceItem = std::variant<Picture, RawDepth, LostPicture>;
+using SourceItem = std::variant<Frame, RawDepth, LostFrame>;
 const Stamp& stamp_of(const SourceItem& item);
 Stream stream_of(const SourceItem& item);
 const char* name_of(Stream stream);  ///< for messages

@@ -123,7 +123,7 @@ LampTagStage::Result SceneBuilder::locate_lamp_tags(const capture::FrameSet& fra
   return found;
 }
 
-void SceneBuilder::extract_light(const capture::FisheyePictures& fisheye, const capture::Picture* color) {
+void SceneBuilder::extract_light(const capture::FisheyeFrames& fisheye, const capture::Frame* color) {
   State& s = *state_;
   const std::int64_t time_ns = fisheye.empty() ? s.newest_lamp_tags.time_ns() : fisheye.front()->stamp.time_ns;
   LightStage::Result result = s.light.extract(fisheye, color, s.newest_lamp_tags.at(time_ns));

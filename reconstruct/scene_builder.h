@@ -61,7 +61,7 @@ class SceneBuilder {
   LampTagStage::Result locate_lamp_tags(const capture::FrameSet& frame, const std::optional<Pose>& pose);
   /// `fisheye`: one frame, or the exposures of one bracket; empty if none is new: then lamps are only moved to their
   /// newest tag poses. `color`: of about the same time; may be null.
-  void extract_light(const capture::FisheyePictures& fisheye, const capture::Picture* color);
+  void extract_light(const capture::FisheyeFrames& fisheye, const capture::Frame* color);
   /// The frame must have depth and its own pose; an extrapolated pose would blur the field.
   void fuse_depth(const capture::FrameSet& frame, const Pose& pose);
   /// False if no solution was due.

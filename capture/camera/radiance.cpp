@@ -10,16 +10,16 @@ namespace {
 /// Pixel value from which the weight falls linearly to 0 at kFullScale, so that merging leaves no seam. Chosen by hand.
 constexpr int kFadeStart = 230;
 
-void finish_mask(RadiancePicture& out) {
+void finish_mask(RadianceImage& out) {
   const auto clipped = std::count(out.clipped.data.begin(), out.clipped.data.end(), std::uint8_t{1});
   out.clipped_fraction =
       out.clipped.data.empty() ? 0.0 : static_cast<double>(clipped) / static_cast<double>(out.clipped.data.size());
 }
 
-RadiancePicture pass_through(const Picture& picture) {
-  RadiancePicture out;
-  out.radiance = picture.radiance;
-  out.clipped = Image<std::uint8_t>(picture.radiance.width, picture.radiance.height, 1);
+RadianceImage pass_through(const Frame& frame) {
+  RadianceImage out;
+  out.radiance = frame.radiance;
+  out.clipped = Image<std::uint8_t>(frame.radiance.width, frame.radiance.height, 1);
   for (std::size_t i = 0; i < out.radiance.data.size(); ++i) {
     float& value = out.radiance.data[i];
     if (!std::isfinite(value)) {  // unknown: 0 is a lower bound
@@ -50,16 +50,16 @@ std::array<std::array<double, 256>, 3> weights_of(const Response& response, doub
 
 }  // namespace
 
-RadiancePicture to_radiance(const Picture& picture, const Response& response) {
-  if (!picture.radiance.empty()) return pass_through(picture);
-  RadiancePicture out;
-  const Image<std::uint8_t>& codes = picture.encoded;
+RadianceImage to_radiance(const Frame& frame, const Response& response) {
+  if (!frame.radiance.empty()) return pass_through(frame);
+  RadianceImage out;
+  const Image<std::uint8_t>& codes = frame.encoded;
   out.radiance = Image<float>(codes.width, codes.height, 3);
   out.clipped = Image<std::uint8_t>(codes.width, codes.height, 1);
   std::array<std::array<float, 256>, 3> table{};
   for (int c = 0; c < 3; ++c) {
     for (int code = 0; code < 256; ++code) {
-      table[c][code] = static_cast<float>(response.to_linear(static_cast<std::uint8_t>(code), c) / picture.exposure);
+      table[c][code] = static_cast<float>(response.to_linear(static_cast<std::uint8_t>(code), c) / frame.exposure);
     }
   }
   for (std::size_t pixel = 0; pixel < out.clipped.data.size(); ++pixel) {
@@ -73,23 +73,23 @@ RadiancePicture to_radiance(const Picture& picture, const Response& response) {
   return out;
 }
 
-RadiancePicture merge_bracket(const std::vector<std::shared_ptr<const Picture>>& pictures, const Response& response) {
-  if (pictures.empty()) return {};
-  std::vector<std::shared_ptr<const Picture>> sorted;  // shortest exposure first
-  for (const auto& picture : pictures) {
-    if (!picture->radiance.empty() || pictures.size() == 1) return to_radiance(*picture, response);
-    sorted.push_back(picture);
+RadianceImage merge_bracket(const std::vector<std::shared_ptr<const Frame>>& frames, const Response& response) {
+  if (frames.empty()) return {};
+  std::vector<std::shared_ptr<const Frame>> sorted;  // shortest exposure first
+  for (const auto& frame : frames) {
+    if (!frame->radiance.empty() || frames.size() == 1) return to_radiance(*frame, response);
+    sorted.push_back(frame);
   }
   std::stable_sort(sorted.begin(), sorted.end(),
                    [](const auto& a, const auto& b) { return a->exposure < b->exposure; });
 
   std::vector<std::array<std::array<double, 256>, 3>> weights;
   weights.reserve(sorted.size());
-  for (const auto& picture : sorted) {
-    weights.push_back(weights_of(response, picture->exposure));
+  for (const auto& frame : sorted) {
+    weights.push_back(weights_of(response, frame->exposure));
   }
   const Image<std::uint8_t>& shortest = sorted.front()->encoded;
-  RadiancePicture out;
+  RadianceImage out;
   out.radiance = Image<float>(shortest.width, shortest.height, 3);
   out.clipped = Image<std::uint8_t>(shortest.width, shortest.height, 1);
   for (std::size_t i = 0; i < out.radiance.data.size(); ++i) {
@@ -112,10 +112,10 @@ RadiancePicture merge_bracket(const std::vector<std::shared_ptr<const Picture>>&
   return out;
 }
 
-void undo_vignetting(RadiancePicture& picture, const Image<float>& gain) {
+void undo_vignetting(RadianceImage& image, const Image<float>& gain) {
   for (std::size_t pixel = 0; pixel < gain.data.size(); ++pixel) {
     for (std::size_t c = 0; c < 3; ++c) {
-      picture.radiance.data[3 * pixel + c] *= gain.data[pixel];
+      image.radiance.data[3 * pixel + c] *= gain.data[pixel];
     }
   }
 }

@@ -139,7 +139,7 @@ MatroskaFile::MatroskaFile(const std::filesystem::path& file, const MatroskaTrac
 
 MatroskaFile::~MatroskaFile() { close(descriptor_); }
 
-void MatroskaFile::append(std::int64_t time_ns, std::span<const std::uint8_t> picture, std::optional<double> exposure) {
+void MatroskaFile::append(std::int64_t time_ns, std::span<const std::uint8_t> frame, std::optional<double> exposure) {
   Bytes after;  // elements that follow the frame in its group
   if (exposure) {
     Bytes number, more, additions;
@@ -153,7 +153,7 @@ void MatroskaFile::append(std::int64_t time_ns, std::span<const std::uint8_t> pi
   add(timestamp, kTimestamp, static_cast<std::uint64_t>(time_ns));
   constexpr std::uint64_t kBlockHead = 4;        // track number, two bytes of time relative to the cluster, flags
   constexpr std::uint64_t kElementHead = 1 + 8;  // of kBlock and kBlockGroup: ID and size
-  const std::uint64_t block = kBlockHead + picture.size();
+  const std::uint64_t block = kBlockHead + frame.size();
   const std::uint64_t group = kElementHead + block + after.size();
   Bytes head;
   add_id(head, kCluster);
@@ -164,7 +164,7 @@ void MatroskaFile::append(std::int64_t time_ns, std::span<const std::uint8_t> pi
   add_id(head, kBlock);
   add_size(head, block);
   add_big_endian(head, 0x81000000, kBlockHead);
-  write({head, picture, after});
+  write({head, frame, after});
 }
 
 /// Writes all pieces; if that fails, cuts the file back to its length before the call.

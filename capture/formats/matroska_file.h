@@ -35,8 +35,7 @@ class MatroskaFile {
 
   /// `time_ns` is not negative; `exposure`, if given, is stored with the frame. Throws std::runtime_error if writing
   /// fails; the file then ends with the previous frame.
-  void append(std::int64_t time_ns, std::span<const std::uint8_t> picture,
-              std::optional<double> exposure = std::nullopt);
+  void append(std::int64_t time_ns, std::span<const std::uint8_t> frame, std::optional<double> exposure = std::nullopt);
 
  private:
   void write(const std::vector<std::span<const std::uint8_t>>& pieces);

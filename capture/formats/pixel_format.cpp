@@ -61,14 +61,14 @@ std::optional<std::size_t> bytes_of(PixelFormat format, int width, int height) {
   return size > 0 ? std::optional(static_cast<std::size_t>(size)) : std::nullopt;
 }
 
-CameraPicture::CameraPicture(PixelFormat pixel_format, std::vector<std::uint8_t> own_bytes) : format(pixel_format) {
+RawFrame::RawFrame(PixelFormat pixel_format, std::vector<std::uint8_t> own_bytes) : format(pixel_format) {
   const auto kept = std::make_shared<const std::vector<std::uint8_t>>(std::move(own_bytes));
   bytes = *kept;
   keeps_bytes = kept;
 }
 
-CameraPicture::CameraPicture(PixelFormat pixel_format, std::span<const std::uint8_t> lent_bytes,
-                             std::shared_ptr<const void> lender)
+RawFrame::RawFrame(PixelFormat pixel_format, std::span<const std::uint8_t> lent_bytes,
+                   std::shared_ptr<const void> lender)
     : format(pixel_format), bytes(lent_bytes), keeps_bytes(std::move(lender)) {}
 
 std::vector<std::uint8_t> without_padding(PixelFormat format, int width, int height, std::size_t row_bytes,

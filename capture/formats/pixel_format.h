@@ -38,10 +38,10 @@ std::optional<PixelFormat> pixel_format_of(const std::array<char, 4>& fourcc);
 
 /// A frame in the camera's pixel format, rows without padding. Its bytes may be the driver's memory, borrowed until the
 /// last copy of `keeps_bytes` is gone.
-struct CameraPicture {
-  CameraPicture() = default;
-  CameraPicture(PixelFormat pixel_format, std::vector<std::uint8_t> own_bytes);
-  CameraPicture(PixelFormat pixel_format, std::span<const std::uint8_t> lent_bytes, std::shared_ptr<const void> lender);
+struct RawFrame {
+  RawFrame() = default;
+  RawFrame(PixelFormat pixel_format, std::vector<std::uint8_t> own_bytes);
+  RawFrame(PixelFormat pixel_format, std::span<const std::uint8_t> lent_bytes, std::shared_ptr<const void> lender);
 
   PixelFormat format = PixelFormat::rgb8;
   std::span<const std::uint8_t> bytes;

@@ -101,7 +101,7 @@ void LiveSource::read_frames(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     if (std::optional<SourceItem> item = device_->next(kLiveParameters.poll)) {
       // A camera that delivers only damaged frames counts as silent.
-      if (const auto* damaged = std::get_if<LostPicture>(&*item)) {
+      if (const auto* damaged = std::get_if<LostFrame>(&*item)) {
         lost = damaged->reason;
       } else {
         lost.clear();
@@ -141,7 +141,7 @@ bool LiveSource::clock_settling() {
 void LiveSource::accept(SourceItem item) {
   const auto stream = static_cast<std::size_t>(stream_of(item));
   Stamp& stamp = std::visit([](auto& i) -> Stamp& { return i.stamp; }, item);
-  if (std::holds_alternative<LostPicture>(item)) {
+  if (std::holds_alternative<LostFrame>(item)) {
     stamp.time_ns = stamp.host_time_ns;  // the device time of a damaged frame may be wrong
   } else {
     const std::int64_t device_ns = stamp.time_ns;

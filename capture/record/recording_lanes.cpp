@@ -32,7 +32,7 @@ void RecordingLanes::put(SourceItem item, bool live) {
     lane.count.lost += sequence - *lane.next_sequence;
   }
   lane.next_sequence = sequence + 1;
-  if (std::holds_alternative<LostPicture>(item) || (live && lane.waiting.size() >= kMaxQueued)) {
+  if (std::holds_alternative<LostFrame>(item) || (live && lane.waiting.size() >= kMaxQueued)) {
     ++lane.count.lost;
     return;
   }
@@ -62,7 +62,7 @@ void RecordingLanes::write(Stream stream, bool background) {
     while (const std::optional<SourceItem> item = take(lane)) {
       const bool kept = recorder_.write(stream, *item);
       const std::lock_guard lock(lane.mutex);
-      ++(kept ? lane.count.pictures : lane.count.unusable);
+      ++(kept ? lane.count.frames : lane.count.unusable);
     }
   } catch (...) {
     {

@@ -19,7 +19,7 @@ namespace lumigraft::capture {
 class RecordingLanes {
  public:
   struct Count {
-    std::uint64_t pictures = 0;  ///< written
+    std::uint64_t frames = 0;    ///< written
     std::uint64_t lost = 0;      ///< lost by the camera, or because the disk was too slow
     std::uint64_t unusable = 0;  ///< not written: time does not increase, or another format than the first frame
   };

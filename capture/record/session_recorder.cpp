@@ -99,7 +99,7 @@ SessionRecorder::SessionRecorder(const SessionText& text, const Session& session
 
 bool SessionRecorder::write(Stream stream, const SourceItem& item) {
   const bool kept = streams_[at(stream)]->write(item);
-  if (kept && streams_[at(stream)]->pictures() == 1) {
+  if (kept && streams_[at(stream)]->frames() == 1) {
     const std::lock_guard lock(mutex_);
     seen_[at(stream)] = true;
     if (seen_[at(Stream::color)]) {

@@ -109,15 +109,15 @@ bool StreamRecorder::write(const SourceItem& item) {
     out_->append(depth->stamp.time_ns,
                  encoder_ ? encoder_->encode(depth->counts)
                           : std::span(reinterpret_cast<const std::uint8_t*>(counts.data()), 2 * counts.size()));
-  } else if (const auto* picture = std::get_if<Picture>(&item)) {
-    if (picture->encoded.empty() && !picture->original) {
+  } else if (const auto* frame = std::get_if<Frame>(&item)) {
+    if (frame->encoded.empty() && !frame->original) {
       throw InputError(file_.filename().string() +
                        ": found pictures of radiance, allowed: 8-bit pictures, since those "
                        "are what cameras give");
     }
-    if (!in_order(picture->stamp.time_ns)) return false;
-    const PixelFormat format = picture->original ? picture->original->format : PixelFormat::rgb8;
-    const std::span<const std::uint8_t> bytes = picture->original ? picture->original->bytes : picture->encoded.data;
+    if (!in_order(frame->stamp.time_ns)) return false;
+    const PixelFormat format = frame->original ? frame->original->format : PixelFormat::rgb8;
+    const std::span<const std::uint8_t> bytes = frame->original ? frame->original->bytes : frame->encoded.data;
     if (!out_) {
       format_ = format;
       const auto fourcc = fourcc_of(format);
@@ -130,12 +130,12 @@ bool StreamRecorder::write(const SourceItem& item) {
     if (format != format_) {
       return false;  // a Matroska track has one format
     }
-    const bool own_exposure = picture->exposure != spec_.exposure;
-    out_->append(picture->stamp.time_ns, bytes, own_exposure ? std::optional(picture->exposure) : std::nullopt);
+    const bool own_exposure = frame->exposure != spec_.exposure;
+    out_->append(frame->stamp.time_ns, bytes, own_exposure ? std::optional(frame->exposure) : std::nullopt);
   } else {
     return false;
   }
-  ++pictures_;
+  ++frames_;
   return true;
 }
 

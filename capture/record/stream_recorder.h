@@ -30,7 +30,7 @@ class StreamRecorder {
   /// writing fails.
   bool write(const SourceItem& item);
 
-  std::uint64_t pictures() const { return pictures_; }
+  std::uint64_t frames() const { return frames_; }
 
  private:
   class DepthEncoder;
@@ -44,7 +44,7 @@ class StreamRecorder {
   std::unique_ptr<MatroskaFile> out_;       ///< created with the first frame
   PixelFormat format_ = PixelFormat::rgb8;  ///< of the first frame
   std::int64_t last_time_ns_ = -1;
-  std::uint64_t pictures_ = 0;
+  std::uint64_t frames_ = 0;
 };
 
 }  // namespace lumigraft::capture

@@ -87,11 +87,11 @@ std::optional<SourceItem> ImageSource::next(std::chrono::milliseconds /*timeout*
   try {
     decoded = decode(listed);
   } catch (const std::exception& e) {
-    return LostPicture{stamp, spec_.stream, listed.name + ": " + e.what()};
+    return LostFrame{stamp, spec_.stream, listed.name + ": " + e.what()};
   }
   if (const auto* counts = std::get_if<Image<std::uint16_t>>(decoded.get())) return RawDepth{stamp, *counts};
   const double exposure = listed.exposure.value_or(spec_.exposure);
-  Picture picture{.stamp = stamp, .stream = spec_.stream, .exposure = exposure};
+  Frame picture{.stamp = stamp, .stream = spec_.stream, .exposure = exposure};
   if (const auto* radiance = std::get_if<Image<float>>(decoded.get())) {
     picture.radiance = *radiance;
   } else {

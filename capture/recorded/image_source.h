@@ -15,7 +15,7 @@ namespace lumigraft::capture {
 class ImageSource : public Source, public Seekable {
  public:
   /// Checks every file of the list (existence, header, size, bit depth) and decodes the first. Throws InputError. A
-  /// file that cannot be decoded later becomes a LostPicture.
+  /// file that cannot be decoded later becomes a LostFrame.
   ImageSource(const std::filesystem::path& list, const StreamSpec& spec);
 
   std::optional<SourceItem> next(std::chrono::milliseconds timeout) override;

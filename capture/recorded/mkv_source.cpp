@@ -201,18 +201,18 @@ class MkvSource::Reader {
     return {last_time_ns_, steady_now_ns(), sequence_++};
   }
 
-  SourceItem lost(const std::string& reason) { return LostPicture{stamp(packet_time_), spec_.stream, reason}; }
+  SourceItem lost(const std::string& reason) { return LostFrame{stamp(packet_time_), spec_.stream, reason}; }
 
   SourceItem convert() {
     const AVFrame& frame = *frame_;
     const Stamp at = stamp(frame.best_effort_timestamp);
     const std::string reason = unusable(frame);
-    if (!reason.empty()) return LostPicture{at, spec_.stream, reason};
+    if (!reason.empty()) return LostFrame{at, spec_.stream, reason};
     if (spec_.stream == Stream::depth) return RawDepth{at, to_counts(frame)};
     const bool full_range = frame.color_range == AVCOL_RANGE_JPEG || codec_->codec_id == AV_CODEC_ID_MJPEG;
-    Picture picture = picture_at(at, rgb_.convert(frame, full_range));
+    Frame picture = picture_at(at, rgb_.convert(frame, full_range));
     if (codec_->codec_id == AV_CODEC_ID_MJPEG) {
-      picture.original = std::make_shared<CameraPicture>(CameraPicture{PixelFormat::mjpeg, jpeg_});
+      picture.original = std::make_shared<RawFrame>(RawFrame{PixelFormat::mjpeg, jpeg_});
     }
     return picture;
   }
@@ -253,25 +253,25 @@ class MkvSource::Reader {
     const std::span<const std::uint8_t> bytes(packet_->data, static_cast<std::size_t>(packet_->size));
     if (spec_.stream == Stream::depth) return uncompressed_depth(at, bytes);
     std::optional<Image<std::uint8_t>> rgb = pixels_.to_rgb(*uncompressed_, spec_.width, spec_.height, bytes);
-    if (!rgb) return LostPicture{at, spec_.stream, "the picture is damaged"};
-    Picture picture = picture_at(at, std::move(*rgb));
+    if (!rgb) return LostFrame{at, spec_.stream, "the picture is damaged"};
+    Frame picture = picture_at(at, std::move(*rgb));
     if (*uncompressed_ != PixelFormat::rgb8) {
-      picture.original = std::make_shared<CameraPicture>(
-          CameraPicture{*uncompressed_, std::vector<std::uint8_t>(bytes.begin(), bytes.end())});
+      picture.original =
+          std::make_shared<RawFrame>(RawFrame{*uncompressed_, std::vector<std::uint8_t>(bytes.begin(), bytes.end())});
     }
     return picture;
   }
 
   SourceItem uncompressed_depth(const Stamp& at, std::span<const std::uint8_t> bytes) const {
     RawDepth depth{at, Image<std::uint16_t>(spec_.width, spec_.height, 1)};
-    if (bytes.size() != 2 * depth.counts.data.size()) return LostPicture{at, spec_.stream, "the picture is damaged"};
+    if (bytes.size() != 2 * depth.counts.data.size()) return LostFrame{at, spec_.stream, "the picture is damaged"};
     for (std::size_t i = 0; i < depth.counts.data.size(); ++i) {
       depth.counts.data[i] = static_cast<std::uint16_t>(AV_RL16(bytes.data() + 2 * i));
     }
     return depth;
   }
 
-  Picture picture_at(const Stamp& at, Image<std::uint8_t> rgb) const {
+  Frame picture_at(const Stamp& at, Image<std::uint8_t> rgb) const {
     const double exposure = packet_exposure_.value_or(spec_.exposure);
     return {.stamp = at, .stream = spec_.stream, .exposure = exposure, .encoded = std::move(rgb)};
   }
@@ -302,7 +302,7 @@ MkvSource::MkvSource(const std::filesystem::path& file, const StreamSpec& spec) 
     if (!ahead_) {
       throw InputError("found a Matroska file without a picture");
     }
-    if (const auto* lost = std::get_if<LostPicture>(&*ahead_)) {
+    if (const auto* lost = std::get_if<LostFrame>(&*ahead_)) {
       throw InputError("first picture: " + lost->reason);
     }
     first_time_ns_ = stamp_of(*ahead_).time_ns;

@@ -13,7 +13,7 @@ namespace lumigraft::capture {
 
 class MkvSource : public Source, public Seekable {
  public:
-  /// Opens the file and decodes its first frame. Throws InputError. Frames damaged later become a LostPicture.
+  /// Opens the file and decodes its first frame. Throws InputError. Frames damaged later become a LostFrame.
   MkvSource(const std::filesystem::path& file, const StreamSpec& spec);
   ~MkvSource() override;
 

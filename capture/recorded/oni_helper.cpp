@@ -56,18 +56,18 @@ void send(const SourceItem& item, const std::vector<StreamSpec>& specs) {
   }
   message.time_ns = stamp_of(item).time_ns;
   message.sequence = stamp_of(item).sequence;
-  if (const auto* lost = std::get_if<LostPicture>(&item)) {
+  if (const auto* lost = std::get_if<LostFrame>(&item)) {
     message.kind = OniMessage::Kind::lost;
     set_text(message, lost->reason);
     send(message);
     return;
   }
-  message.kind = OniMessage::Kind::picture;
+  message.kind = OniMessage::Kind::frame;
   send(message);
   if (const auto* depth = std::get_if<RawDepth>(&item)) {
     send(depth->counts.data.data(), 2 * depth->counts.data.size());
   } else {
-    const auto& rgb = std::get<Picture>(item).encoded.data;
+    const auto& rgb = std::get<Frame>(item).encoded.data;
     send(rgb.data(), rgb.size());
   }
 }

@@ -9,7 +9,7 @@ namespace lumigraft::capture {
 inline constexpr int kOniPipe = 3;  ///< descriptor in the helper
 
 struct OniMessage {
-  enum class Kind : std::uint32_t { refused, opened, picture, lost };
+  enum class Kind : std::uint32_t { refused, opened, frame, lost };
 
   Kind kind = Kind::refused;
   std::uint32_t stream = 0;       ///< picture, lost: index into the requested streams

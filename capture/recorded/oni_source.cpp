@@ -82,18 +82,18 @@ class OniSource::Reader {
     const StreamSpec& spec = specs_[message.stream];
     last_ = {message.time_ns, steady_now_ns(), message.sequence};
     last_stream_ = spec.stream;
-    if (message.kind != OniMessage::Kind::picture) {
+    if (message.kind != OniMessage::Kind::frame) {
       message.text.back() = '\0';
-      return LostPicture{last_, spec.stream, message.text.data()};
+      return LostFrame{last_, spec.stream, message.text.data()};
     }
     if (spec.stream == Stream::depth) {
       RawDepth depth{last_, Image<std::uint16_t>(spec.width, spec.height, 1)};
       const Bytes bytes(reinterpret_cast<std::uint8_t*>(depth.counts.data.data()), 2 * depth.counts.data.size());
       return receive(bytes) ? std::optional<SourceItem>(std::move(depth)) : ended();
     }
-    Picture picture{.stamp = last_, .stream = spec.stream, .exposure = spec.exposure};
-    picture.encoded = Image<std::uint8_t>(spec.width, spec.height, 3);
-    return receive(picture.encoded.data) ? std::optional<SourceItem>(std::move(picture)) : ended();
+    Frame frame{.stamp = last_, .stream = spec.stream, .exposure = spec.exposure};
+    frame.encoded = Image<std::uint8_t>(spec.width, spec.height, 3);
+    return receive(frame.encoded.data) ? std::optional<SourceItem>(std::move(frame)) : ended();
   }
 
   bool finished() const { return finished_; }
@@ -122,7 +122,7 @@ class OniSource::Reader {
     const std::string why = exit_reason();
     if (why.empty()) return std::nullopt;
     fault_ = "OpenNI2 crashes while reading the rest of the recording: " + why;
-    return LostPicture{{last_.time_ns, steady_now_ns(), last_.sequence + 1}, last_stream_, fault_};
+    return LostFrame{{last_.time_ns, steady_now_ns(), last_.sequence + 1}, last_stream_, fault_};
   }
 
   std::vector<StreamSpec> specs_;

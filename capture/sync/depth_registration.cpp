@@ -115,7 +115,7 @@ FrameSet RegistrationStage::register_depth(const FrameSet& frame) {
     return with;
   }
   if (frame.raw_depth != last_raw_) {
-    auto depth = std::make_shared<DepthPicture>();
+    auto depth = std::make_shared<DepthFrame>();
     depth->stamp = frame.raw_depth->stamp;
     depth->depth_m = (*registration_)(frame.raw_depth->counts);
     last_ = std::move(depth);

@@ -43,7 +43,7 @@ class RegistrationStage {
  private:
   std::optional<DepthRegistration> registration_;
   std::shared_ptr<const RawDepth> last_raw_;
-  std::shared_ptr<const DepthPicture> last_;
+  std::shared_ptr<const DepthFrame> last_;
 };
 
 /// A reader's frames with depth registered.

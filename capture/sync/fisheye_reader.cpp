@@ -35,14 +35,14 @@ std::optional<FisheyeReader::Result> FisheyeReader::next(std::chrono::millisecon
   Result result;
   while (!lane_.queue.empty()) {
     SourceItem item = lane_.pop(result.warnings);
-    auto* picture = std::get_if<Picture>(&item);
-    if (picture == nullptr) {
+    auto* frame = std::get_if<Frame>(&item);
+    if (frame == nullptr) {
       continue;
     }
-    if (!result.pictures.empty() && result.pictures.front()->stamp.time_ns != picture->stamp.time_ns) {
-      result.pictures.clear();
+    if (!result.frames.empty() && result.frames.front()->stamp.time_ns != frame->stamp.time_ns) {
+      result.frames.clear();
     }
-    result.pictures.push_back(std::make_shared<const Picture>(std::move(*picture)));
+    result.frames.push_back(std::make_shared<const Frame>(std::move(*frame)));
   }
   result.warnings.insert(result.warnings.end(), lane_.notes.begin(), lane_.notes.end());
   lane_.notes.clear();

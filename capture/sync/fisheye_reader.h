@@ -19,7 +19,7 @@ class FisheyeReader {
   FisheyeReader(std::shared_ptr<Source> source, std::int64_t offset_ns);
 
   struct Result {
-    FisheyePictures pictures;           ///< of one time; empty if all were lost
+    FisheyeFrames frames;               ///< of one time; empty if all were lost
     std::vector<std::string> warnings;  ///< missing, lost and misordered frames before them
   };
   /// The newest frames that have arrived, else the next to arrive. Empty: timeout.

@@ -159,7 +159,7 @@ FrameSet PairingReader::emit() {
   while (is_lost(color)) {
     color = color_.pop(set.warnings);
   }
-  set.color = std::make_shared<const Picture>(std::move(std::get<Picture>(color)));
+  set.color = std::make_shared<const Frame>(std::move(std::get<Frame>(color)));
   const Stamp& stamp = set.color->stamp;
   set.index = stamp.sequence;
   set.time_ns = stamp.time_ns;
@@ -238,22 +238,22 @@ std::shared_ptr<const RawDepth> PairingReader::take_depth(std::int64_t time_ns, 
   return out;
 }
 
-std::vector<std::shared_ptr<const Picture>> PairingReader::take_fisheye(std::int64_t time_ns, std::int64_t bound,
-                                                                        Warnings& warnings) {
+std::vector<std::shared_ptr<const Frame>> PairingReader::take_fisheye(std::int64_t time_ns, std::int64_t bound,
+                                                                      Warnings& warnings) {
   std::optional<std::int64_t> best_ns = nearest_ns(fisheye_, false, time_ns, bound);
   if (!best_ns && sources_.live) {
     best_ns = newest_ns(fisheye_, time_ns - kLongestLiveBound_ns, time_ns);
   }
   const std::optional<std::int64_t> lost_ns = best_ns ? best_ns : nearest_ns(fisheye_, true, time_ns, bound);
-  std::vector<std::shared_ptr<const Picture>> out;
+  std::vector<std::shared_ptr<const Frame>> out;
   const std::int64_t drop_to = lost_ns.value_or(time_ns - bound - 1);
   int alone = std::exchange(fisheye_.dropped, 0);
   while (!fisheye_.queue.empty() && time_of(fisheye_.queue.front().item) <= drop_to) {
     SourceItem item = fisheye_.pop(warnings);
-    auto* picture = std::get_if<Picture>(&item);
-    if (picture != nullptr && picture->stamp.time_ns == best_ns) {
-      out.push_back(std::make_shared<const Picture>(std::move(*picture)));
-    } else if (picture != nullptr) {
+    auto* frame = std::get_if<Frame>(&item);
+    if (frame != nullptr && frame->stamp.time_ns == best_ns) {
+      out.push_back(std::make_shared<const Frame>(std::move(*frame)));
+    } else if (frame != nullptr) {
       ++alone;
     }
   }

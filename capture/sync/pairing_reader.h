@@ -60,8 +60,7 @@ class PairingReader : public FrameReader {
                                                 std::int64_t bound);
   static std::optional<std::int64_t> newest_ns(const StreamLane& lane, std::int64_t from_ns, std::int64_t to_ns);
   std::shared_ptr<const RawDepth> take_depth(std::int64_t time_ns, std::int64_t bound, Warnings& warnings);
-  std::vector<std::shared_ptr<const Picture>> take_fisheye(std::int64_t time_ns, std::int64_t bound,
-                                                           Warnings& warnings);
+  std::vector<std::shared_ptr<const Frame>> take_fisheye(std::int64_t time_ns, std::int64_t bound, Warnings& warnings);
 
   PairedSources sources_;
   StreamLane color_;

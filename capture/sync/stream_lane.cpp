@@ -6,7 +6,7 @@ namespace lumigraft::capture {
 namespace {
 
 std::string lost_text(const SourceItem& item) {
-  const auto& lost = std::get<LostPicture>(item);
+  const auto& lost = std::get<LostFrame>(item);
   return std::string(name_of(lost.stream)) + " picture " + std::to_string(lost.stamp.sequence) +
          " lost: " + lost.reason;
 }
@@ -15,7 +15,7 @@ std::string lost_text(const SourceItem& item) {
 
 std::string ms_text(std::int64_t ns) { return std::to_string((ns + 500'000) / 1'000'000) + " ms"; }
 
-bool is_lost(const SourceItem& item) { return std::holds_alternative<LostPicture>(item); }
+bool is_lost(const SourceItem& item) { return std::holds_alternative<LostFrame>(item); }
 
 std::int64_t time_of(const SourceItem& item) { return stamp_of(item).time_ns; }
 

@@ -14,7 +14,7 @@ constexpr std::array<float, 3> kLuminance = {0.2126f, 0.7152f, 0.0722f};  // Rec
 
 }  // namespace
 
-capture::Image<std::uint16_t> linear_light(const capture::Picture& picture, const capture::Response& response) {
+capture::Image<std::uint16_t> linear_light(const capture::Frame& picture, const capture::Response& response) {
   const bool encoded = !picture.encoded.empty();
   capture::Image<std::uint16_t> light(encoded ? picture.encoded.width : picture.radiance.width,
                                       encoded ? picture.encoded.height : picture.radiance.height, 1);

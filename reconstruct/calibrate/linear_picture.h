@@ -10,7 +10,7 @@ namespace lumigraft::reconstruct {
 
 /// Linear luminance; 65534 is the picture's maximum. The lowest bit is set where some channel is clipped: the value is
 /// a lower bound.
-capture::Image<std::uint16_t> linear_light(const capture::Picture& picture, const capture::Response& response);
+capture::Image<std::uint16_t> linear_light(const capture::Frame& picture, const capture::Response& response);
 
 inline bool is_cut(std::uint16_t light) { return (light & 1) != 0; }
 

@@ -35,7 +35,7 @@ std::vector<fs::path> picture_files(const fs::path& folder) {
   return files;
 }
 
-capture::Picture read_any_picture(const fs::path& file) {
+capture::Frame read_any_picture(const fs::path& file) {
   cv::Mat bgr;
   try {
     bgr = cv::imread(file.string(), cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
@@ -45,7 +45,7 @@ capture::Picture read_any_picture(const fs::path& file) {
   if (bgr.empty() || bgr.cols > capture::kMaxSide_px || bgr.rows > capture::kMaxSide_px)
     throw capture::InputError(file.string() +
                               ": found no picture that can be decoded, allowed: PNG, JPEG, TIFF or BMP");
-  capture::Picture picture;
+  capture::Frame picture;
   picture.encoded = capture::Image<std::uint8_t>(bgr.cols, bgr.rows, 3);
   for (int y = 0; y < bgr.rows; ++y)
     for (int x = 0; x < bgr.cols; ++x)

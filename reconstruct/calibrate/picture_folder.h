@@ -12,6 +12,6 @@ std::vector<std::filesystem::path> picture_files(const std::filesystem::path& fo
 
 /// R G B with 8 bits per channel; grey is replicated. Orientation metadata is ignored: pixels as the sensor recorded
 /// them. Throws InputError.
-capture::Picture read_any_picture(const std::filesystem::path& file);
+capture::Frame read_any_picture(const std::filesystem::path& file);
 
 }  // namespace lumigraft::reconstruct

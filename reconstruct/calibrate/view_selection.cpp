@@ -42,7 +42,7 @@ double moved_px(const BoardView& a, const BoardView& b) {
 }
 
 /// Discards the light of clipped paper.
-void forget_clipped_paper(const capture::Picture& picture, BoardView& view) {
+void forget_clipped_paper(const capture::Frame& picture, BoardView& view) {
   if (picture.encoded.empty()) return;
   for (SeenPoints& seen : view.seen) {
     Eigen::Vector2d low = seen.pixels[0], high = seen.pixels[0];
@@ -67,8 +67,8 @@ struct Detected {
   BoardView room_tag;
 };
 
-Detected found(const BoardFinder& finder, const std::optional<BoardFinder>& room_finder,
-               const capture::Picture& picture, const capture::Response& response) {
+Detected found(const BoardFinder& finder, const std::optional<BoardFinder>& room_finder, const capture::Frame& picture,
+               const capture::Response& response) {
   Detected result;
   BoardPicture& board = result.picture;
   board.light = linear_light(picture, response);
@@ -129,11 +129,11 @@ void ViewSelector::thin_out() {
   }
 }
 
-ViewSelector::Seen ViewSelector::add(std::int64_t time_ns, const capture::Picture* color,
+ViewSelector::Seen ViewSelector::add(std::int64_t time_ns, const capture::Frame* color,
                                      const capture::Response& color_response,
-                                     const std::vector<std::shared_ptr<const capture::Picture>>& fisheye,
+                                     const std::vector<std::shared_ptr<const capture::Frame>>& fisheye,
                                      const capture::Response& fisheye_response,
-                                     const std::shared_ptr<const capture::DepthPicture>& depth) {
+                                     const std::shared_ptr<const capture::DepthFrame>& depth) {
   const double passed_s = 1e-9 * static_cast<double>(time_ns - last_time_ns_);
   Seen seen;
   if (any_ && passed_s >= 0 && passed_s < kMinInterval_s) return seen;

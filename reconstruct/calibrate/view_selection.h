@@ -17,8 +17,8 @@ namespace lumigraft::reconstruct {
 struct BoardMoment {
   std::int64_t time_ns = 0;
   std::array<BoardPicture, 2> by_camera;
-  std::array<BoardView, 2> room_tag;                   ///< the tag fixed in the room, in its own frame
-  std::shared_ptr<const capture::DepthPicture> depth;  ///< unprocessed; null without depth
+  std::array<BoardView, 2> room_tag;                 ///< the tag fixed in the room, in its own frame
+  std::shared_ptr<const capture::DepthFrame> depth;  ///< unprocessed; null without depth
 };
 
 class ViewSelector {
@@ -32,10 +32,9 @@ class ViewSelector {
   };
   /// Processes the pictures of a moment; either camera's may be missing. Several fish-eye pictures are one exposure
   /// bracket, of which the one with the most board points is used.
-  Seen add(std::int64_t time_ns, const capture::Picture* color, const capture::Response& color_response,
-           const std::vector<std::shared_ptr<const capture::Picture>>& fisheye,
-           const capture::Response& fisheye_response,
-           const std::shared_ptr<const capture::DepthPicture>& depth = nullptr);
+  Seen add(std::int64_t time_ns, const capture::Frame* color, const capture::Response& color_response,
+           const std::vector<std::shared_ptr<const capture::Frame>>& fisheye, const capture::Response& fisheye_response,
+           const std::shared_ptr<const capture::DepthFrame>& depth = nullptr);
 
   /// Views of the last processed moment, selected or not.
   const std::array<BoardView, 2>& newest() const { return last_; }

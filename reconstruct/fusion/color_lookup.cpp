@@ -2,7 +2,7 @@
 
 namespace lumigraft::reconstruct {
 
-ColorLookup::ColorLookup(const capture::Picture* picture, const capture::Response& response, int width, int height) {
+ColorLookup::ColorLookup(const capture::Frame* picture, const capture::Response& response, int width, int height) {
   if (!picture) return;
   if (!picture->radiance.empty()) {
     radiance_ = capture::to_radiance(*picture, response);
@@ -11,11 +11,11 @@ ColorLookup::ColorLookup(const capture::Picture* picture, const capture::Respons
     if (picture->encoded.width != width || picture->encoded.height != height || picture->encoded.channels != 3) return;
     pixels_ = picture->encoded.data.data();
     // Table of the radiance of each pixel value, from an image that contains all of them.
-    capture::Picture all;
+    capture::Frame all;
     all.exposure = picture->exposure;
     all.encoded = capture::Image<std::uint8_t>(256, 1, 3);
     for (std::size_t i = 0; i < all.encoded.data.size(); ++i) all.encoded.data[i] = static_cast<std::uint8_t>(i / 3);
-    const capture::RadiancePicture values = capture::to_radiance(all, response);
+    const capture::RadianceImage values = capture::to_radiance(all, response);
     for (int value = 0; value < 256; ++value)
       for (int c = 0; c < 3; ++c) {
         Simd4& entry = table_[static_cast<std::size_t>(c)][static_cast<std::size_t>(value)];

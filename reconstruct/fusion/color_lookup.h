@@ -13,7 +13,7 @@ namespace lumigraft::reconstruct {
 class ColorLookup {
  public:
   /// `picture` may be null or of another size than the camera: then there is nothing to read.
-  ColorLookup(const capture::Picture* picture, const capture::Response& response, int width, int height);
+  ColorLookup(const capture::Frame* picture, const capture::Response& response, int width, int height);
 
   explicit operator bool() const { return width_ > 0; }
   /// Bilinear, or that of the nearest pixel. False outside the image and if a pixel it needs is clipped. Lane 3 of
@@ -29,7 +29,7 @@ class ColorLookup {
 
   int width_ = 0, height_ = 0;
   const std::uint8_t* pixels_ = nullptr;  ///< null if the image holds radiance
-  capture::RadiancePicture radiance_;
+  capture::RadianceImage radiance_;
   std::array<std::array<Simd4, 256>, 3> table_{};  ///< by channel and pixel value; lane 3 is 1 for clipped values
 };
 

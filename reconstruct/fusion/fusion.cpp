@@ -34,14 +34,14 @@ float motion(const Isometry3f& from, const Isometry3f& to, float unit_m, float u
          Eigen::AngleAxisf(from.linear().transpose() * to.linear()).angle() / unit_rad;
 }
 
-bool same_picture(const std::shared_ptr<const capture::Picture>& a, const std::shared_ptr<const capture::Picture>& b) {
+bool same_frame(const std::shared_ptr<const capture::Frame>& a, const std::shared_ptr<const capture::Frame>& b) {
   if (a == b) return true;
   return a && b && a->exposure == b->exposure && a->encoded.data == b->encoded.data &&
          a->radiance.data == b->radiance.data;
 }
 
-bool same_depth(const std::shared_ptr<const capture::DepthPicture>& a,
-                const std::shared_ptr<const capture::DepthPicture>& b) {
+bool same_depth(const std::shared_ptr<const capture::DepthFrame>& a,
+                const std::shared_ptr<const capture::DepthFrame>& b) {
   return a == b || (a && b && a->depth_m.data == b->depth_m.data);
 }
 
@@ -91,8 +91,8 @@ struct FusionStage::State {
   FieldBrickMaker maker;  ///< of published bricks
   std::unordered_map<BrickKey, std::size_t, BrickKeyHash> index_of;
   std::shared_ptr<const DistanceField> field;
-  std::shared_ptr<const capture::DepthPicture> last_depth;
-  std::shared_ptr<const capture::Picture> last_color;
+  std::shared_ptr<const capture::DepthFrame> last_depth;
+  std::shared_ptr<const capture::Frame> last_color;
   std::vector<Vector3f> seen_from_m;  ///< least recently used first
   Eigen::Isometry3d last_pose = Eigen::Isometry3d::Identity();
 };
@@ -251,7 +251,7 @@ std::shared_ptr<const DistanceField> FusionStage::fuse(const capture::FrameSet& 
   if (!frame.depth || pose.age_ns != 0) return s.field;
   if (frame.depth->depth_m.width != s.camera.width || frame.depth->depth_m.height != s.camera.height) return s.field;
   const bool same_pose = (pose.T_tag_camera.matrix() - s.last_pose.matrix()).cwiseAbs().maxCoeff() < kSamePose;
-  if (s.field && same_pose && same_depth(frame.depth, s.last_depth) && same_picture(frame.color, s.last_color))
+  if (s.field && same_pose && same_depth(frame.depth, s.last_depth) && same_frame(frame.color, s.last_color))
     return s.field;
   if (!s.field) {
     auto empty = std::make_shared<DistanceField>();

@@ -21,7 +21,7 @@ namespace {
 constexpr int kEnvironmentWidth = kLightParameters.environment.width;
 constexpr int kEnvironmentHeight = kLightParameters.environment.height;
 
-bool same_content(const capture::FisheyePictures& a, const capture::FisheyePictures& b) {
+bool same_content(const capture::FisheyeFrames& a, const capture::FisheyeFrames& b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto& p, const auto& q) {
     return p == q ||
            (p->exposure == q->exposure && p->encoded.data == q->encoded.data && p->radiance.data == q->radiance.data);
@@ -50,7 +50,7 @@ double flux_of(const capture::Image<float>& radiance, const FisheyeView& view) {
 }
 
 /// Clipped pixels from which no lamp was removed.
-capture::Image<std::uint8_t> still_clipped(const capture::RadiancePicture& picture, const LightSplit& split) {
+capture::Image<std::uint8_t> still_clipped(const capture::RadianceImage& picture, const LightSplit& split) {
   capture::Image<std::uint8_t> result = picture.clipped;
   for (std::size_t i = 0; i < result.data.size(); ++i) {
     const auto same =
@@ -90,7 +90,7 @@ struct LightStage::State {
       : settings(the_settings), tracker(static_cast<std::size_t>(the_settings.max_lights)), tag_matcher(session) {}
 
   LightSettings settings;
-  Illumination illuminate(const capture::RadiancePicture& picture) const;
+  Illumination illuminate(const capture::RadianceImage& picture) const;
   void place(const std::vector<LampTagPose>& tags, bool fresh);
 
   std::optional<capture::FisheyeCamera> camera;
@@ -102,7 +102,7 @@ struct LightStage::State {
   std::optional<EnvironmentResampler> resampler;
   LightTracker tracker;
   LampTagMatcher tag_matcher;
-  capture::FisheyePictures last_pictures;
+  capture::FisheyeFrames last_frames;
   std::shared_ptr<const Illumination> seen;  ///< from the last image alone,
   std::shared_ptr<const Illumination> last;  ///< and with the positions of lamp tags
   std::vector<std::string> tag_warnings;
@@ -121,7 +121,7 @@ LightStage::LightStage(const capture::Session& session, const LightSettings& set
 
 LightStage::~LightStage() = default;
 
-Illumination LightStage::State::illuminate(const capture::RadiancePicture& picture) const {
+Illumination LightStage::State::illuminate(const capture::RadianceImage& picture) const {
   const LightSplit split = split_lamps(picture.radiance, picture.clipped, view, settings.max_lights);
   Illumination now;
   now.probe_position_m = camera->T_tag_fisheye.translation().cast<float>();
@@ -153,15 +153,15 @@ void LightStage::State::place(const std::vector<LampTagPose>& tags, bool fresh) 
   last = std::move(now);
 }
 
-LightStage::Result LightStage::extract(const capture::FisheyePictures& fisheye, const capture::Picture* color,
+LightStage::Result LightStage::extract(const capture::FisheyeFrames& fisheye, const capture::Frame* color,
                                        const std::vector<LampTagPose>& tags) {
   State& s = *state_;
   Result result;
   bool fresh = false;  // a new image was evaluated
   const bool at_rest = s.seen && std::none_of(s.seen->lights.begin(), s.seen->lights.end(),
                                               [](const PointLight& light) { return light.hidden > 0; });
-  if (s.camera && !fisheye.empty() && !(at_rest && same_content(fisheye, s.last_pictures))) {
-    capture::RadiancePicture picture = capture::merge_bracket(fisheye, s.camera->response);
+  if (s.camera && !fisheye.empty() && !(at_rest && same_content(fisheye, s.last_frames))) {
+    capture::RadianceImage picture = capture::merge_bracket(fisheye, s.camera->response);
     if (picture.radiance.width == s.view.width && picture.radiance.height == s.view.height) {
       if (fisheye.front()->radiance.empty()) {  // else vignetting is removed already
         capture::undo_vignetting(picture, s.vignetting_gain);
@@ -177,7 +177,7 @@ LightStage::Result LightStage::extract(const capture::FisheyePictures& fisheye, 
         s.tracker.update(s.seen.get(), *now);
         s.seen = std::move(now);
         fresh = true;
-        s.last_pictures = fisheye;
+        s.last_frames = fisheye;
       }
     } else {
       result.warnings.push_back("the fish-eye picture is not of the size of its camera: skipped");

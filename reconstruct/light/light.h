@@ -82,7 +82,7 @@ class LightStage {
     std::vector<std::string> warnings;
   };
   /// `color`: of about the same moment, or null. `tags`: poses of the lamps that carry tags, at that moment.
-  Result extract(const capture::FisheyePictures& fisheye, const capture::Picture* color,
+  Result extract(const capture::FisheyeFrames& fisheye, const capture::Frame* color,
                  const std::vector<LampTagPose>& tags);
   Result extract(const capture::FrameSet& frame, const std::vector<LampTagPose>& tags = {}) {
     return extract(frame.fisheye, frame.color.get(), tags);

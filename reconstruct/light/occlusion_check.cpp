@@ -14,7 +14,7 @@ constexpr const LightParameters::Occlusion& kParameters = kLightParameters.occlu
 
 }  // namespace
 
-std::optional<float> median_radiance(const capture::Picture* color, const capture::Response& response) {
+std::optional<float> median_radiance(const capture::Frame* color, const capture::Response& response) {
   if (!color) return std::nullopt;
   const bool linear = !color->radiance.empty();
   const int width = linear ? color->radiance.width : color->encoded.width;

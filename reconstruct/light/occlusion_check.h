@@ -9,7 +9,7 @@
 namespace lumigraft::reconstruct {
 
 /// Median radiance of a colour image, mean of the channels; empty if there is no image.
-std::optional<float> median_radiance(const capture::Picture* color, const capture::Response& response);
+std::optional<float> median_radiance(const capture::Frame* color, const capture::Response& response);
 
 class OcclusionCheck {
  public:

@@ -41,9 +41,9 @@ class DepthTracking {
 
   DepthSampler sampler_;
   std::int64_t time_ns_ = 0;
-  std::optional<PoseEstimate> last_;                    ///< from the tag, or from depth while `tracking_`
-  std::shared_ptr<const capture::DepthPicture> depth_;  ///< of the same frame
-  std::optional<DepthGrid> grid_;                       ///< points of that depth, computed when needed
+  std::optional<PoseEstimate> last_;                  ///< from the tag, or from depth while `tracking_`
+  std::shared_ptr<const capture::DepthFrame> depth_;  ///< of the same frame
+  std::optional<DepthGrid> grid_;                     ///< points of that depth, computed when needed
   Eigen::Matrix<double, 6, 1> velocity_ = Eigen::Matrix<double, 6, 1>::Zero();  ///< steps per second
   bool tracking_ = false;
   /// The displayed pose relative to the pose from depth when tracking started: depth and print differ slightly.

@@ -41,7 +41,7 @@ float detector_gain(const capture::Image<float>& radiance) {
   return *bright > 0 ? 0.9f / *bright : 1.0f;
 }
 
-capture::Image<std::uint8_t> detector_codes(const capture::Picture& picture, const PixelRegion& region, float gain) {
+capture::Image<std::uint8_t> detector_codes(const capture::Frame& picture, const PixelRegion& region, float gain) {
   capture::Image<std::uint8_t> codes(region.width, region.height, 1);
   for (int y = 0; y < region.height; ++y) {
     std::uint8_t* row = &codes.data[codes.index(0, y)];
@@ -58,7 +58,7 @@ capture::Image<std::uint8_t> detector_codes(const capture::Picture& picture, con
   return codes;
 }
 
-std::vector<PixelSample> sample_pixels(const capture::Picture& picture, const capture::Response& response,
+std::vector<PixelSample> sample_pixels(const capture::Frame& picture, const capture::Response& response,
                                        const capture::CameraModel& camera, const PixelRegion& region) {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   std::vector<Vector2d> rays;

@@ -22,7 +22,7 @@ PixelRegion region_around(const Eigen::Vector2d& low, const Eigen::Vector2d& hig
 float detector_gain(const capture::Image<float>& radiance);
 
 /// Luminance in 8 bits with an sRGB-like curve, for the detector. `gain` applies to radiance images only.
-capture::Image<std::uint8_t> detector_codes(const capture::Picture& picture, const PixelRegion& region, float gain);
+capture::Image<std::uint8_t> detector_codes(const capture::Frame& picture, const PixelRegion& region, float gain);
 
 /// A pixel with its ray and linear light, for alignment.
 struct PixelSample {
@@ -35,7 +35,7 @@ struct PixelSample {
 };
 
 /// Pixels of the region except those on its border, which have no complete neighbourhood.
-std::vector<PixelSample> sample_pixels(const capture::Picture& picture, const capture::Response& response,
+std::vector<PixelSample> sample_pixels(const capture::Frame& picture, const capture::Response& response,
                                        const capture::CameraModel& camera, const PixelRegion& region);
 
 /// Every 5th pixel, or every 13th of many (PrintAlignmentParameters), spread evenly over rows and columns.

@@ -121,7 +121,7 @@ void TagPoseEstimator::compute_costs(std::vector<PoseCandidate>& candidates, con
   }
 }
 
-std::vector<PoseCandidate> TagPoseEstimator::estimate(const TagCorners& corners, const capture::Picture& picture,
+std::vector<PoseCandidate> TagPoseEstimator::estimate(const TagCorners& corners, const capture::Frame& picture,
                                                       const PoseHints& hints) const {
   SquareCorners rays;
   for (int i = 0; i < 4; ++i) {
@@ -185,7 +185,7 @@ std::vector<PoseCandidate> TagPoseEstimator::estimate(const TagCorners& corners,
   return result;
 }
 
-std::optional<PoseCandidate> TagPoseEstimator::follow(const capture::Picture& picture, const Isometry3d& T_camera_tag,
+std::optional<PoseCandidate> TagPoseEstimator::follow(const capture::Frame& picture, const Isometry3d& T_camera_tag,
                                                       const PrintAppearance& appearance) const {
   const auto corners = projected(T_camera_tag, size_m_ / 2, camera_);
   if (!corners) return std::nullopt;

@@ -37,11 +37,11 @@ class TagPoseEstimator {
                    const capture::Response& response);
 
   /// Both poses that explain the corners (Schweighofer & Pinz 2006) if they differ, aligned to the whole print.
-  std::vector<PoseCandidate> estimate(const TagCorners& corners, const capture::Picture& picture,
+  std::vector<PoseCandidate> estimate(const TagCorners& corners, const capture::Frame& picture,
                                       const PoseHints& hints) const;
   /// The pose from the visible part of the print, if the square is not detected. Empty if too little is visible, or the
   /// result is not near `T_camera_tag`.
-  std::optional<PoseCandidate> follow(const capture::Picture& picture, const Eigen::Isometry3d& T_camera_tag,
+  std::optional<PoseCandidate> follow(const capture::Frame& picture, const Eigen::Isometry3d& T_camera_tag,
                                       const PrintAppearance& appearance) const;
   struct SearchRegion {
     PixelRegion pixels;

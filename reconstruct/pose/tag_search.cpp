@@ -42,12 +42,12 @@ const TagSighting* nearest_sighting(const std::vector<TagSighting>& sightings, i
   return nearest;
 }
 
-bool TagSearch::fits(const capture::Picture& picture) const {
+bool TagSearch::fits(const capture::Frame& picture) const {
   return std::max(picture.encoded.width, picture.radiance.width) == camera_.width &&
          std::max(picture.encoded.height, picture.radiance.height) == camera_.height;
 }
 
-std::vector<TagSighting> TagSearch::in_region(const capture::Picture& picture, const PixelRegion& region,
+std::vector<TagSighting> TagSearch::in_region(const capture::Frame& picture, const PixelRegion& region,
                                               double narrowest_px, int id) {
   const capture::Image<std::uint8_t> grey = detector_codes(picture, region, gain_);
   const int fine = min_decimation(region.width);
@@ -62,7 +62,7 @@ std::vector<TagSighting> TagSearch::in_region(const capture::Picture& picture, c
   return found;
 }
 
-std::vector<TagSighting> TagSearch::in_image(const capture::Picture& picture, Resolution resolution) {
+std::vector<TagSighting> TagSearch::in_image(const capture::Frame& picture, Resolution resolution) {
   if (!picture.radiance.empty()) gain_ = detector_gain(picture.radiance);
   const capture::Image<std::uint8_t> grey = detector_codes(picture, {0, 0, camera_.width, camera_.height}, gain_);
   std::vector<TagSighting> coarse;

@@ -18,15 +18,15 @@ class TagSearch {
   /// Of the first tag (0) and the extra tags.
   const TagPattern& pattern(std::size_t index) const { return finder_.pattern(index); }
   /// Whether an image has the camera's size.
-  bool fits(const capture::Picture& picture) const;
+  bool fits(const capture::Frame& picture) const;
 
   /// All sightings of a tag of about this width in a region.
-  std::vector<TagSighting> in_region(const capture::Picture& picture, const PixelRegion& region, double narrowest_px,
+  std::vector<TagSighting> in_region(const capture::Frame& picture, const PixelRegion& region, double narrowest_px,
                                      int id);
   /// Resolution of the search in a whole image: half takes a quarter of the time and misses small tags.
   enum class Resolution { half, half_then_full, full };
   /// All tags in the image. Corners are measured in a region around each tag, so that tracking gives the same values.
-  std::vector<TagSighting> in_image(const capture::Picture& picture, Resolution resolution);
+  std::vector<TagSighting> in_image(const capture::Frame& picture, Resolution resolution);
 
  private:
   capture::CameraModel camera_;

@@ -37,7 +37,7 @@ capture::CameraModel resized(capture::CameraModel camera, double factor) {
 
 void resize_picture(double factor, capture::CameraModel& camera, capture::FrameSet& frame) {
   camera = resized(camera, factor);
-  auto color = std::make_shared<capture::Picture>(*frame.color);
+  auto color = std::make_shared<capture::Frame>(*frame.color);
   if (!color->encoded.empty()) {
     color->encoded = resampled(color->encoded, camera.width, camera.height);
   }
@@ -46,7 +46,7 @@ void resize_picture(double factor, capture::CameraModel& camera, capture::FrameS
   }
   frame.color = std::move(color);
   if (frame.depth) {
-    auto depth = std::make_shared<capture::DepthPicture>(*frame.depth);
+    auto depth = std::make_shared<capture::DepthFrame>(*frame.depth);
     depth->depth_m = resampled(depth->depth_m, camera.width, camera.height);
     frame.depth = std::move(depth);
   }

@@ -119,7 +119,7 @@ bool read_views(capture::FrameReader& reader, const std::function<bool()>& late,
 }
 
 /// Checks that all pictures of a camera have the size of the first.
-void check_size(const capture::Picture& picture, const fs::path& file, std::optional<capture::CameraModel>& camera,
+void check_size(const capture::Frame& picture, const fs::path& file, std::optional<capture::CameraModel>& camera,
                 bool fisheye, std::optional<double> fov_degrees) {
   if (!camera) {
     camera.emplace();
@@ -154,16 +154,16 @@ Input read_folder_views(const CalibrateCommand& command, const std::atomic<bool>
     if (interrupted) {
       break;
     }
-    std::array<std::shared_ptr<const capture::Picture>, 2> pictures;
+    std::array<std::shared_ptr<const capture::Frame>, 2> pictures;
     for (std::size_t c = 0; c < 2; ++c) {
       if (!files[c].empty()) {
-        auto picture = std::make_shared<capture::Picture>(reconstruct::read_any_picture(files[c]));
+        auto picture = std::make_shared<capture::Frame>(reconstruct::read_any_picture(files[c]));
         check_size(*picture, files[c], input.cameras[c], c == 1, command.fov_degrees);
         picture->stamp.time_ns = time_ns;
         pictures[c] = std::move(picture);
       }
     }
-    std::vector<std::shared_ptr<const capture::Picture>> fisheye;
+    std::vector<std::shared_ptr<const capture::Frame>> fisheye;
     if (pictures[1]) {
       fisheye.push_back(pictures[1]);
     }

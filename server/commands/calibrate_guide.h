@@ -42,7 +42,7 @@ class CalibrateGuide {
 
   struct Camera {
     capture::CameraModel model;
-    std::shared_ptr<const capture::Picture> picture;
+    std::shared_ptr<const capture::Frame> picture;
     reconstruct::BoardView view;  ///< in `picture`
     int views = 0;
     reconstruct::Coverage coverage;

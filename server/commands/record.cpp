@@ -74,7 +74,7 @@ class Recording {
     for (const capture::Stream stream : {capture::Stream::color, capture::Stream::depth, capture::Stream::fisheye}) {
       if (used_[static_cast<std::size_t>(stream)]) {
         const capture::RecordingLanes::Count count = lanes_.count(stream);
-        out << "  " << name_of(stream) << ": " << count.pictures << " pictures";
+        out << "  " << name_of(stream) << ": " << count.frames << " pictures";
         if (count.lost > 0) {
           out << ", " << count.lost << " lost";
         }
@@ -86,7 +86,7 @@ class Recording {
     }
   }
 
-  std::uint64_t pictures() const { return lanes_.count(capture::Stream::color).pictures; }
+  std::uint64_t frames() const { return lanes_.count(capture::Stream::color).frames; }
 
  private:
   static capture::Session named(capture::Session session, const capture::PairedSources& sources) {
@@ -163,7 +163,7 @@ void run_record(const RecordCommand& command, const std::atomic<bool>& interrupt
   Recording recording(command, input);
   recording.run(interrupted);
   recording.report(report, command.out);
-  if (recording.pictures() == 0) {
+  if (recording.frames() == 0) {
     throw std::runtime_error("no colour picture came: " + command.out.string() + " cannot be replayed");
   }
 }

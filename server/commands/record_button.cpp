@@ -21,15 +21,15 @@ std::string time_name() {
 
 /// The item to record: a picture converted for display is replaced by the original, where the camera delivered one.
 capture::SourceItem kept(const capture::SourceItem& item) {
-  const auto* picture = std::get_if<capture::Picture>(&item);
-  if (picture == nullptr || !picture->original) {
+  const auto* frame = std::get_if<capture::Frame>(&item);
+  if (frame == nullptr || !frame->original) {
     return item;
   }
-  capture::Picture out;
-  out.stamp = picture->stamp;
-  out.stream = picture->stream;
-  out.exposure = picture->exposure;
-  out.original = picture->original;
+  capture::Frame out;
+  out.stamp = frame->stamp;
+  out.stream = frame->stream;
+  out.exposure = frame->exposure;
+  out.original = frame->original;
   return out;
 }
 
@@ -87,7 +87,7 @@ void RecordButton::end() {
     {
       const std::lock_guard lock(mutex_);
       count();
-      if (state_.error.empty() && lanes->count(capture::Stream::color).pictures == 0) {
+      if (state_.error.empty() && lanes->count(capture::Stream::color).frames == 0) {
         state_.error = "no colour picture came, so it cannot be replayed";
       }
       compressing_ = state_.error.empty();
@@ -108,9 +108,9 @@ void RecordButton::count() {
   if (state_.doing == Doing::recording) {
     state_.seconds = std::chrono::duration<double>(Clock::now() - began_).count();
   }
-  state_.pictures = state_.lost = 0;
+  state_.frames = state_.lost = 0;
   for (const capture::Stream stream : {capture::Stream::color, capture::Stream::depth, capture::Stream::fisheye}) {
-    state_.pictures += lanes_->count(stream).pictures;
+    state_.frames += lanes_->count(stream).frames;
     state_.lost += lanes_->count(stream).lost;
   }
   if (const std::exception_ptr failure = lanes_->failure()) {

@@ -19,10 +19,10 @@ class RecordButton {
   enum class Doing { nothing, recording, finishing, compressing };
   struct State {
     Doing doing = Doing::nothing;
-    double seconds = 0.0;                  ///< duration of the running or newest recording
-    std::string folder;                    ///< its folder; empty before the first
-    std::uint64_t pictures = 0, lost = 0;  ///< over all streams
-    std::string error;                     ///< the error that ended it; empty on success
+    double seconds = 0.0;                ///< duration of the running or newest recording
+    std::string folder;                  ///< its folder; empty before the first
+    std::uint64_t frames = 0, lost = 0;  ///< over all streams
+    std::string error;                   ///< the error that ended it; empty on success
   };
 
   /// Each recording is a new folder in `folder`, named by its start time.

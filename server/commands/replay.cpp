@@ -78,7 +78,7 @@ std::string frame_name(std::uint64_t index) {
 }
 
 /// The warning of capture about a colour picture that is missing before `frame`.
-std::string lost_picture(const capture::FrameSet& frame, std::uint64_t index) {
+std::string lost_frame(const capture::FrameSet& frame, std::uint64_t index) {
   const std::string about = "colour picture " + std::to_string(index) + " ";
   for (const std::string& warning : frame.warnings) {
     if (warning.starts_with(about)) {
@@ -134,7 +134,7 @@ bool run_replay(const ReplayCommand& command, const std::atomic<bool>& interrupt
       limit += frame->index;
     }
     for (; expected < frame->index && expected < limit; ++expected, ++skipped) {
-      const std::string reason = lost_picture(*frame, expected);
+      const std::string reason = lost_frame(*frame, expected);
       lines << skipped_frame_line(expected, {reason}) << '\n';
       std::cerr << "lumigraft: frame " << expected << " is skipped: " << reason << '\n';
     }

@@ -17,7 +17,7 @@ namespace lumigraft::server {
 namespace {
 
 WebReply snapshot(const Pipeline& pipeline, JpegEncoder& encoder) {
-  const ShownPicture newest = pipeline.newest();
+  const ShownFrame newest = pipeline.newest();
   if (!newest.srgb) {
     return {503, "text/plain; charset=utf-8", "no picture yet\n"};
   }

@@ -193,7 +193,7 @@ void run_export(const ExportCommand& command, const std::atomic<bool>& interrupt
       ++depths;
     }
     for (std::size_t i = 0; i < frame->fisheye.size(); ++i) {
-      const capture::Picture& picture = *frame->fisheye[i];
+      const capture::Frame& picture = *frame->fisheye[i];
       if (picture.encoded.empty()) {
         ++radiance;
         continue;

@@ -6,7 +6,7 @@
 
 namespace lumigraft::server {
 
-capture::Image<std::uint8_t> camera_picture(const capture::Picture& color) {
+capture::Image<std::uint8_t> camera_picture(const capture::Frame& color) {
   if (!color.encoded.empty()) {
     return color.encoded;
   }

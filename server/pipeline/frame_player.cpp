@@ -13,7 +13,7 @@ constexpr std::chrono::milliseconds kPatience{100};
 /// A recording that is later than this continues at its rate from now on, instead of playing faster to catch up.
 constexpr std::chrono::milliseconds kTooLate{500};
 
-std::size_t bytes_of(const capture::Picture& picture) {
+std::size_t bytes_of(const capture::Frame& picture) {
   return picture.encoded.data.size() + sizeof(float) * picture.radiance.data.size() +
          (picture.original ? picture.original->bytes.size() : 0);
 }

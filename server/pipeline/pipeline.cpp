@@ -38,8 +38,8 @@ struct PosedFrame {
 
 /// Input of the light stage.
 struct FisheyeView {
-  capture::FisheyePictures pictures;
-  std::shared_ptr<const capture::Picture> color;  ///< captured within kSameMoment_ns; may be null
+  capture::FisheyeFrames frames;
+  std::shared_ptr<const capture::Frame> color;  ///< captured within kSameMoment_ns; may be null
 };
 
 /// Threads of lower priority than rendering.
@@ -93,16 +93,16 @@ struct Pipeline::State {
   Mailbox<std::shared_ptr<const PosedFrame>> to_geometry{"fuse"};
   Mailbox<std::shared_ptr<const PosedFrame>> to_lamp_tags{"lamp tags"};
   Mailbox<FisheyeView> to_light{"light"};
-  Mailbox<ShownPicture> to_encode{"encode"};
+  Mailbox<ShownFrame> to_encode{"encode"};
   DutyCycle geometry_rest{kGeometryEvery}, lamp_tags_rest{kLightEvery}, light_rest{kLightEvery}, room_rest{kRoomEvery};
 
   mutable std::mutex newest_mutex;
-  ShownPicture newest;
+  ShownFrame newest;
   Record newest_record;
   std::vector<std::string> faults;  ///< current faults of the cameras
 
   std::mutex newest_color_mutex;
-  std::shared_ptr<const capture::Picture> newest_color;  ///< the last frame of capture
+  std::shared_ptr<const capture::Frame> newest_color;  ///< the last frame of capture
 
   Clock::time_point last_encoded{};  ///< used by the encode thread only
 
@@ -215,15 +215,15 @@ void Pipeline::State::fisheye_turn() {
     return;
   }
   store.publish_warnings("fish-eye", std::move(seen->warnings));
-  if (seen->pictures.empty()) {
+  if (seen->frames.empty()) {
     return;
   }
-  FisheyeView view{std::move(seen->pictures), nullptr};
+  FisheyeView view{std::move(seen->frames), nullptr};
   {
     std::lock_guard lock(newest_color_mutex);
     view.color = newest_color;
   }
-  if (view.color && std::abs(view.color->stamp.time_ns - view.pictures.front()->stamp.time_ns) > kSameMoment_ns) {
+  if (view.color && std::abs(view.color->stamp.time_ns - view.frames.front()->stamp.time_ns) > kSameMoment_ns) {
     view.color = nullptr;
   }
   to_light.put(std::move(view));
@@ -304,7 +304,7 @@ void Pipeline::State::relight_turn() {
   metrics.frame_made();
   metrics.warn(warnings.size());
 
-  ShownPicture shown;
+  ShownFrame shown;
   shown.srgb = std::make_shared<const capture::Image<std::uint8_t>>(std::move(relit.picture.srgb));
   shown.passed_through = relit.passed_through;
   shown.captured = posed->played.captured;
@@ -354,7 +354,7 @@ void Pipeline::State::light_turn() {
   if (const std::optional<FisheyeView> view = to_light.take(kTick)) {
     const ScopedWork work(light_rest);
     const StageTimer timer(metrics, "light");
-    builder.extract_light(view->pictures, view->color.get());
+    builder.extract_light(view->frames, view->color.get());
   } else {
     builder.extract_light({}, nullptr);
   }
@@ -383,7 +383,7 @@ void Pipeline::State::room_turn() {
 }
 
 void Pipeline::State::encode_turn() {
-  std::optional<ShownPicture> picture = to_encode.take(kTick);
+  std::optional<ShownFrame> picture = to_encode.take(kTick);
   if (picture) {
     last_encoded = Clock::now();
   } else if (Clock::now() - last_encoded > kKeepAlive) {
@@ -445,7 +445,7 @@ ExhibitState& Pipeline::exhibit() { return state_->exhibit; }
 
 Playback& Pipeline::playback() { return state_->playback; }
 
-ShownPicture Pipeline::newest() const {
+ShownFrame Pipeline::newest() const {
   std::lock_guard lock(state_->newest_mutex);
   return state_->newest;
 }

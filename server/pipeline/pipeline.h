@@ -58,7 +58,7 @@ class Pipeline {
   /// Playback of a recording; without effect on live cameras.
   Playback& playback();
   /// The newest image; its srgb is null before the first.
-  ShownPicture newest() const;
+  ShownFrame newest() const;
   /// The record of the newest image.
   struct Record {
     std::vector<std::string> warnings;

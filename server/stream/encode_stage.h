@@ -15,7 +15,7 @@
 namespace lumigraft::server {
 
 /// A composited frame to send to viewers.
-struct ShownPicture {
+struct ShownFrame {
   std::shared_ptr<const capture::Image<std::uint8_t>> srgb;
   std::uint32_t sequence = 0;
   bool passed_through = false;
@@ -27,12 +27,12 @@ class EncodeStage {
   EncodeStage(int jpeg_quality, EncoderDemand& demand, Metrics& metrics);
 
   /// Throws std::runtime_error where an encoder fails; the next call restarts that encoder.
-  std::vector<std::shared_ptr<const StreamMessage>> encode(const ShownPicture& picture);
+  std::vector<std::shared_ptr<const StreamMessage>> encode(const ShownFrame& frame);
 
  private:
-  std::shared_ptr<const StreamMessage> message(const ShownPicture& picture, StreamKind kind,
+  std::shared_ptr<const StreamMessage> message(const ShownFrame& frame, StreamKind kind,
                                                std::span<const std::uint8_t> payload) const;
-  void encode_h264(const ShownPicture& picture, std::vector<std::shared_ptr<const StreamMessage>>& out);
+  void encode_h264(const ShownFrame& frame, std::vector<std::shared_ptr<const StreamMessage>>& out);
 
   EncoderDemand& demand_;
   Metrics& metrics_;

@@ -5,7 +5,7 @@
 namespace lumigraft::server {
 namespace {
 
-constexpr std::size_t kRememberedPictures = 256;
+constexpr std::size_t kRememberedFrames = 256;
 
 }  // namespace
 
@@ -36,7 +36,7 @@ void ViewerHub::publish(const std::shared_ptr<const StreamMessage>& message) {
     config_ = message;
   } else {
     capture_times_ns_.emplace_back(message->header.sequence, message->header.capture_time_ns);
-    if (capture_times_ns_.size() > kRememberedPictures) {
+    if (capture_times_ns_.size() > kRememberedFrames) {
       capture_times_ns_.pop_front();
     }
   }

@@ -6,7 +6,7 @@ namespace lumigraft::server {
 
 void ViewerQueue::want(Codec codec) {
   codec_ = codec;
-  pictures_.clear();
+  frames_.clear();
   needs_key_ = true;
   config_sent_ = false;
 }
@@ -17,10 +17,10 @@ bool ViewerQueue::offer(std::shared_ptr<const StreamMessage> message) {
     under_way_.clear();
     held_back_ = 0;
   }
-  return offer_picture(std::move(message));
+  return offer_frame(std::move(message));
 }
 
-bool ViewerQueue::offer_picture(std::shared_ptr<const StreamMessage> message) {
+bool ViewerQueue::offer_frame(std::shared_ptr<const StreamMessage> message) {
   switch (message->header.kind) {
     case StreamKind::config:
       config_ = std::move(message);
@@ -30,18 +30,18 @@ bool ViewerQueue::offer_picture(std::shared_ptr<const StreamMessage> message) {
       if (codec_ != Codec::jpeg) {
         return false;
       }
-      const bool dropped = !pictures_.empty();
-      pictures_.clear();
-      pictures_.push_back(std::move(message));
+      const bool dropped = !frames_.empty();
+      frames_.clear();
+      frames_.push_back(std::move(message));
       return dropped;
     }
     case StreamKind::h264_key: {
       if (codec_ != Codec::h264) {
         return false;
       }
-      const bool dropped = !pictures_.empty();
-      pictures_.clear();
-      pictures_.push_back(std::move(message));
+      const bool dropped = !frames_.empty();
+      frames_.clear();
+      frames_.push_back(std::move(message));
       needs_key_ = false;
       return dropped;
     }
@@ -54,12 +54,12 @@ bool ViewerQueue::offer_picture(std::shared_ptr<const StreamMessage> message) {
   if (needs_key_) {
     return true;
   }
-  if (pictures_.size() >= kLongestRun) {
-    pictures_.clear();
+  if (frames_.size() >= kLongestRun) {
+    frames_.clear();
     needs_key_ = true;
     return true;
   }
-  pictures_.push_back(std::move(message));
+  frames_.push_back(std::move(message));
   return false;
 }
 
@@ -91,20 +91,20 @@ std::optional<ViewerQueue::Outgoing> ViewerQueue::next() {
   if (std::optional<Outgoing> text = next_text()) {
     return text;
   }
-  if (pictures_.empty() || owes_acknowledgements()) {
+  if (frames_.empty() || owes_acknowledgements()) {
     return std::nullopt;
   }
-  if (pictures_.front()->header.kind == StreamKind::h264_key && config_ && !config_sent_) {
+  if (frames_.front()->header.kind == StreamKind::h264_key && config_ && !config_sent_) {
     config_sent_ = true;
     return config_;
   }
-  auto picture = std::move(pictures_.front());
-  pictures_.pop_front();
-  under_way_.push_back(picture->header.sequence);
+  auto frame = std::move(frames_.front());
+  frames_.pop_front();
+  under_way_.push_back(frame->header.sequence);
   if (under_way_.size() > kMaxInFlight) {
     under_way_.pop_front();
   }
-  return picture;
+  return frame;
 }
 
 }  // namespace lumigraft::server

@@ -36,11 +36,11 @@ class ViewerQueue {
 
  private:
   bool owes_acknowledgements() const { return acknowledges_ && under_way_.size() >= kMaxInFlight; }
-  bool offer_picture(std::shared_ptr<const StreamMessage> message);
+  bool offer_frame(std::shared_ptr<const StreamMessage> message);
 
   Codec codec_ = Codec::none;
   std::map<std::string, std::string> texts_;
-  std::deque<std::shared_ptr<const StreamMessage>> pictures_;
+  std::deque<std::shared_ptr<const StreamMessage>> frames_;
   std::shared_ptr<const StreamMessage> config_;  ///< the newest; sent before the next key frame
   bool config_sent_ = false;
   bool needs_key_ = true;

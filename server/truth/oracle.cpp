@@ -152,34 +152,34 @@ struct Oracle::State {
     return truth_folder(session.folder, index) / name;
   }
 
-  using Pictures = std::vector<std::shared_ptr<const capture::Picture>>;
-  Pictures fisheye(const capture::FrameSet& frame) const {
-    Pictures pictures = frame.fisheye;
+  using Frames = std::vector<std::shared_ptr<const capture::Frame>>;
+  Frames fisheye(const capture::FrameSet& frame) const {
+    Frames frames = frame.fisheye;
     for (const std::uint64_t index :
          {frame.index, std::uint64_t{0}}) {  // the fish-eye's truth may exist for frame 0 only
       const std::filesystem::path path = file(index, "fisheye.exr");
       if (std::filesystem::exists(path)) {
-        pictures = {fisheye_picture(frame, read_true_picture(path))};
+        frames = {fisheye_frame(frame, read_true_picture(path))};
         break;
       }
     }
-    if (!environment || pictures.empty()) {
-      return pictures;
+    if (!environment || frames.empty()) {
+      return frames;
     }
-    capture::RadiancePicture picture = capture::merge_bracket(pictures, session.fisheye->response);
+    capture::RadianceImage picture = capture::merge_bracket(frames, session.fisheye->response);
     if (picture.clipped_fraction == 0) {
-      return pictures;
+      return frames;
     }
-    if (pictures.front()->radiance.empty()) {
+    if (frames.front()->radiance.empty()) {
       capture::undo_vignetting(picture, capture::vignetting_gain(session.fisheye->vignetting, session.fisheye->model));
     }
     environment->complete(picture);
-    return {fisheye_picture(frame, std::move(picture.radiance))};
+    return {fisheye_frame(frame, std::move(picture.radiance))};
   }
 
-  static std::shared_ptr<const capture::Picture> fisheye_picture(const capture::FrameSet& frame,
-                                                                 capture::Image<float> radiance) {
-    auto picture = std::make_shared<capture::Picture>();
+  static std::shared_ptr<const capture::Frame> fisheye_frame(const capture::FrameSet& frame,
+                                                             capture::Image<float> radiance) {
+    auto picture = std::make_shared<capture::Frame>();
     picture->stamp.time_ns = frame.time_ns;
     picture->stream = capture::Stream::fisheye;
     picture->radiance = std::move(radiance);
@@ -233,7 +233,7 @@ capture::FrameSet Oracle::with_true_depth(const capture::FrameSet& frame) const 
     with.depth = nullptr;
     return with;
   }
-  auto depth = std::make_shared<capture::DepthPicture>();
+  auto depth = std::make_shared<capture::DepthFrame>();
   depth->stamp = frame.depth ? frame.depth->stamp : frame.color->stamp;
   depth->depth_m = read_true_depth(file);
   const capture::CameraModel& camera = state_->session.color.model;

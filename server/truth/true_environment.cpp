@@ -35,7 +35,7 @@ TrueEnvironment::TrueEnvironment(const capture::Session& session)
   capture::Session around;
   around.fisheye = all_around(fisheye_);
   const capture::CameraModel& model = around.fisheye->model;
-  auto picture = std::make_shared<capture::Picture>();
+  auto picture = std::make_shared<capture::Frame>();
   picture->stream = capture::Stream::fisheye;
   picture->radiance = capture::Image<float>(model.width, model.height, 3);
   for (int v = 0; v < model.height; ++v) {
@@ -62,7 +62,7 @@ Eigen::Vector3f TrueEnvironment::mean_over_pixel(const capture::FisheyeCamera& c
   return seen > 0 ? (sum / static_cast<float>(seen)).eval() : sum;
 }
 
-void TrueEnvironment::complete(capture::RadiancePicture& picture) const {
+void TrueEnvironment::complete(capture::RadianceImage& picture) const {
   const Eigen::Vector3f probe_m = fisheye_.T_tag_fisheye.translation().cast<float>();
   for (int v = 0; v < picture.radiance.height; ++v) {
     for (int u = 0; u < picture.radiance.width; ++u) {

@@ -18,7 +18,7 @@ class TrueEnvironment {
 
   /// Fills in the environment where fish-eye pixels are lower bounds and see it: the sun exceeds the range of cameras
   /// and of half-precision files.
-  void complete(capture::RadiancePicture& picture) const;
+  void complete(capture::RadianceImage& picture) const;
 
   /// Lamps that the light stage detects in the environment, rendered as an omnidirectional fish-eye with the session's
   /// angular resolution.

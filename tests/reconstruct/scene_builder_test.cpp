@@ -61,7 +61,7 @@ TEST(SceneBuilder, ItsStagesByThemselvesGiveTheSameScene) {
   EXPECT_FALSE(at_once.learning());
 }
 
-TEST(SceneBuilder, LightNeedsNoColourPicture) {
+TEST(SceneBuilder, LightNeedsNoColourFrame) {
   const capture::Session session = tabletop();
   const capture::FrameSet frame = first_frames(session, 1).front();
   SceneBuilder with(session), without(session);
@@ -74,7 +74,7 @@ TEST(SceneBuilder, LightNeedsNoColourPicture) {
   EXPECT_EQ(alone->environment.radiance.data, seen->environment.radiance.data);
 }
 
-TEST(SceneBuilder, OverridesStandInPlaceOfEstimates) {
+TEST(SceneBuilder, OverridesReplaceEstimates) {
   const capture::Session session = tabletop();
   SceneOverrides overrides;
   Pose elsewhere;

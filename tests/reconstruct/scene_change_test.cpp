@@ -28,7 +28,7 @@ TEST(SceneChange, WhatMovedIsNotWhatNoiseMakesDrift) {
   EXPECT_NEAR(moved_fraction(now, before), 2.0 / 101, 1e-6);
 }
 
-TEST(SceneChange, WhatASolutionTells) {
+TEST(SceneChange, DifferenceOfTwoSolutions) {
   const auto albedo = [](float value, float sigma, std::size_t known) {
     auto brick = std::make_shared<AlbedoBrick>();
     brick->albedo.fill(Eigen::Vector3f::Constant(value));

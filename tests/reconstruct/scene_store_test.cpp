@@ -31,7 +31,7 @@ Illumination at_two_metres(Illumination light) {
   return light;
 }
 
-TEST(SceneStore, SettlesWhenTheNewestPicturesTeachNothing) {
+TEST(SceneStore, ConvergesWhenTheNewestFramesChangeNothing) {
   SceneStore board;
   auto field = std::make_shared<DistanceField>();
   field->version = 3;

@@ -21,7 +21,7 @@ reconstruct::Illumination light_of(const std::function<float(const Eigen::Vector
   return light;
 }
 
-TEST(LightMeasures, SharesOfLight) {
+TEST(LightMeasures, FractionsOfLight) {
   reconstruct::Illumination light = light_of([](const Eigen::Vector3f&) { return 0.25f; });  // π W/m² in all
   for (const float irradiance : {3.0f, 1.0f}) {
     reconstruct::PointLight lamp;
@@ -42,7 +42,7 @@ TEST(LightMeasures, LinearLightIsInTheFirstTwoBands) {
   EXPECT_NEAR(measures.bands_left_out[1], 0, 2e-3);
 }
 
-TEST(LightMeasures, NoLightHasNoShares) {
+TEST(LightMeasures, NoLightHasNoFractions) {
   const LightMeasures measures = measure_light(light_of([](const Eigen::Vector3f&) { return 0.0f; }));
   EXPECT_EQ(measures.environment_fraction, 0);
   EXPECT_EQ(measures.bands_left_out[0], 0);

@@ -145,7 +145,7 @@ TEST(Planner, WithoutLightThePlanIsAsAsked) {
 }
 
 // A lamp whose share trembles around the bound, as with noise: 0.9 to 1.1 %.
-TEST(Planner, AShareThatTremblesAroundTheBoundChangesThePlanOnce) {
+TEST(Planner, AFractionThatVariesAroundTheBoundChangesThePlanOnce) {
   Planner planner({});
   int changes = 0, before = planner.decide(build_trace_scene({20, 10, 0.27f}, dark), {}, 0).plan.max_lights;
   EXPECT_EQ(before, 2);

@@ -237,8 +237,8 @@ TEST(AlbedoSweep, Highlight) {
       capture::FrameSet frame;
       frame.index = static_cast<std::uint64_t>(i);
       frame.time_ns = i * 33'333'333LL;
-      auto depth = std::make_shared<capture::DepthPicture>(depth_of_room(room, camera, T, static_cast<unsigned>(i), 0));
-      auto color = std::make_shared<capture::Picture>();
+      auto depth = std::make_shared<capture::DepthFrame>(depth_of_room(room, camera, T, static_cast<unsigned>(i), 0));
+      auto color = std::make_shared<capture::Frame>();
       color->exposure = 2;
       color->encoded = capture::Image<std::uint8_t>(camera.width, camera.height, 3);
       for (int v = 0; v < camera.height; ++v) {

@@ -54,7 +54,7 @@ Outcome outcome(double jitter_ms, double drift_ppm) {
     if (loss(random) < kLost) {
       both[i] = false;
     } else {
-      capture::Picture picture;
+      capture::Frame picture;
       picture.stamp = {of_color, 0, i};
       picture.stream = capture::Stream::color;
       colors.emplace_back(picture);

@@ -110,7 +110,7 @@ TEST(FusionSweep, Hole) {
     std::shared_ptr<const reconstruct::DistanceField> field, seen_before;
     for (unsigned i = 0; i < kPictures; ++i) {
       const Isometry3d T = pose_of(i);
-      auto depth = std::make_shared<capture::DepthPicture>(*frames[i].depth);
+      auto depth = std::make_shared<capture::DepthFrame>(*frames[i].depth);
       for (int v = 0; v < camera.height; ++v)
         for (int u = 0; u < camera.width; ++u) {
           const Vector3d direction = T.linear() * *camera.unproject({static_cast<double>(u), static_cast<double>(v)});

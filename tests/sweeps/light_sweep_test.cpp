@@ -144,7 +144,7 @@ TEST(LightSweep, CoveredLamp) {
       other{reconstruct::towards(50, 200), Vector3f::Constant(20), 4};
   const auto frame_with = [&](const std::vector<Disk>& disks) {
     capture::FrameSet frame;
-    auto picture = std::make_shared<capture::Picture>();
+    auto picture = std::make_shared<capture::Frame>();
     picture->stream = capture::Stream::fisheye;
     picture->radiance = picture_of(*session.fisheye, disks);
     frame.fisheye.push_back(picture);

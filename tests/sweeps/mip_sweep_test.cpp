@@ -64,7 +64,7 @@ struct FullVolumes {
 // hierarchy that cones look up. All three share the weight, so the mean radiance of a footprint in ρ equals that in μ
 // plus that in Δ at every level, up to half-precision rounding. If ρ also has the object's own weight, as two complete
 // solutions do, it does not: the error of eq. 5.27.
-TEST_P(MipSweep, DeltaBesideTheDifferenceOfTwo) {
+TEST_P(MipSweep, DeltaAndTheDifferenceOfTwo) {
   std::mt19937 random(7);
   const auto uniform = [&] { return static_cast<float>(random() & 0xFFFFu) / 65535.0f; };
   Texels mu, rho, delta, rho_own;

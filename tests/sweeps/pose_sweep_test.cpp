@@ -65,7 +65,7 @@ Errors first_sights(const capture::CameraModel& camera, double distance_m, doubl
   for (unsigned i = 0; i < 8; ++i) {
     const Isometry3d truth = looking_at_tag(distance_m, tilt_rad, 0.8 * i, {0.01 * i, -0.02, 0});
     capture::FrameSet frame = view(camera, truth, i, 3);
-    if (with_depth) frame.depth = std::make_shared<capture::DepthPicture>(depth_of_table(camera, truth, i, 1));
+    if (with_depth) frame.depth = std::make_shared<capture::DepthFrame>(depth_of_table(camera, truth, i, 1));
     errors.add(reconstruct::PoseStage(some_tag(), camera).locate(frame), truth);
   }
   return errors;
@@ -127,7 +127,7 @@ Errors overexposed(double over, double lens_blur, bool* warned) {
     const Isometry3d truth = looking_at_tag(0.85, (25 + 3 * (i % 4)) * kDegree, 0.7 * i, {0.02 * (i % 3), -0.03, 0});
     capture::FrameSet frame =
         frame_of(view_of_tag(camera, finder.pattern(), kTagM, truth, {3, i + 1, over / kPaperLight, lens_blur}), i, 0);
-    frame.depth = std::make_shared<capture::DepthPicture>(depth_of_table(camera, truth, i, 1));
+    frame.depth = std::make_shared<capture::DepthFrame>(depth_of_table(camera, truth, i, 1));
     const auto result = reconstruct::PoseStage(some_tag(), camera).locate(frame);
     errors.add(result, truth);
     *warned = *warned || !result.warnings.empty();
@@ -170,8 +170,8 @@ TEST(PoseSweep, Overexposed) {
 }
 
 /// Motion blur along the rows: the camera moves sideways during the exposure.
-capture::Picture blurred(const capture::Picture& picture, int pixels) {
-  capture::Picture result = picture;
+capture::Frame blurred(const capture::Frame& picture, int pixels) {
+  capture::Frame result = picture;
   const capture::Image<std::uint8_t>& from = picture.encoded;
   for (int v = 0; v < from.height; ++v)
     for (int u = 0; u < from.width; ++u) {
@@ -197,9 +197,9 @@ double error_while_moving(int blur_px, const reconstruct::TestRoom& room, const 
     Isometry3d truth = start;
     truth.translation() += start.linear().col(0) * step_m * std::max(0.0, static_cast<double>(i) - 1);
     capture::FrameSet frame = view(camera, truth, i, 2);
-    if (i > 1) frame.color = std::make_shared<capture::Picture>(blurred(*frame.color, blur_px));
+    if (i > 1) frame.color = std::make_shared<capture::Frame>(blurred(*frame.color, blur_px));
     frame.depth =
-        std::make_shared<capture::DepthPicture>(depth_of_room(room, camera, truth, static_cast<unsigned>(i), 1));
+        std::make_shared<capture::DepthFrame>(depth_of_room(room, camera, truth, static_cast<unsigned>(i), 1));
     const auto result = stage.locate(frame, field);
     if (i < 2) continue;
     const double off_mm = result.pose ? millimetres_apart(result.pose->T_tag_camera, truth) : max;
@@ -241,7 +241,7 @@ double error_while_covered(double fraction, const reconstruct::TestRoom& room, c
         looking_at_tag(0.9, 45 * kDegree, -1.4 + 0.006 * static_cast<double>(i), {0.05, 0.1, 0.05});
     capture::FrameSet frame = view(camera, truth, i, 2);
     if (i > 1) {
-      capture::Picture covered = *frame.color;
+      capture::Frame covered = *frame.color;
       for (int v = 0; v < camera.height; ++v)
         for (int u = 0; u < camera.width; ++u) {
           const auto ray = camera.unproject({static_cast<double>(u), static_cast<double>(v)});
@@ -249,10 +249,10 @@ double error_while_covered(double fraction, const reconstruct::TestRoom& room, c
           const Vector3d p = truth.translation() - truth.translation().z() / d.z() * d;
           if (p.x() > (0.5 - fraction) * 1.25 * kTagM) std::fill_n(&covered.encoded.at(u, v), 3, 150);
         }
-      frame.color = std::make_shared<capture::Picture>(std::move(covered));
+      frame.color = std::make_shared<capture::Frame>(std::move(covered));
     }
     frame.depth =
-        std::make_shared<capture::DepthPicture>(depth_of_room(room, camera, truth, static_cast<unsigned>(i), 1));
+        std::make_shared<capture::DepthFrame>(depth_of_room(room, camera, truth, static_cast<unsigned>(i), 1));
     const auto result = stage.locate(frame, field);
     if (i < 2) continue;
     worst = std::max(worst, result.pose ? millimetres_apart(result.pose->T_tag_camera, truth) : max);
@@ -325,7 +325,7 @@ TEST(PoseSweep, AStillCameraIsStill) {
   std::mt19937 random(3);
   std::normal_distribution<float> gauss(0, 4);
   for (std::uint64_t i = 0; i < 60; ++i) {
-    capture::Picture noisy = *quiet.color;
+    capture::Frame noisy = *quiet.color;
     for (std::uint8_t& code : noisy.encoded.data)
       code = static_cast<std::uint8_t>(std::clamp(std::lround(code + gauss(random)), 0l, 255l));
     const auto result = stage.locate(frame_of(std::move(noisy), i, static_cast<std::int64_t>(i) * kFrameNs));

@@ -138,17 +138,17 @@ std::optional<Chunks::Feature> Chunks::enable(ArvCamera& camera, const std::stri
   return feature;
 }
 
-bool Chunks::are_complete(ArvBuffer& buffer, std::size_t picture_bytes) const {
+bool Chunks::are_complete(ArvBuffer& buffer, std::size_t frame_bytes) const {
   std::size_t size = 0;
   const auto* data = static_cast<const std::uint8_t*>(arv_buffer_get_data(&buffer, &size));
   const std::span<const std::uint8_t> bytes(data, data != nullptr ? size : 0);
   // From the end of the buffer to the image, which may itself be the first chunk.
-  for (std::size_t end = bytes.size(); end >= picture_bytes + kTrailer;) {
+  for (std::size_t end = bytes.size(); end >= frame_bytes + kTrailer;) {
     const std::size_t trailer = end - kTrailer;
     const std::uint64_t length = number_at(bytes, trailer + kNumber, big_endian_);
     if (length > trailer) return false;
     end = trailer - length;
-    if (end == picture_bytes || (end == 0 && trailer == picture_bytes)) return true;
+    if (end == frame_bytes || (end == 0 && trailer == frame_bytes)) return true;
   }
   return false;
 }
@@ -197,13 +197,13 @@ std::optional<double> Chunks::number(const Feature& feature, ArvBuffer& buffer, 
   return value;
 }
 
-FrameSettings Chunks::read(ArvBuffer& buffer, std::size_t picture_bytes) const {
+FrameSettings Chunks::read(ArvBuffer& buffer, std::size_t frame_bytes) const {
   FrameSettings own;
   if (!arv_buffer_has_chunks(&buffer)) {
     own.fault = "it has none";
     return own;
   }
-  if (!are_complete(buffer, picture_bytes)) {
+  if (!are_complete(buffer, frame_bytes)) {
     own.fault = "their lengths are wrong";
     return own;
   }

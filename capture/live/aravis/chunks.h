@@ -32,11 +32,11 @@ class Chunks {
   /// Why a camera with chunks does not deliver them; empty if nothing is wrong.
   const std::string& refused() const { return refused_; }
 
-  /// Settings of a complete frame. Pixels take `picture_bytes`, padding included.
-  FrameSettings read(ArvBuffer& buffer, std::size_t picture_bytes) const;
+  /// Settings of a complete frame. Pixels take `frame_bytes`, padding included.
+  FrameSettings read(ArvBuffer& buffer, std::size_t frame_bytes) const;
 
   /// Whether the chunks fill the buffer exactly from the end of the pixels.
-  bool are_complete(ArvBuffer& buffer, std::size_t picture_bytes) const;
+  bool are_complete(ArvBuffer& buffer, std::size_t frame_bytes) const;
 
  private:
   /// Aravis reads past the end of a chunk that is too short, so the required length is checked here.

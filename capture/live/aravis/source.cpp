@@ -303,11 +303,11 @@ class AravisSource::Camera {
       return complete ? Pixels{data, wanted} : Pixels{};
     }
     const auto* data = static_cast<const std::uint8_t*>(arv_buffer_get_image_data(&buffer, &size));
-    gint row_padding = 0, picture_padding = 0;
-    arv_buffer_get_image_padding(&buffer, &row_padding, &picture_padding);
+    gint row_padding = 0, frame_padding = 0;
+    arv_buffer_get_image_padding(&buffer, &row_padding, &frame_padding);
     const auto rows = static_cast<std::size_t>(spec_.height);
     const std::size_t bytes =
-        wanted + rows * static_cast<std::size_t>(row_padding) + static_cast<std::size_t>(picture_padding);
+        wanted + rows * static_cast<std::size_t>(row_padding) + static_cast<std::size_t>(frame_padding);
     if (data == nullptr || arv_buffer_get_image_width(&buffer) != spec_.width ||
         arv_buffer_get_image_height(&buffer) != spec_.height ||
         arv_buffer_get_image_pixel_format(&buffer) != *aravis::aravis_format_of(format_) || size < wanted) {
@@ -318,8 +318,8 @@ class AravisSource::Camera {
 
   /// Time and exposure from the chunks. If a frame has no chunk time, its leader's time is shifted by the last known
   /// difference, so that the order of frames is kept.
-  void read_chunks(ArvBuffer& buffer, std::size_t picture_bytes, Stamp& stamp, double& exposure) {
-    const aravis::FrameSettings own = chunks_->read(buffer, picture_bytes);
+  void read_chunks(ArvBuffer& buffer, std::size_t frame_bytes, Stamp& stamp, double& exposure) {
+    const aravis::FrameSettings own = chunks_->read(buffer, frame_bytes);
     if (!own.fault.empty()) {
       warn(own.fault);
     }
@@ -345,17 +345,17 @@ class AravisSource::Camera {
                 steady_now_ns(), sequence};
     if (status != ARV_BUFFER_STATUS_SUCCESS) {
       const bool packets = status == ARV_BUFFER_STATUS_MISSING_PACKETS || status == ARV_BUFFER_STATUS_TIMEOUT;
-      return LostPicture{stamp, spec_.stream,
-                         packets ? "packets are missing" : "the picture is damaged (" + std::to_string(status) + ")"};
+      return LostFrame{stamp, spec_.stream,
+                       packets ? "packets are missing" : "the picture is damaged (" + std::to_string(status) + ")"};
     }
     const std::size_t wanted = *bytes_of(format_, spec_.width, spec_.height);
     const Pixels pixels = pixels_in(buffer, wanted);
-    if (pixels.data == nullptr) return LostPicture{stamp, spec_.stream, "the picture has another size or format"};
-    Picture picture{.stream = spec_.stream, .exposure = spec_.exposure};
+    if (pixels.data == nullptr) return LostFrame{stamp, spec_.stream, "the picture has another size or format"};
+    Frame frame{.stream = spec_.stream, .exposure = spec_.exposure};
     if (chunks_) {
-      read_chunks(buffer, pixels.bytes, stamp, picture.exposure);
+      read_chunks(buffer, pixels.bytes, stamp, frame.exposure);
     }
-    picture.stamp = stamp;
+    frame.stamp = stamp;
     std::vector<std::uint8_t> own;
     std::span<const std::uint8_t> bytes(pixels.data, wanted);
     if (pixels.row_padding > 0) {
@@ -364,12 +364,12 @@ class AravisSource::Camera {
       bytes = own;
     }
     std::optional<Image<std::uint8_t>> rgb = pixels_.to_rgb(format_, spec_.width, spec_.height, bytes);
-    if (!rgb) return LostPicture{stamp, spec_.stream, "the picture is damaged"};
-    picture.encoded = std::move(*rgb);
+    if (!rgb) return LostFrame{stamp, spec_.stream, "the picture is damaged"};
+    frame.encoded = std::move(*rgb);
     if (format_ != PixelFormat::rgb8) {
-      picture.original = std::make_shared<CameraPicture>(format_, std::vector(bytes.begin(), bytes.end()));
+      frame.original = std::make_shared<RawFrame>(format_, std::vector(bytes.begin(), bytes.end()));
     }
-    return picture;
+    return frame;
   }
 
   StreamSpec spec_;

@@ -146,7 +146,7 @@ void Camera::completed(libcamera::Request* request) {
   const libcamera::FrameMetadata& frame = request->buffers().begin()->second->metadata();
   const libcamera::ControlList& metadata = request->metadata();
   HelperMessage message;
-  message.kind = HelperMessage::Kind::picture;
+  message.kind = HelperMessage::Kind::frame;
   message.index = static_cast<std::uint32_t>(request->cookie());
   message.complete = frame.status == libcamera::FrameMetadata::FrameSuccess;
   for (std::size_t i = 0; i < std::min<std::size_t>(frame.planes().size(), kMaxPlanes); ++i) {

@@ -150,7 +150,7 @@ void set_text(HelperMessage& message, const std::string& text) {
 
 [[noreturn]] void open(const std::string& name, const StreamSpec& spec) {
   try {
-    static Camera camera(name, spec, [](const HelperMessage& picture) { send(picture); });
+    static Camera camera(name, spec, [](const HelperMessage& frame) { send(frame); });
     HelperMessage opened;
     opened.kind = HelperMessage::Kind::opened;
     opened.format = camera.format();

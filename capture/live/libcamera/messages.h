@@ -15,7 +15,7 @@ inline constexpr int kHelperSocket = 3;  ///< descriptor in the helper
 inline constexpr std::size_t kMaxPlanes = 3;
 
 struct HelperMessage {
-  enum class Kind { unavailable, unfit, opened, memory, picture };
+  enum class Kind { unavailable, unfit, opened, memory, frame };
   struct Plane {
     std::uint32_t offset, length;  ///< in the plane's descriptor, bytes
   };

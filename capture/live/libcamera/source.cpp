@@ -166,8 +166,7 @@ class LibcameraSource::Camera {
   std::optional<SourceItem> next(std::chrono::milliseconds timeout) {
     auto message = receive(timeout);
     if (message && refused(message->first)) return std::nullopt;
-    return message && message->first.kind == HelperMessage::Kind::picture &&
-                   message->first.index < shared_->memory.size()
+    return message && message->first.kind == HelperMessage::Kind::frame && message->first.index < shared_->memory.size()
                ? std::optional(to_item(message->first))
                : std::nullopt;
   }
@@ -240,17 +239,17 @@ class LibcameraSource::Camera {
     std::vector<std::uint8_t> own;
     const Bytes bytes = frame.complete ? bytes_of_frame(frame, own) : Bytes();
     auto rgb = bytes.empty() ? std::nullopt : pixels_.to_rgb(format_, spec_.width, spec_.height, bytes);
-    if (!rgb) return LostPicture{stamp, spec_.stream, "the picture is damaged"};
-    Picture picture{.stamp = stamp, .stream = spec_.stream, .exposure = frame.exposure, .encoded = std::move(*rgb)};
+    if (!rgb) return LostFrame{stamp, spec_.stream, "the picture is damaged"};
+    Frame picture{.stamp = stamp, .stream = spec_.stream, .exposure = frame.exposure, .encoded = std::move(*rgb)};
     if (format_ == PixelFormat::rgb8) return picture;
     if (own.empty() && can_spare()) {
-      picture.original = std::make_shared<CameraPicture>(format_, bytes, std::move(lent));
+      picture.original = std::make_shared<RawFrame>(format_, bytes, std::move(lent));
       return picture;
     }
     if (own.empty()) {
       own.assign(bytes.begin(), bytes.end());
     }
-    picture.original = std::make_shared<CameraPicture>(format_, std::move(own));
+    picture.original = std::make_shared<RawFrame>(format_, std::move(own));
     return picture;
   }
 

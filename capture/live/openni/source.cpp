@@ -324,7 +324,7 @@ class OpenNiSource::Reader {
     lane.last_time_ns = stamp.time_ns;
     const std::size_t pixel = lane.spec.stream == Stream::depth ? 2 : 3;
     const std::size_t row = pixel * static_cast<std::size_t>(lane.spec.width);
-    const auto lost = [&](const char* reason) { return LostPicture{stamp, lane.spec.stream, reason}; };
+    const auto lost = [&](const char* reason) { return LostFrame{stamp, lane.spec.stream, reason}; };
     if (!read) return lost("the picture is damaged");
     if (!fits(frame.getVideoMode(), lane.spec) || frame.getWidth() != lane.spec.width ||
         frame.getHeight() != lane.spec.height) {
@@ -345,7 +345,7 @@ class OpenNiSource::Reader {
       copy(depth.counts);
       return depth;
     }
-    Picture picture{.stamp = stamp, .stream = lane.spec.stream, .exposure = lane.spec.exposure};
+    Frame picture{.stamp = stamp, .stream = lane.spec.stream, .exposure = lane.spec.exposure};
     picture.encoded = Image<std::uint8_t>(lane.spec.width, lane.spec.height, 3);
     copy(picture.encoded);
     return picture;

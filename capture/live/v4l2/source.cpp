@@ -76,17 +76,17 @@ class V4l2Source::Camera {
       return;
     }
     Stamp stamp{filled.time_ns, steady_now_ns(), brackets ? count_.next() : count_.sequence_of(filled.sequence)};
-    SourceItem item = picture_of(filled, stamp);
+    SourceItem item = frame_of(filled, stamp);
     if (!brackets) {
       ready_.push_back(std::move(item));
-    } else if (auto* picture = std::get_if<Picture>(&item)) {
-      bracket_.push_back(std::move(*picture));
+    } else if (auto* frame = std::get_if<Frame>(&item)) {
+      bracket_.push_back(std::move(*frame));
       end_exposure();
     }
   }
 
-  SourceItem picture_of(const v4l2::FilledBuffer& filled, const Stamp& stamp) {
-    const auto lost = [&](const char* reason) { return LostPicture{stamp, spec_.stream, reason}; };
+  SourceItem frame_of(const v4l2::FilledBuffer& filled, const Stamp& stamp) {
+    const auto lost = [&](const char* reason) { return LostFrame{stamp, spec_.stream, reason}; };
     std::vector<std::uint8_t> own;
     std::span<const std::uint8_t> bytes = filled.planes[0];
     if (format_.padded || format_.planes > 1) {
@@ -100,22 +100,22 @@ class V4l2Source::Camera {
       stream_->give_back(filled.index);
       return lost("the picture is damaged");
     }
-    Picture picture{.stamp = stamp, .stream = spec_.stream, .exposure = exposure_, .encoded = std::move(*rgb)};
+    Frame frame{.stamp = stamp, .stream = spec_.stream, .exposure = exposure_, .encoded = std::move(*rgb)};
     if (format_.format == PixelFormat::rgb8) {
       stream_->give_back(filled.index);
-      return picture;
+      return frame;
     }
     std::shared_ptr<const void> lent = own.empty() ? stream_->lend(filled.index) : nullptr;
     if (lent) {
-      picture.original = std::make_shared<CameraPicture>(format_.format, bytes, std::move(lent));
-      return picture;
+      frame.original = std::make_shared<RawFrame>(format_.format, bytes, std::move(lent));
+      return frame;
     }
     if (own.empty()) {
       own.assign(bytes.begin(), bytes.end());
     }
     stream_->give_back(filled.index);
-    picture.original = std::make_shared<CameraPicture>(format_.format, std::move(own));
-    return picture;
+    frame.original = std::make_shared<RawFrame>(format_.format, std::move(own));
+    return frame;
   }
 
   /// Sets the next exposure of a bracket. `exposure` of the session holds for exposure_us and is scaled to this one.
@@ -133,9 +133,9 @@ class V4l2Source::Camera {
   void end_exposure() {
     if (bracket_.size() == spec_.settings.bracket_us.size()) {
       const Stamp last = bracket_.back().stamp;
-      for (Picture& picture : bracket_) {
-        picture.stamp = {last.time_ns, last.host_time_ns, count_.take()};
-        ready_.push_back(std::move(picture));
+      for (Frame& frame : bracket_) {
+        frame.stamp = {last.time_ns, last.host_time_ns, count_.take()};
+        ready_.push_back(std::move(frame));
       }
       bracket_.clear();
     }
@@ -151,7 +151,7 @@ class V4l2Source::Camera {
   PixelConverter pixels_;
   std::unique_ptr<v4l2::Stream> stream_;
   std::deque<SourceItem> ready_;
-  std::vector<Picture> bracket_;  ///< incomplete bracket
+  std::vector<Frame> bracket_;  ///< incomplete bracket
   double exposure_ = spec_.exposure;
   int old_exposures_ = 0;  ///< frames still to drop, which may have the previous exposure
   std::string fault_;      ///< in addition to the stream's

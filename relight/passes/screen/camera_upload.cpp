@@ -21,7 +21,7 @@ bool is_srgb(const capture::Response& response) {
 CameraUpload::CameraUpload(const capture::ColorCamera& camera)
     : camera_(camera), response_is_srgb_(is_srgb(camera.response)) {}
 
-void CameraUpload::take(const std::shared_ptr<const capture::Picture>& picture) {
+void CameraUpload::take(const std::shared_ptr<const capture::Frame>& picture) {
   picture_ = picture;
   const bool encoded = !picture->encoded.empty();
   codes_are_srgb_ = encoded && response_is_srgb_;

@@ -14,7 +14,7 @@ class CameraUpload {
  public:
   explicit CameraUpload(const capture::ColorCamera& camera);
 
-  void take(const std::shared_ptr<const capture::Picture>& picture);  ///< keeps this frame's pixel values
+  void take(const std::shared_ptr<const capture::Frame>& picture);  ///< keeps this frame's pixel values
   void upload_rays(gpu::Device& device, const Screen& screen);
   /// Uploads pixel values and depth, and radiance on request.
   void upload(gpu::Device& device, const capture::FrameSet& frame, bool with_radiance, const Screen& screen) const;
@@ -33,7 +33,7 @@ class CameraUpload {
   float exposure_ = 1;
   std::array<Eigen::Array3f, 256> radiance_of_;  ///< by code value and channel
   std::shared_ptr<const capture::Image<std::uint8_t>> coded_;
-  std::shared_ptr<const capture::Picture> picture_;
+  std::shared_ptr<const capture::Frame> picture_;
   std::vector<float> rays_;
 };
 

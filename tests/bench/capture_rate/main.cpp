@@ -57,7 +57,7 @@ double processor_s() {
 }
 
 /// CPU time in seconds to convert one picture to RGB.
-double conversion_s(const capture::CameraPicture& picture, int width, int height) {
+double conversion_s(const capture::RawFrame& picture, int width, int height) {
   constexpr int kTimes = 50;
   capture::PixelConverter converter;
   converter.to_rgb(picture.format, width, height, picture.bytes);
@@ -76,7 +76,7 @@ struct Seen {
   std::optional<std::uint64_t> next;
   std::vector<float> age_ms;   ///< since the driver's timestamp
   std::vector<float> here_ms;  ///< since arrival: conversion and thread hand-over
-  std::optional<capture::Picture> last;
+  std::optional<capture::Frame> last;
 };
 
 void listen(capture::Source& source, std::array<Seen, 3>& seen, Clock::time_point until) {
@@ -89,7 +89,7 @@ void listen(capture::Source& source, std::array<Seen, 3>& seen, Clock::time_poin
     Seen& one = seen[static_cast<std::size_t>(capture::stream_of(*item))];
     one.lost += one.next && stamp.sequence > *one.next ? stamp.sequence - *one.next : 0;
     one.next = stamp.sequence + 1;
-    if (std::holds_alternative<capture::LostPicture>(*item)) {
+    if (std::holds_alternative<capture::LostFrame>(*item)) {
       ++one.lost;
       continue;
     }
@@ -97,7 +97,7 @@ void listen(capture::Source& source, std::array<Seen, 3>& seen, Clock::time_poin
     const std::int64_t now_ns = capture::steady_now_ns();
     one.age_ms.push_back(1e-6f * static_cast<float>(now_ns - stamp.time_ns));
     one.here_ms.push_back(1e-6f * static_cast<float>(now_ns - stamp.host_time_ns));
-    if (const auto* picture = std::get_if<capture::Picture>(&*item); picture != nullptr && one.pictures == 30) {
+    if (const auto* picture = std::get_if<capture::Frame>(&*item); picture != nullptr && one.pictures == 30) {
       one.last = *picture;
     }
   }

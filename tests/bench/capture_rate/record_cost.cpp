@@ -38,7 +38,7 @@ std::vector<capture::SourceItem> first_of(capture::Source& source, capture::Stre
     if (!item) {
       break;
     }
-    if (capture::stream_of(*item) == stream && !std::holds_alternative<capture::LostPicture>(*item)) {
+    if (capture::stream_of(*item) == stream && !std::holds_alternative<capture::LostFrame>(*item)) {
       out.push_back(std::move(*item));
     }
   }
@@ -50,12 +50,12 @@ capture::SourceItem fisheye_of(capture::PixelFormat format) {
   std::mt19937 random(1);
   std::vector<std::uint8_t> bytes(*capture::bytes_of(format, kEdge, kEdge));
   for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random());
-  capture::Picture picture;
+  capture::Frame picture;
   picture.stream = capture::Stream::fisheye;
   capture::PixelConverter pixels;
   picture.encoded = *pixels.to_rgb(format, kEdge, kEdge, bytes);
   if (format != capture::PixelFormat::rgb8)
-    picture.original = std::make_shared<capture::CameraPicture>(format, std::move(bytes));
+    picture.original = std::make_shared<capture::RawFrame>(format, std::move(bytes));
   return picture;
 }
 

@@ -11,8 +11,8 @@ namespace lumigraft::capture {
 namespace {
 
 /// Frame of an 8-bit sRGB camera that sees a row of grey radiances.
-std::shared_ptr<Picture> expose(const std::vector<double>& radiance, double exposure) {
-  auto picture = std::make_shared<Picture>();
+std::shared_ptr<Frame> expose(const std::vector<double>& radiance, double exposure) {
+  auto picture = std::make_shared<Frame>();
   picture->exposure = exposure;
   picture->encoded = Image<std::uint8_t>(static_cast<int>(radiance.size()), 1, 3);
   for (std::size_t i = 0; i < radiance.size(); ++i) {
@@ -35,11 +35,11 @@ std::vector<double> sweep(double low, double high, int count) {
 }
 
 TEST(Radiance, OneFrameIsResponseOverExposure) {
-  Picture picture;
+  Frame picture;
   picture.exposure = 4.0;
   picture.encoded = Image<std::uint8_t>(2, 1, 3);
   picture.encoded.data = {0, 128, 249, 10, 250, 20};
-  const RadiancePicture out = to_radiance(picture, Response::srgb());
+  const RadianceImage out = to_radiance(picture, Response::srgb());
   EXPECT_FLOAT_EQ(out.radiance.data[1], srgb_to_linear(128 / 255.0f) / 4.0f);
   EXPECT_FLOAT_EQ(out.radiance.data[4], srgb_to_linear(250 / 255.0f) / 4.0f);
   EXPECT_EQ(out.clipped.data, (std::vector<std::uint8_t>{0, 1}));
@@ -47,11 +47,11 @@ TEST(Radiance, OneFrameIsResponseOverExposure) {
 }
 
 TEST(Radiance, FramesOfRadiancePassThrough) {
-  Picture picture;
+  Frame picture;
   picture.exposure = 7.0;
   picture.radiance = Image<float>(2, 1, 3);
   picture.radiance.data = {1e6f, 0.5f, -0.25f, 1.0f, std::numeric_limits<float>::infinity(), std::nanf("")};
-  const RadiancePicture out = to_radiance(picture, Response::srgb());
+  const RadianceImage out = to_radiance(picture, Response::srgb());
   EXPECT_EQ(out.radiance.data, (std::vector<float>{1e6f, 0.5f, 0.0f, 1.0f, 0.0f, 0.0f}));
   EXPECT_EQ(out.clipped.data, (std::vector<std::uint8_t>{0, 1})) << "NaN becomes 0, a lower bound";
 }
@@ -59,11 +59,11 @@ TEST(Radiance, FramesOfRadiancePassThrough) {
 TEST(Radiance, ABracketOfFourKeepsItsRoundingError) {
   const std::vector<double> truth = sweep(1e-3, 500.0, 2000);
   const double longest = 6.25;
-  std::vector<std::shared_ptr<const Picture>> bracket;
+  std::vector<std::shared_ptr<const Frame>> bracket;
   for (const double stop : {1.0, 1.0 / 16, 1.0 / 256, 1.0 / 4096}) {
     bracket.push_back(expose(truth, longest * stop));
   }
-  const RadiancePicture merged = merge_bracket(bracket, Response::srgb());
+  const RadianceImage merged = merge_bracket(bracket, Response::srgb());
   EXPECT_EQ(merged.clipped_fraction, 0.0);
   for (std::size_t i = 0; i < truth.size(); ++i) {
     // Largest rounding error, just after a longer exposure has clipped: half a pixel value at 1/16 of full scale, 2.5
@@ -75,16 +75,15 @@ TEST(Radiance, ABracketOfFourKeepsItsRoundingError) {
 
 TEST(Radiance, TheOrderOfABracketDoesNotMatter) {
   const std::vector<double> truth = sweep(1e-3, 500.0, 200);
-  std::vector<std::shared_ptr<const Picture>> bracket = {expose(truth, 6.25), expose(truth, 0.39),
-                                                         expose(truth, 0.024)};
-  const RadiancePicture one = merge_bracket(bracket, Response::srgb());
+  std::vector<std::shared_ptr<const Frame>> bracket = {expose(truth, 6.25), expose(truth, 0.39), expose(truth, 0.024)};
+  const RadianceImage one = merge_bracket(bracket, Response::srgb());
   std::reverse(bracket.begin(), bracket.end());
   EXPECT_EQ(merge_bracket(bracket, Response::srgb()).radiance.data, one.radiance.data);
 }
 
 TEST(Radiance, PixelsClippedInTheShortestExposureAreLowerBounds) {
   const std::vector<double> truth = {1.0, 10.0, 100.0, 1e5};
-  const RadiancePicture merged = merge_bracket({expose(truth, 0.5), expose(truth, 0.05)}, Response::srgb());
+  const RadianceImage merged = merge_bracket({expose(truth, 0.5), expose(truth, 0.05)}, Response::srgb());
   EXPECT_EQ(merged.clipped.data, (std::vector<std::uint8_t>{0, 0, 1, 1}));
   EXPECT_EQ(merged.clipped_fraction, 0.5);
   EXPECT_NEAR(merged.radiance.data[3], 10.0, 0.1);
@@ -109,7 +108,7 @@ TEST(Radiance, VignettingIsCorrected) {
   const Vignetting vignetting{{-0.3, 0.05, -0.02}};
   EXPECT_EQ(vignetting.transmission(0), 1.0);
   EXPECT_NEAR(vignetting.transmission(1.2), std::exp(-0.3 * 1.44 + 0.05 * 2.0736 - 0.02 * 2.985984), 1e-12);
-  RadiancePicture picture;
+  RadianceImage picture;
   picture.radiance = Image<float>(65, 65, 3);
   for (int v = 0; v < 65; ++v)
     for (int u = 0; u < 65; ++u)
@@ -124,7 +123,7 @@ TEST(Radiance, VignettingIsCorrected) {
   EXPECT_EQ(outside, static_cast<float>(vignetting.transmission(std::hypot(32, 32) / 20)))
       << "outside the field of view";
   EXPECT_TRUE(vignetting_gain({}, camera).empty());
-  const RadiancePicture before = picture;
+  const RadianceImage before = picture;
   undo_vignetting(picture, {});
   EXPECT_EQ(picture.radiance.data, before.radiance.data);
 }

@@ -50,7 +50,7 @@ TEST(Aravis, DeliversEveryFormatInOrder) {
     for (int i = 0; complete < 5 && i < 30; ++i) {
       const auto item = source.next(3000ms);
       ASSERT_TRUE(item) << name_of(format);
-      const auto* picture = std::get_if<Picture>(&*item);
+      const auto* picture = std::get_if<Frame>(&*item);
       if (picture == nullptr) {
         continue;
       }
@@ -142,7 +142,7 @@ TEST(Aravis, WhatItDoesNotOfferIsRefusedAndSaid) {
   EXPECT_NE(error(kName, spec).find("controls.NoSuchThing"), std::string::npos);
 }
 
-TEST(Aravis, LostPacketsCostPicturesAndTearNone) {
+TEST(Aravis, LostPacketsLoseFramesAndTearNone) {
   const CameraProcess camera("0.02");
   ASSERT_TRUE(camera.running());
   AravisSource source(kName, spec_of(PixelFormat::grey8));
@@ -154,8 +154,8 @@ TEST(Aravis, LostPacketsCostPicturesAndTearNone) {
     if (!item) {
       continue;
     }
-    const auto* picture = std::get_if<Picture>(&*item);
-    const Stamp& stamp = picture != nullptr ? picture->stamp : std::get<LostPicture>(*item).stamp;
+    const auto* picture = std::get_if<Frame>(&*item);
+    const Stamp& stamp = picture != nullptr ? picture->stamp : std::get<LostFrame>(*item).stamp;
     lost += stamp.sequence - next + (picture == nullptr ? 1 : 0);
     next = stamp.sequence + 1;
     if (picture != nullptr) {
@@ -185,7 +185,7 @@ TEST(Aravis, LostPacketsAreAskedForAgain) {
     std::optional<Stamp> first, last;
     while (complete < enough && Clock::now() < deadline) {
       const auto item = source.next(500ms);
-      const auto* picture = item ? std::get_if<Picture>(&*item) : nullptr;
+      const auto* picture = item ? std::get_if<Frame>(&*item) : nullptr;
       if (picture == nullptr) {
         continue;
       }
@@ -225,7 +225,7 @@ TEST(Aravis, ChunksGiveTimeExposureAndGainOfEachFrame) {
     for (int i = 0; complete < 8 && i < 30; ++i) {
       const auto item = source.next(3000ms);
       ASSERT_TRUE(item) << kind;
-      const auto* picture = std::get_if<Picture>(&*item);
+      const auto* picture = std::get_if<Frame>(&*item);
       if (picture == nullptr) {
         continue;  // a busy machine may lose packets
       }
@@ -250,13 +250,13 @@ TEST(Aravis, AGainWithoutAUnitIsAFactor) {
   spec.settings.gain = 2.0;
   AravisSource source(kName, spec);
   const auto item = source.next(3000ms);
-  ASSERT_TRUE(item && std::holds_alternative<Picture>(*item));
-  const auto& picture = std::get<Picture>(*item);
+  ASSERT_TRUE(item && std::holds_alternative<Frame>(*item));
+  const auto& picture = std::get<Frame>(*item);
   const double exposure_ratio = picture.stamp.time_ns % 1000 == 501 ? 3.0 : 2.0;
   EXPECT_NEAR(picture.exposure, 2.5 * exposure_ratio * 8.0 / 2.0, 1e-6);
 }
 
-TEST(Aravis, AChunkThatIsTornCostsNoPictureAndIsSaidOnce) {
+TEST(Aravis, ADamagedChunkLosesNoFrameAndIsReportedOnce) {
   const std::pair<std::string, std::string> kinds[] = {{"chunks-torn", "their lengths are wrong"},
                                                        {"chunks-short", "ChunkTimestamp has 4 bytes, not 8"},
                                                        {"chunks-missing", "ChunkTimestamp is missing"}};
@@ -272,9 +272,9 @@ TEST(Aravis, AChunkThatIsTornCostsNoPictureAndIsSaidOnce) {
       const std::string warning = source.take_warning();
       warnings += warning.empty() ? 0 : 1;
       EXPECT_TRUE(warning.empty() || warning.find("(" + says + ")") != std::string::npos) << warning;
-      const auto* picture = std::get_if<Picture>(&*item);
+      const auto* picture = std::get_if<Frame>(&*item);
       if (picture == nullptr) {
-        EXPECT_EQ(std::get<LostPicture>(*item).reason, "packets are missing") << "a busy machine may lose packets";
+        EXPECT_EQ(std::get<LostFrame>(*item).reason, "packets are missing") << "a busy machine may lose packets";
         continue;
       }
       ++complete;
@@ -303,9 +303,9 @@ TEST(Aravis, ChunksCanBeDisabled) {
   spec.settings.controls = {{"ChunkModeActive", 0}};
   AravisSource source(kName, spec);
   const auto item = source.next(3000ms);
-  ASSERT_TRUE(item && std::holds_alternative<Picture>(*item));
-  EXPECT_EQ(std::get<Picture>(*item).exposure, 2.5);
-  EXPECT_EQ(std::get<Picture>(*item).stamp.time_ns % 1000, 0) << "the leader's time";
+  ASSERT_TRUE(item && std::holds_alternative<Frame>(*item));
+  EXPECT_EQ(std::get<Frame>(*item).exposure, 2.5);
+  EXPECT_EQ(std::get<Frame>(*item).stamp.time_ns % 1000, 0) << "the leader's time";
   EXPECT_EQ(source.take_warning(), "");
 }
 

@@ -70,7 +70,7 @@ size_m = 0.1
   static constexpr Clock::duration kBackWithin = 5s;
 };
 
-TEST_F(LiveAravis, AbsentAtTheStartItIsLookedFor) {
+TEST_F(LiveAravis, AbsentAtTheStartItIsSearchedFor) {
   CameraProcess::take_loopback();
   std::optional<CameraProcess> camera;
   const auto reader = open_frames(session());
@@ -110,7 +110,7 @@ TEST_F(LiveAravis, FrozenWithoutAnError) {
 }
 
 /// Faults of the network. Sequence numbers and times increase, and frames are complete.
-TEST_F(LiveAravis, PicturesRepeatedSwappedLateOrInPieces) {
+TEST_F(LiveAravis, FramesRepeatedSwappedLateOrInPieces) {
   constexpr double kPeriod_ms = 1e3 / 30;
   for (const std::string fault : {"repeating", "swapping", "late", "shuffling"}) {
     const CameraProcess camera("0", fault);

@@ -52,9 +52,9 @@ class MadeUpCamera : public Source {
     const Stamp stamp{time_ns, now_ns, sequence_};
     ++sequence_;
     if (switches_.torn) {
-      return LostPicture{stamp, Stream::color, "torn"};
+      return LostFrame{stamp, Stream::color, "torn"};
     }
-    Picture picture;
+    Frame picture;
     picture.stamp = stamp;
     picture.encoded = Image<std::uint8_t>(2, 2, 3);
     return picture;
@@ -78,11 +78,11 @@ class LiveCamera : public testing::Test {
         "colour", [this] { return std::make_unique<MadeUpCamera>(switches_); }, kQuick);
   }
   /// The next complete frame, which must come soon. Checks that times and sequence numbers increase.
-  void expect_pictures(LiveSource& source, int count) {
+  void expect_frames(LiveSource& source, int count) {
     const Clock::time_point deadline = Clock::now() + 5s;
     while (count > 0 && Clock::now() < deadline) {
       const auto item = source.next(50ms);
-      if (const auto* picture = item ? std::get_if<Picture>(&*item) : nullptr) {
+      if (const auto* picture = item ? std::get_if<Frame>(&*item) : nullptr) {
         EXPECT_GT(picture->stamp.time_ns, last_.time_ns);
         EXPECT_LE(picture->stamp.time_ns, steady_now_ns());
         EXPECT_GT(picture->stamp.time_ns, steady_now_ns() - 2'000'000'000);
@@ -116,17 +116,17 @@ TEST_F(LiveCamera, RunsAtRealtimePriorityIfPermitted) {
   sched_setscheduler(0, SCHED_OTHER, &usual);
   const auto source = open();
   EXPECT_EQ(sched_getscheduler(0), SCHED_OTHER) << "the priority of the opening thread is restored";
-  expect_pictures(*source, 1);
+  expect_frames(*source, 1);
   EXPECT_EQ(switches_.policy_of_opening, allowed ? SCHED_RR : SCHED_OTHER);
   EXPECT_EQ(switches_.policy, allowed ? SCHED_RR : SCHED_OTHER);
 }
 
-TEST_F(LiveCamera, AbsentAtTheStartItIsLookedFor) {
+TEST_F(LiveCamera, AbsentAtTheStartItIsSearchedFor) {
   switches_.absent = true;
   const auto source = open();
   expect_fault(*source, "found no camera");
   switches_.absent = false;
-  expect_pictures(*source, 3);
+  expect_frames(*source, 3);
 }
 
 TEST_F(LiveCamera, DropsTheFirstFramesOfAnUnknownClock) {
@@ -143,22 +143,22 @@ TEST_F(LiveCamera, DropsTheFirstFramesOfAnUnknownClock) {
 TEST_F(LiveCamera, UnpluggedAndReplugged) {
   const auto source = open();
   for (int i = 0; i < 20; ++i) {
-    expect_pictures(*source, 3);
+    expect_frames(*source, 3);
     switches_.absent = true;
     expect_fault(*source, i % 2 == 0 ? "gone" : "found no camera");
     EXPECT_LE(switches_.alive, 1);
     switches_.absent = false;
   }
-  expect_pictures(*source, 3);
+  expect_frames(*source, 3);
 }
 
 TEST_F(LiveCamera, ReportsTheDriversFault) {
   const auto source = open();
-  expect_pictures(*source, 3);
+  expect_frames(*source, 3);
   switches_.unplugged = true;
   expect_fault(*source, "colour: somebody pulled the plug, it is searched for again");
   switches_.unplugged = false;
-  expect_pictures(*source, 3);
+  expect_frames(*source, 3);
 }
 
 TEST_F(LiveCamera, KeepsTimesOfTheHostClock) {
@@ -177,7 +177,7 @@ TEST_F(LiveCamera, KeepsTimesOfTheHostClock) {
   }
 }
 
-TEST_F(LiveCamera, DeliversABracketAsAWhole) {
+TEST_F(LiveCamera, DeliversABracketAtOnce) {
   switches_.bracket = 4;
   const auto source = open();
   for (int i = 0; i < 5; ++i) {
@@ -197,12 +197,12 @@ TEST_F(LiveCamera, IsReopenedIfFrozenOrOnlyDamaged) {
   for (const auto& [fault, says] :
        {std::pair(&switches_.frozen, "the camera delivers no frames, it is opened again"),
         std::pair(&switches_.torn, "the camera delivers no complete frames (torn), it is opened again")}) {
-    expect_pictures(*source, 3);
+    expect_frames(*source, 3);
     const int opened = switches_.opened;
     *fault = true;
     expect_fault(*source, says);
     *fault = false;
-    expect_pictures(*source, 3);
+    expect_frames(*source, 3);
     EXPECT_GT(switches_.opened, opened);
   }
 }
@@ -210,7 +210,7 @@ TEST_F(LiveCamera, IsReopenedIfFrozenOrOnlyDamaged) {
 TEST_F(LiveCamera, DropsOldFramesAndClosesAtOnce) {
   auto source = open();
   std::this_thread::sleep_for(300ms);
-  expect_pictures(*source, 3);
+  expect_frames(*source, 3);
   const Clock::time_point begin = Clock::now();
   source.reset();
   EXPECT_LT(Clock::now() - begin, 500ms);

@@ -26,11 +26,11 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
 /// Index of the device's frame, modulo 256 for colour and modulo 100 for depth.
-int shown(const Picture& color) {
+int shown(const Frame& color) {
   constexpr int kInverseOf5 = 205;  // modulo 256; see device_color
   return color.encoded.at(0, 0, 2) * kInverseOf5 % 256;
 }
-int shown(const DepthPicture& depth) {
+int shown(const DepthFrame& depth) {
   constexpr int kColumn = 8, kInverseOf7 = 43;  // modulo 100; see device_depth
   const auto counts = static_cast<int>(std::lround(1000.0f * depth.depth_m.at(kColumn, 0)));
   return (counts - test::device_depth(0, kColumn, 0)) * kInverseOf7 % 100;
@@ -185,7 +185,7 @@ TEST_F(OpenNiFaults, FrozenWithoutAnError) {
   EXPECT_LT(wait_for_frame(*reader), 2s);
 }
 
-TEST_F(OpenNiFaults, PicturesOfAnotherSize) {
+TEST_F(OpenNiFaults, FramesOfAnotherSize) {
   const auto reader = open_frames(session());
   wait_for_frame(*reader);
   set("resized");
@@ -198,7 +198,7 @@ TEST_F(OpenNiFaults, AnUnsupportedSizeIsRefused) {
   EXPECT_THROW(open_frames(session({"color.width=320"})), InputError);
 }
 
-TEST_F(OpenNiFaults, LostPicturesAreCounted) {
+TEST_F(OpenNiFaults, LostFramesAreCounted) {
   const Summary summary = play_with("lossy");
   EXPECT_GT(summary.frames, 30);
   EXPECT_GT(summary.left_out, 4u) << "one of eight";
@@ -206,13 +206,13 @@ TEST_F(OpenNiFaults, LostPicturesAreCounted) {
   EXPECT_TRUE(summary.says("1 depth pictures missing before picture ")) << summary.warnings;
 }
 
-TEST_F(OpenNiFaults, RepeatedPicturesAreLeftOut) {
+TEST_F(OpenNiFaults, RepeatedFramesAreDropped) {
   const Summary summary = play_with("repeating");
   EXPECT_GT(summary.frames, 35);
   EXPECT_TRUE(summary.says("is 0 ms older than the one before: dropped")) << summary.warnings;
 }
 
-TEST_F(OpenNiFaults, PicturesAfterTheirSuccessorsAreLeftOut) {
+TEST_F(OpenNiFaults, FramesAfterTheirSuccessorsAreDropped) {
   const Summary summary = play_with("swapping");
   EXPECT_GT(summary.frames, 30);
   EXPECT_TRUE(summary.says("is 33 ms older than the one before: dropped")) << summary.warnings;

@@ -36,7 +36,7 @@ const std::vector<StreamSpec> kBoth = {kColor, kDepth};
 /// `time_offset_us`.
 int shown(const SourceItem& item, std::int64_t time_offset_us) {
   const auto* depth = std::get_if<RawDepth>(&item);
-  const auto* color = std::get_if<Picture>(&item);
+  const auto* color = std::get_if<Frame>(&item);
   if (depth == nullptr && color == nullptr) {
     return -1;
   }
@@ -98,7 +98,7 @@ TEST_F(OpenNi, ADeviceDeliversBothStreamsWithoutMirroring) {
     int& next = std::holds_alternative<RawDepth>(*item) ? next_depth : next_color;
     EXPECT_TRUE(next < 0 || index >= next);
     next = index + 1;
-    if (const auto* picture = std::get_if<Picture>(&*item)) {
+    if (const auto* picture = std::get_if<Frame>(&*item)) {
       EXPECT_EQ(picture->exposure, 2.5);
     }
   }
@@ -174,7 +174,7 @@ TEST_F(OpenNi, ARecordingPlaysFrameByFrameAndRewinds) {
     while (const auto item = source.next(0ms)) {
       const auto* depth = std::get_if<RawDepth>(&*item);
       const int stream = depth != nullptr ? 1 : 0;
-      const Stamp& stamp = depth != nullptr ? depth->stamp : std::get<Picture>(*item).stamp;
+      const Stamp& stamp = depth != nullptr ? depth->stamp : std::get<Frame>(*item).stamp;
       for (int first = 0; !shift_us[stream] && first < 100; ++first) {
         if (shown(*item, -first * std::int64_t{33'333}) >= 0) {
           shift_us[stream] = -first * std::int64_t{33'333};
@@ -300,7 +300,7 @@ TEST_F(OpenNi, AKilledHelperIsReportedAndLeavesNoProcess) {
       killer.join();
       std::string last;
       while (const auto item = source.next(0ms)) {
-        const auto* lost = std::get_if<LostPicture>(&*item);
+        const auto* lost = std::get_if<LostFrame>(&*item);
         last = lost != nullptr ? lost->reason : "";
       }
       EXPECT_TRUE(source.finished());

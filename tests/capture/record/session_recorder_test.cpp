@@ -83,7 +83,7 @@ SourceItem item_of(int index, Stream stream, std::optional<double> exposure = st
     }
     return depth;
   }
-  Picture picture;
+  Frame picture;
   picture.stamp = stamp;
   picture.stream = stream;
   picture.exposure = exposure.value_or(stream == Stream::color ? 2.0 : 6.0);
@@ -104,10 +104,10 @@ void expect_same(const SourceItem& replayed, int index, Stream stream) {
     EXPECT_EQ(depth->counts.data, std::get<RawDepth>(recorded).counts.data);
     return;
   }
-  const auto* picture = std::get_if<Picture>(&replayed);
+  const auto* picture = std::get_if<Frame>(&replayed);
   ASSERT_NE(picture, nullptr);
   EXPECT_EQ(picture->stamp.time_ns, time_of(index, stream));
-  EXPECT_EQ(picture->encoded.data, std::get<Picture>(recorded).encoded.data);
+  EXPECT_EQ(picture->encoded.data, std::get<Frame>(recorded).encoded.data);
 }
 
 class SessionRecording : public test::ScratchFolder {
@@ -196,7 +196,7 @@ TEST_F(SessionRecording, IncludesALensFromACalibrationFile) {
   EXPECT_FALSE(std::filesystem::exists(out() / "lens.toml"));
 }
 
-TEST_F(SessionRecording, IncludesTheWholeCalibration) {
+TEST_F(SessionRecording, IncludesTheCompleteCalibration) {
   std::ofstream(folder_ / "rig.toml") << R"(format = 1
 [depth]
 width = 61
@@ -248,7 +248,7 @@ TEST_F(SessionRecording, KeepsValidFramesAndTheirExposures) {
   EXPECT_TRUE(recorder.write(Stream::color, item_of(3, Stream::color)));
   EXPECT_FALSE(recorder.write(Stream::color, item_of(3, Stream::color))) << "its time does not increase";
   EXPECT_FALSE(recorder.write(Stream::color, item_of(2, Stream::color)));
-  EXPECT_FALSE(recorder.write(Stream::color, LostPicture{{time_of(4, Stream::color), 0, 4}, Stream::color, "torn"}));
+  EXPECT_FALSE(recorder.write(Stream::color, LostFrame{{time_of(4, Stream::color), 0, 4}, Stream::color, "torn"}));
   // A bracket: one time, three exposures.
   const std::vector<double> bracket = {6.0, 0.1, 60.00000000000001};
   for (const double exposure : bracket) {
@@ -263,9 +263,9 @@ TEST_F(SessionRecording, KeepsValidFramesAndTheirExposures) {
     const auto item = sources.fisheye->next(0ms);
     ASSERT_TRUE(item);
     expect_same(*item, 3, Stream::fisheye);
-    EXPECT_EQ(std::get<Picture>(*item).exposure, exposure);
+    EXPECT_EQ(std::get<Frame>(*item).exposure, exposure);
   }
-  Picture radiance;
+  Frame radiance;
   radiance.radiance = Image<float>(kWidth, kHeight, 3);
   EXPECT_THROW(recorder.write(Stream::color, radiance), InputError);
 }
@@ -325,7 +325,7 @@ TEST_F(SessionRecording, CutAtAnyByteItReplaysToTheLastCompleteFrame) {
       try {
         MkvSource source(cut, spec);
         while (const auto item = source.next(0ms)) {
-          if (!std::holds_alternative<LostPicture>(*item)) {
+          if (!std::holds_alternative<LostFrame>(*item)) {
             expect_same(*item, shown++, stream);
           }
         }

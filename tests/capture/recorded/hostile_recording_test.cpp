@@ -47,7 +47,7 @@ class HostileRecording : public test::ScratchFolder {
           counts(folder_ / "depth.mkv", depth);
       Random random{7};
       for (int i = 0; i < 4; ++i) {
-        Picture picture;
+        Frame picture;
         picture.stamp.time_ns = 1 + i * std::int64_t{33'333'333};
         picture.exposure = i == 2 ? 0.5 : 1.0;
         picture.encoded = Image<std::uint8_t>(kWidth, kHeight, 3);
@@ -55,8 +55,8 @@ class HostileRecording : public test::ScratchFolder {
           value = static_cast<std::uint8_t>(random());
         }
         rgb.write(picture);
-        picture.original = std::make_shared<CameraPicture>(
-            CameraPicture{PixelFormat::bayer_rggb8, std::vector<std::uint8_t>(kWidth * kHeight, 9)});
+        picture.original = std::make_shared<RawFrame>(
+            RawFrame{PixelFormat::bayer_rggb8, std::vector<std::uint8_t>(kWidth * kHeight, 9)});
         bayer.write(picture);
         RawDepth raw{picture.stamp, Image<std::uint16_t>(kWidth, kHeight, 1)};
         for (std::uint16_t& value : raw.counts.data) {

@@ -80,7 +80,7 @@ TEST_F(ImageSourceTest, DeliversTheListedImages) {
   color("b.png", 200);
   ImageSource source(list("# timestamp path\n\n1305031102.175304 a.png\n1305031102.211214 b.png 7.5\n"), kColor);
   for (int pass = 0; pass < 2; ++pass) {
-    const auto a = std::get<Picture>(*source.next(0ms));
+    const auto a = std::get<Frame>(*source.next(0ms));
     EXPECT_EQ(a.stamp.time_ns, 1305031102175304000);
     EXPECT_EQ(a.stamp.sequence, 0u);
     EXPECT_EQ(a.stream, Stream::color);
@@ -92,7 +92,7 @@ TEST_F(ImageSourceTest, DeliversTheListedImages) {
     EXPECT_EQ(a.encoded.at(5, 3, 0), 3);
     EXPECT_EQ(a.encoded.at(5, 3, 2), 1);
     EXPECT_FALSE(source.finished());
-    const auto b = std::get<Picture>(*source.next(0ms));
+    const auto b = std::get<Frame>(*source.next(0ms));
     EXPECT_EQ(b.exposure, 7.5);
     EXPECT_EQ(b.encoded.at(0, 0, 2), 200);
     EXPECT_EQ(b.stamp.sequence, 1u);
@@ -119,10 +119,10 @@ TEST_F(ImageSourceTest, RadianceFromExrAndHdr) {
   test::write_exr(folder_ / "a.exr", radiance);
   hdr("b.hdr", {static_cast<char>(200), 100, 7, static_cast<char>(140)});
   ImageSource source(list("0 a.exr\n0.5 b.hdr\n"), kFisheye);
-  const auto a = std::get<Picture>(*source.next(0ms));
+  const auto a = std::get<Frame>(*source.next(0ms));
   EXPECT_TRUE(a.encoded.empty());
   EXPECT_EQ(a.radiance.data, radiance.data);
-  const auto b = std::get<Picture>(*source.next(0ms));
+  const auto b = std::get<Frame>(*source.next(0ms));
   EXPECT_EQ(b.radiance.at(7, 7, 0), 200.5f / 256.0f * 4096.0f);
   EXPECT_EQ(b.radiance.at(7, 7, 2), 7.5f / 256.0f * 4096.0f);
 }
@@ -164,8 +164,8 @@ TEST_F(ImageSourceTest, GreyAndTransparentPngsBecomeRgb) {
   }
   test::write_png(folder_ / "clear.png", half_clear);
   ImageSource source(list("0 grey.png\n1 clear.png\n"), kColor);
-  EXPECT_EQ(std::get<Picture>(*source.next(0ms)).encoded.at(4, 4, 2), 7);
-  const auto clear = std::get<Picture>(*source.next(0ms));
+  EXPECT_EQ(std::get<Frame>(*source.next(0ms)).encoded.at(4, 4, 2), 7);
+  const auto clear = std::get<Frame>(*source.next(0ms));
   EXPECT_EQ(clear.encoded.at(4, 4, 0), 3) << "alpha is ignored";
   EXPECT_EQ(clear.encoded.at(4, 4, 2), 1);
 }
@@ -173,11 +173,11 @@ TEST_F(ImageSourceTest, GreyAndTransparentPngsBecomeRgb) {
 TEST_F(ImageSourceTest, OneTimestampIsOneBracket) {
   color("a.png", 100);
   ImageSource source(list("0 a.png 6\n0 a.png 0.4\n1 a.png 6\n1 a.png 0.4\n"), kFisheye);
-  EXPECT_EQ(std::get<Picture>(*source.next(0ms)).exposure, 6.0);
-  const auto second = std::get<Picture>(*source.next(0ms));
+  EXPECT_EQ(std::get<Frame>(*source.next(0ms)).exposure, 6.0);
+  const auto second = std::get<Frame>(*source.next(0ms));
   EXPECT_EQ(second.exposure, 0.4);
   EXPECT_EQ(second.stamp.time_ns, 0);
-  EXPECT_EQ(std::get<Picture>(*source.next(0ms)).stamp.time_ns, 1'000'000'000);
+  EXPECT_EQ(std::get<Frame>(*source.next(0ms)).stamp.time_ns, 1'000'000'000);
 }
 
 TEST_F(ImageSourceTest, AnUndecodableImageIsLost) {
@@ -186,13 +186,13 @@ TEST_F(ImageSourceTest, AnUndecodableImageIsLost) {
   color("c.png", 140);
   cut("b.png", 0.7);
   ImageSource source(list("0 a.png\n0.1 b.png\n0.2 c.png\n"), kColor);
-  EXPECT_TRUE(std::holds_alternative<Picture>(*source.next(0ms)));
-  const auto lost = std::get<LostPicture>(*source.next(0ms));
+  EXPECT_TRUE(std::holds_alternative<Frame>(*source.next(0ms)));
+  const auto lost = std::get<LostFrame>(*source.next(0ms));
   EXPECT_EQ(lost.stamp.sequence, 1u);
   EXPECT_EQ(lost.stamp.time_ns, 100'000'000);
   EXPECT_EQ(lost.stream, Stream::color);
   EXPECT_EQ(lost.reason, "b.png: found a picture that is damaged or cut short");
-  const auto c = std::get<Picture>(*source.next(0ms));
+  const auto c = std::get<Frame>(*source.next(0ms));
   EXPECT_EQ(c.stamp.sequence, 2u);
   EXPECT_EQ(c.encoded.at(0, 0, 2), 140);
 }
@@ -202,8 +202,8 @@ TEST_F(ImageSourceTest, ADeletedFileIsLost) {
   color("b.png", 120);
   ImageSource source(list("0 a.png\n0.1 b.png\n"), kColor);
   std::filesystem::remove(folder_ / "b.png");
-  EXPECT_TRUE(std::holds_alternative<Picture>(*source.next(0ms)));
-  EXPECT_NE(std::get<LostPicture>(*source.next(0ms)).reason.find("found no readable file"), std::string::npos);
+  EXPECT_TRUE(std::holds_alternative<Frame>(*source.next(0ms)));
+  EXPECT_NE(std::get<LostFrame>(*source.next(0ms)).reason.find("found no readable file"), std::string::npos);
 }
 
 TEST_F(ImageSourceTest, BadListsAreRefused) {

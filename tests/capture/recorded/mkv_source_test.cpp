@@ -93,7 +93,7 @@ TEST_F(MkvSourceTest, LosslessColorIsBitExact) {
   for (const std::int64_t time_ms : {0, 33, 67, 100}) {
     const auto item = source.next(0ms);
     ASSERT_TRUE(item);
-    const auto& picture = std::get<Picture>(*item);
+    const auto& picture = std::get<Frame>(*item);
     EXPECT_EQ(picture.encoded.data, color_at(time_ms).rgb.data);
     EXPECT_EQ(picture.exposure, 2.5);
     EXPECT_EQ(picture.stamp.time_ns, time_ms * 1'000'000);
@@ -106,7 +106,7 @@ TEST_F(MkvSourceTest, MotionJpegIsAccurateAndUnbiased) {
   for (const std::int64_t time_ms : {0, 33, 67, 100}) {
     const auto item = source.next(0ms);
     ASSERT_TRUE(item);
-    const auto& picture = std::get<Picture>(*item);
+    const auto& picture = std::get<Frame>(*item);
     const test::TimedRgb truth = color_at(time_ms);
     double sum = 0.0;
     for (std::size_t i = 0; i < truth.rgb.data.size(); ++i) {
@@ -147,7 +147,7 @@ TEST_F(MkvSourceTest, ADamagedFrameIsLostAndTheRestPlays) {
       EXPECT_EQ(depth->counts.data, depth_at(depth->stamp.time_ns / 1'000'000).counts.data) << seen.size();
       seen += 'p';
     } else {
-      EXPECT_EQ(std::get<LostPicture>(*item).stamp.sequence, seen.size());
+      EXPECT_EQ(std::get<LostFrame>(*item).stamp.sequence, seen.size());
       seen += 'x';
     }
   }

@@ -87,7 +87,7 @@ TEST_F(SeekableReaderTest, EqualsAReplayFromTheBeginning) {
   }
 }
 
-TEST_F(SeekableReaderTest, SeeksBothWaysAndKnowsItsLength) {
+TEST_F(SeekableReaderTest, SeeksBothWaysAndReportsItsLength) {
   record();
   for (const auto& folder : {folder_, folder_ / "mkv"}) {
     const auto complete = play(*open_frames(session(folder)));
@@ -129,11 +129,11 @@ TEST_F(SeekableReaderTest, ReadsLittleOfALargeFile) {
   {
     StreamRecorder recorder(file, spec);
     for (int i = 0; i < kMany; ++i) {
-      Picture picture;
+      Frame picture;
       picture.stamp.time_ns = time_ns(i);
       picture.exposure = 1.0 + i % 2;
-      picture.original = std::make_shared<CameraPicture>(CameraPicture{
-          PixelFormat::bayer_rggb8, std::vector<std::uint8_t>(320 * 240, static_cast<std::uint8_t>(i % 250))});
+      picture.original = std::make_shared<RawFrame>(
+          RawFrame{PixelFormat::bayer_rggb8, std::vector<std::uint8_t>(320 * 240, static_cast<std::uint8_t>(i % 250))});
       picture.encoded = Image<std::uint8_t>(320, 240, 3);
       recorder.write(picture);
     }
@@ -145,7 +145,7 @@ TEST_F(SeekableReaderTest, ReadsLittleOfALargeFile) {
   EXPECT_LT(bytes_read() - before, std::filesystem::file_size(file) / 4)
       << "only element headers and the wanted frames are read";
   ASSERT_TRUE(item);
-  const auto& picture = std::get<Picture>(*item);
+  const auto& picture = std::get<Frame>(*item);
   EXPECT_EQ(picture.stamp.time_ns, time_ns(kAt));
   EXPECT_EQ(picture.stamp.sequence, std::uint64_t{kAt});
   EXPECT_EQ(picture.exposure, 1.0);

@@ -12,8 +12,8 @@ using Lines = std::vector<std::string>;
 
 constexpr std::int64_t kMs = 1'000'000;
 
-Picture fisheye(std::uint64_t sequence, std::int64_t time_ms) {
-  Picture picture;
+Frame fisheye(std::uint64_t sequence, std::int64_t time_ms) {
+  Frame picture;
   picture.stamp = {time_ms * kMs, 0, sequence};
   picture.stream = Stream::fisheye;
   return picture;
@@ -42,7 +42,7 @@ Lines next(FisheyeReader& reader) {
   const auto seen = reader.next(0ms);
   if (!seen) return {};
   std::string sequences;
-  for (const auto& picture : seen->pictures) {
+  for (const auto& picture : seen->frames) {
     sequences += (sequences.empty() ? "" : " ") + std::to_string(picture->stamp.sequence);
   }
   Lines lines{sequences};
@@ -50,7 +50,7 @@ Lines next(FisheyeReader& reader) {
   return lines;
 }
 
-TEST(FisheyeReader, GivesTheNewestPictureOrBracket) {
+TEST(FisheyeReader, GivesTheNewestFrameOrBracket) {
   const auto camera = std::make_shared<Waiting>();
   FisheyeReader reader(camera, -30 * kMs);
   EXPECT_EQ(next(reader), Lines());
@@ -59,13 +59,13 @@ TEST(FisheyeReader, GivesTheNewestPictureOrBracket) {
   camera->items = {fisheye(2, 166), fisheye(3, 200), fisheye(4, 200), fisheye(5, 200)};
   EXPECT_EQ(next(reader), Lines{"3 4 5"});
   camera->items = {fisheye(6, 233)};
-  EXPECT_EQ(reader.next(0ms)->pictures.at(0)->stamp.time_ns, 203 * kMs) << "on the colour camera's clock";
+  EXPECT_EQ(reader.next(0ms)->frames.at(0)->stamp.time_ns, 203 * kMs) << "on the colour camera's clock";
 }
 
 TEST(FisheyeReader, SaysWhatIsLostAndWhyNoneComes) {
   const auto camera = std::make_shared<Waiting>();
   FisheyeReader reader(camera, 0);
-  camera->items = {fisheye(2, 0), LostPicture{{33 * kMs, 0, 3}, Stream::fisheye, "torn"}};
+  camera->items = {fisheye(2, 0), LostFrame{{33 * kMs, 0, 3}, Stream::fisheye, "torn"}};
   EXPECT_EQ(next(reader),
             (Lines{"2", "2 fish-eye pictures missing before picture 2", "fish-eye picture 3 lost: torn"}));
   camera->items = {fisheye(4, 10)};

@@ -17,18 +17,18 @@ using Items = std::vector<SourceItem>;
 
 constexpr std::int64_t kMs = 1'000'000;
 
-Picture picture(Stream stream, std::uint64_t sequence, std::int64_t time_ms) {
-  Picture p;
+Frame picture(Stream stream, std::uint64_t sequence, std::int64_t time_ms) {
+  Frame p;
   p.stamp = {time_ms * kMs, 0, sequence};
   p.stream = stream;
   return p;
 }
-Picture color(std::uint64_t sequence, std::int64_t time_ms) { return picture(Stream::color, sequence, time_ms); }
-Picture fisheye(std::uint64_t sequence, std::int64_t time_ms) { return picture(Stream::fisheye, sequence, time_ms); }
+Frame color(std::uint64_t sequence, std::int64_t time_ms) { return picture(Stream::color, sequence, time_ms); }
+Frame fisheye(std::uint64_t sequence, std::int64_t time_ms) { return picture(Stream::fisheye, sequence, time_ms); }
 RawDepth depth(std::uint64_t sequence, std::int64_t time_ms) {
   return {{time_ms * kMs, 0, sequence}, Image<std::uint16_t>(1, 1, 1, static_cast<std::uint16_t>(sequence + 1))};
 }
-LostPicture lost(Stream stream, std::uint64_t sequence, std::int64_t time_ms) {
+LostFrame lost(Stream stream, std::uint64_t sequence, std::int64_t time_ms) {
   return {{time_ms * kMs, 0, sequence}, stream, "torn"};
 }
 
@@ -116,7 +116,7 @@ TEST(PairingReader, NothingPairsBeyondTheBound) {
             (Lines{"0/0/", "1//", "no depth picture within 20 ms of the colour picture", "2/1/"}));
 }
 
-TEST(PairingReader, ALostColorPictureKeepsItsIndex) {
+TEST(PairingReader, ALostColorFrameKeepsItsIndex) {
   EXPECT_EQ(play({color(0, 0), lost(Stream::color, 1, 33), color(2, 67)}, {depth(0, 0), depth(1, 33), depth(2, 67)}),
             (Lines{"0/0/", "2/2/", "colour picture 1 lost: torn",
                    "1 depth picture late or without a colour picture: dropped"}));
@@ -129,7 +129,7 @@ TEST(PairingReader, WhatIsLostAtTheEndsIsNamedToo) {
       (Lines{"1/0/", "colour picture 0 lost: torn", "colour picture 2 lost: torn", "colour picture 3 lost: torn"}));
 }
 
-TEST(PairingReader, ALostDepthPictureLeavesItsFrameWithout) {
+TEST(PairingReader, ALostDepthFrameLeavesItsSetWithout) {
   EXPECT_EQ(play({color(0, 0), color(1, 34), color(2, 68)}, {depth(0, 0), lost(Stream::depth, 1, 34), depth(2, 68)}),
             (Lines{"0/0/", "1//", "depth picture 1 lost: torn", "2/2/"}));
 }
@@ -175,7 +175,7 @@ TEST(PairingReader, JitterLossAndDriftMakeNoWrongPair) {
         continue;
       }
       if (has_color.back()) {
-        Picture p = color(i - kKeptBack, 0);
+        Frame p = color(i - kKeptBack, 0);
         p.stamp = stamp(color_clock, 1.0);
         colors.emplace_back(std::move(p));
       }
@@ -263,7 +263,7 @@ TEST(PairingReader, OneSourceForTwoStreamsPairsTheSameWhateverItsOrder) {
   EXPECT_EQ(run(true).size(), 41u) << "40 frames and the word about one lost picture";
 }
 
-TEST(PairingReader, ASharedSourceWithoutDepthIsNotReadIntoMemoryWhole) {
+TEST(PairingReader, ASharedSourceWithoutDepthIsNotReadIntoMemoryCompletely) {
   Items items;
   for (std::uint64_t i = 0; i < 100; ++i) {
     items.push_back(color(i, static_cast<std::int64_t>(33 * i)));
@@ -351,7 +351,7 @@ std::string live_fisheyes(PairingReader& reader) {
   return out;
 }
 
-TEST(PairingReader, ALiveFisheyeThatComesAfterItsColourPictureJoinsTheNext) {
+TEST(PairingReader, ALiveFisheyeThatComesAfterItsColourFrameJoinsTheNext) {
   auto camera = std::make_shared<Device>();
   auto above = std::make_shared<Device>();
   PairingReader reader(PairedSources{camera, nullptr, above, true});
@@ -390,16 +390,16 @@ TEST(PairingReader, ALiveBracketIsNeverTakenInHalf) {
 class Tireless : public Source {
  public:
   std::optional<SourceItem> next(std::chrono::milliseconds) override {
-    Picture p = fisheye(next_, 33 * static_cast<std::int64_t>(next_));
+    Frame p = fisheye(next_, 33 * static_cast<std::int64_t>(next_));
     ++next_;
-    p.original = std::make_shared<CameraPicture>();
+    p.original = std::make_shared<RawFrame>();
     given.push_back(p.original);
     return p;
   }
   bool finished() const override { return false; }
   void rewind() override {}
 
-  std::vector<std::weak_ptr<const CameraPicture>> given;
+  std::vector<std::weak_ptr<const RawFrame>> given;
 
  private:
   std::uint64_t next_ = 0;
@@ -413,7 +413,7 @@ class Away : public Source {
   void rewind() override {}
 };
 
-TEST(PairingReader, KeepsNoPicturesForALiveColourCameraThatIsAway) {
+TEST(PairingReader, KeepsNoFramesForALiveColourCameraThatIsAway) {
   const auto tireless = std::make_shared<Tireless>();
   PairedSources sources;
   sources.color = std::make_shared<Away>();
@@ -422,7 +422,7 @@ TEST(PairingReader, KeepsNoPicturesForALiveColourCameraThatIsAway) {
   PairingReader reader(sources);
   while (tireless->given.size() < 200) EXPECT_FALSE(reader.next(1ms));
   const auto kept = std::count_if(tireless->given.begin(), tireless->given.end(),
-                                  [](const std::weak_ptr<const CameraPicture>& one) { return !one.expired(); });
+                                  [](const std::weak_ptr<const RawFrame>& one) { return !one.expired(); });
   EXPECT_LE(kept, 16);
   EXPECT_GT(kept, 0);
 }

@@ -16,10 +16,10 @@
 namespace lumigraft::test {
 
 /// The next complete frame after skipping `after` complete frames.
-inline std::optional<capture::Picture> picture_of(capture::Source& source, int after = 0) {
+inline std::optional<capture::Frame> frame_of(capture::Source& source, int after = 0) {
   for (int i = 0; i < 40; ++i) {
     const auto item = source.next(std::chrono::milliseconds(3000));
-    if (const auto* picture = item ? std::get_if<capture::Picture>(&*item) : nullptr;
+    if (const auto* picture = item ? std::get_if<capture::Frame>(&*item) : nullptr;
         picture != nullptr && after-- <= 0) {
       return *picture;
     }
@@ -43,7 +43,7 @@ void expect_back_again(
   Leaks leaks;
   std::chrono::nanoseconds slowest{}, within{};
   for (int cycle = 0; cycle < cycles(usual_cycles); ++cycle) {
-    const auto picture = picture_of(source);
+    const auto picture = frame_of(source);
     ASSERT_TRUE(picture);
     EXPECT_TRUE(!last || picture->stamp.sequence > *last);
     last = picture->stamp.sequence;
@@ -58,7 +58,7 @@ void expect_back_again(
     within = std::max(within, longest());
     come_back();
     const Clock::time_point back = Clock::now();
-    ASSERT_TRUE(picture_of(source));
+    ASSERT_TRUE(frame_of(source));
     slowest = std::max<std::chrono::nanoseconds>(slowest, Clock::now() - back);
     leaks.end_of_cycle();
   }

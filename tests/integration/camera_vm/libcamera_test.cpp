@@ -26,7 +26,7 @@ namespace {
 
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
-using test::picture_of;
+using test::frame_of;
 constexpr int kWidth = 576;  // a multiple of 6, as vimc requires, whose rows need no padding to 64 bytes
 constexpr int kHeight = 480;
 constexpr int kBelowItsText = 460;
@@ -82,7 +82,7 @@ constexpr int k75 = 191;
 constexpr std::array<std::array<int, 3>, 8> kBars = {
     {{k75, k75, k75}, {k75, k75, 0}, {0, k75, k75}, {0, k75, 0}, {k75, 0, k75}, {k75, 0, 0}, {0, 0, k75}, {0, 0, 0}}};
 
-void expect_bars(const Picture& picture, int brighter = 0) {
+void expect_bars(const Frame& picture, int brighter = 0) {
   ASSERT_EQ(picture.encoded.width, kWidth);
   ASSERT_EQ(picture.encoded.height, kHeight);
   for (int bar = 0; bar < 8; ++bar) {
@@ -97,7 +97,7 @@ void expect_bars(const Picture& picture, int brighter = 0) {
 TEST_F(Vimc, RgbAndBgrGiveTheSameImage) {
   for (const PixelFormat format : {PixelFormat::rgb8, PixelFormat::bgr8}) {
     LibcameraSource source(kVimc, vimc_spec(format));
-    const auto picture = picture_of(source);
+    const auto picture = frame_of(source);
     ASSERT_TRUE(picture);
     EXPECT_EQ(picture->stream, Stream::fisheye);
     EXPECT_EQ(picture->exposure, 2.5);
@@ -111,7 +111,7 @@ TEST_F(Vimc, RowPaddingIsRemoved) {
   StreamSpec spec = vimc_spec(PixelFormat::bgr8);
   spec.width = 636;
   LibcameraSource source(kVimc, spec);
-  const auto picture = picture_of(source);
+  const auto picture = frame_of(source);
   ASSERT_TRUE(picture && picture->original);
   EXPECT_EQ(picture->original->bytes.size(), std::size_t{3} * 636 * kHeight);
   EXPECT_NEAR(picture->encoded.at(20, kBelowItsText, 2), k75, 3) << "white";
@@ -124,7 +124,7 @@ TEST_F(Vimc, SequenceAndHostTimesIncrease) {
   EXPECT_TRUE(source.on_host_clock());
   Stamp last;
   for (int i = 0; i < 20; ++i) {
-    const auto picture = picture_of(source);
+    const auto picture = frame_of(source);
     ASSERT_TRUE(picture);
     const Stamp& stamp = picture->stamp;
     EXPECT_GT(stamp.host_time_ns, stamp.time_ns);
@@ -139,7 +139,7 @@ TEST_F(Vimc, ASettingIsApplied) {
   for (const double brightness : {0.25, 0.0}) {  // of [-1, 1]: 0.25 is 32 of 256
     spec.settings.controls = {{"Brightness", brightness}};
     LibcameraSource source(kVimc, spec);
-    const auto picture = picture_of(source, 10);
+    const auto picture = frame_of(source, 10);
     ASSERT_TRUE(picture);
     expect_bars(*picture, static_cast<int>(std::lround(128 * brightness)));
   }
@@ -215,10 +215,10 @@ bool is_of_the_driver(std::span<const std::uint8_t> bytes) { return test::lies_i
 
 TEST_F(Vimc, FramesAreNotCopiedAndStayValid) {
   auto source = std::make_unique<LibcameraSource>(kVimc, vimc_spec(PixelFormat::bgr8));
-  std::vector<Picture> held;
+  std::vector<Frame> held;
   int of_the_driver = 0;
   for (int i = 0; i < 12; ++i) {  // more frames than there are buffers
-    auto picture = picture_of(*source);
+    auto picture = frame_of(*source);
     ASSERT_TRUE(picture && picture->original);
     of_the_driver += is_of_the_driver(picture->original->bytes) ? 1 : 0;
     held.push_back(std::move(*picture));
@@ -226,13 +226,13 @@ TEST_F(Vimc, FramesAreNotCopiedAndStayValid) {
   EXPECT_EQ(of_the_driver, 2) << "half of the four buffers stay with the driver, other frames are copied";
   source.reset();
   PixelConverter converter;
-  for (const Picture& one : held) {
+  for (const Frame& one : held) {
     EXPECT_EQ(converter.to_rgb(PixelFormat::bgr8, kWidth, kHeight, one.original->bytes)->data, one.encoded.data)
         << "valid after the camera was closed";
   }
   held.erase(held.begin() + 1, held.end());
   LibcameraSource again(kVimc, vimc_spec(PixelFormat::bgr8));
-  EXPECT_TRUE(picture_of(again)) << "a frame of the previous opening is still held";
+  EXPECT_TRUE(frame_of(again)) << "a frame of the previous opening is still held";
 }
 
 TEST_F(Vimc, ItsProcessIsKilled) {
@@ -247,7 +247,7 @@ TEST_F(Vimc, ItsProcessIsKilled) {
         return camera;
       },
       LivePatience{2s, 50ms});
-  ASSERT_TRUE(picture_of(*source));
+  ASSERT_TRUE(frame_of(*source));
   Clock::duration longest{};
   for (int cycle = 0; cycle < test::cycles(2); ++cycle) {
     kill(process, SIGKILL);
@@ -258,7 +258,7 @@ TEST_F(Vimc, ItsProcessIsKilled) {
     EXPECT_EQ(source->fault().find("fish-eye: "), 0u);
     while (source->next(0ms)) {
     }
-    ASSERT_TRUE(picture_of(*source));
+    ASSERT_TRUE(frame_of(*source));
     longest = std::max(longest, Clock::now() - begin);
     leaks.end_of_cycle();
   }
@@ -296,7 +296,7 @@ TEST(LibcameraUsb, DeliversJpegsAtTheExposureThatWasSet) {
   const UsbCamera camera;
   for (const double exposure_us : {10'000.0, 30'000.0, 5'000.0}) {
     LibcameraSource source(kUsb, usb_spec(exposure_us));
-    const auto picture = picture_of(source, 6);
+    const auto picture = frame_of(source, 6);
     ASSERT_TRUE(picture && picture->original);
     EXPECT_EQ(picture->original->format, PixelFormat::mjpeg);
     EXPECT_NEAR(picture->encoded.at(20, 60, 0), 50.0 * exposure_us / 10'000.0, 5.0) << exposure_us;
@@ -329,19 +329,19 @@ TEST(LibcameraUsb, IsListedAsTheSameHardwareAsItsV4l2Camera) {
   EXPECT_EQ(said, (std::vector<std::string>{"v4l2", "libcamera", "libcamera", "v4l2"}));
 }
 
-TEST(LibcameraUsb, ATornPictureIsLostAndTheNextIsWhole) {
+TEST(LibcameraUsb, ATornFrameIsLostAndTheNextIsComplete) {
   const UsbCamera camera;
   LibcameraSource source(kUsb, usb_spec(10'000));
-  ASSERT_TRUE(picture_of(source, 4));
+  ASSERT_TRUE(frame_of(source, 4));
   camera.signal(SIGUSR1);
   bool torn = false;
   for (int i = 0; i < 40 && !torn; ++i) {
     const auto item = source.next(3000ms);
     ASSERT_TRUE(item);
-    torn = std::holds_alternative<LostPicture>(*item);
+    torn = std::holds_alternative<LostFrame>(*item);
   }
   EXPECT_TRUE(torn);
-  const auto next = picture_of(source);
+  const auto next = frame_of(source);
   ASSERT_TRUE(next);
   EXPECT_NEAR(next->encoded.at(20, test::UsbPlug::kHeight - 5, 0), 50.0, 5.0) << "complete to its last rows";
 }
@@ -351,7 +351,7 @@ TEST(LibcameraUsb, FrozenWithoutAnError) {
   auto within = back_within();
   auto source = std::make_unique<LiveSource>("fish-eye",
                                              [] { return std::make_unique<LibcameraSource>(kUsb, usb_spec(10'000)); });
-  ASSERT_TRUE(picture_of(*source));
+  ASSERT_TRUE(frame_of(*source));
   camera.signal(SIGUSR2);
   const Clock::time_point begin = Clock::now();
   while (source->fault().empty() && Clock::now() - begin < 10s) {
@@ -362,7 +362,7 @@ TEST(LibcameraUsb, FrozenWithoutAnError) {
   }
   camera.signal(SIGUSR2);
   const Clock::time_point back = Clock::now();
-  ASSERT_TRUE(picture_of(*source));
+  ASSERT_TRUE(frame_of(*source));
   const Clock::duration took = Clock::now() - back;
   std::printf("back within %.2f s\n", 1e-9 * static_cast<double>(took.count()));
   source.reset();

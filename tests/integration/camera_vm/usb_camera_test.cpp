@@ -21,7 +21,7 @@ namespace {
 
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
-using test::picture_of;
+using test::frame_of;
 using UsbCamera = test::UsbPlug;
 constexpr int kWidth = test::UsbPlug::kWidth;
 constexpr int kHeight = test::UsbPlug::kHeight;
@@ -43,7 +43,7 @@ std::optional<CameraListing> listed() {
   return std::nullopt;
 }
 
-void expect_bars(const Picture& picture, double exposure_us) {
+void expect_bars(const Frame& picture, double exposure_us) {
   ASSERT_EQ(picture.encoded.width, kWidth);
   ASSERT_EQ(picture.encoded.height, kHeight);
   const double level = std::min(255.0, kLevelAt10ms * exposure_us / 10'000.0);
@@ -63,7 +63,7 @@ TEST(UsbCamera, DeliversJpegsAtTheExposureThatWasSet) {
     spec.settings.gain = 99;
     spec.settings.controls = {{"white_balance_temperature", 3500}};
     V4l2Source source(kName, spec);
-    const auto picture = picture_of(source, 4);
+    const auto picture = frame_of(source, 4);
     ASSERT_TRUE(picture && picture->original);
     expect_bars(*picture, exposure_us);
     EXPECT_EQ(picture->original->format, PixelFormat::mjpeg);
@@ -112,7 +112,7 @@ TEST(UsbCamera, EachFrameOfABracketHasItsOwnExposure) {
     std::int64_t time_ns = 0;
     std::this_thread::sleep_for(bracket * 200ms);  // frames queue up while nothing reads them
     for (const double exposure_us : spec.settings.bracket_us) {
-      const auto picture = picture_of(source);
+      const auto picture = frame_of(source);
       ASSERT_TRUE(picture);
       EXPECT_DOUBLE_EQ(picture->exposure, 2.0 * exposure_us / 10'000);
       expect_bars(*picture, exposure_us);
@@ -158,22 +158,22 @@ TEST(UsbCamera, EveryBracketReachesAFrameOfALiveColourCamera) {
   EXPECT_GE(next.value_or(0), 14u);
 }
 
-TEST(UsbCamera, ATornPictureIsLostAndTheNextIsWhole) {
+TEST(UsbCamera, ATornFrameIsLostAndTheNextIsComplete) {
   const UsbCamera camera;
   V4l2Source source(kName, usb_spec(10'000));
-  ASSERT_TRUE(picture_of(source, 4));
+  ASSERT_TRUE(frame_of(source, 4));
   camera.signal(SIGUSR1);
   std::optional<Stamp> torn;
   for (int i = 0; i < 40 && !torn; ++i) {
     const auto item = source.next(3000ms);
     ASSERT_TRUE(item);
-    if (const auto* lost = std::get_if<LostPicture>(&*item)) {
+    if (const auto* lost = std::get_if<LostFrame>(&*item)) {
       EXPECT_EQ(lost->reason, "the picture is damaged");
       torn = lost->stamp;
     }
   }
   ASSERT_TRUE(torn);
-  const auto next = picture_of(source);
+  const auto next = frame_of(source);
   ASSERT_TRUE(next);
   EXPECT_GT(next->stamp.sequence, torn->sequence);
   expect_bars(*next, 10'000);

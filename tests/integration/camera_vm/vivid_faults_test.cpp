@@ -32,11 +32,11 @@ std::unique_ptr<LiveSource> live(const std::string& camera = kSinglePlanar, Live
 class VividFaults : public testing::Test {
  protected:
   /// Time until frames arrive again. Checks that sequence numbers and times increase.
-  Clock::duration wait_for_picture(LiveSource& source) {
+  Clock::duration wait_for_frame(LiveSource& source) {
     const Clock::time_point begin = Clock::now();
     while (Clock::now() - begin < 10s) {
       const auto item = source.next(50ms);
-      const auto* picture = item ? std::get_if<Picture>(&*item) : nullptr;
+      const auto* picture = item ? std::get_if<Frame>(&*item) : nullptr;
       if (picture == nullptr) {
         continue;
       }
@@ -71,7 +71,7 @@ class VividFaults : public testing::Test {
 
 TEST_F(VividFaults, GoneAndBackAgain) {
   const auto source = live();
-  wait_for_picture(*source);
+  wait_for_frame(*source);
   for (int cycle = 0; cycle < 3; ++cycle) {
     {
       const Vivid camera;  // while a handle is open, the camera stays away
@@ -79,7 +79,7 @@ TEST_F(VividFaults, GoneAndBackAgain) {
       wait_for_fault(*source, "the camera is disconnected, it is searched for again");
       wait_for_fault(*source, "v4l2:platform:vivid-000: found no such camera");
     }
-    EXPECT_LT(wait_for_picture(*source), 2s) << "after it came back";
+    EXPECT_LT(wait_for_frame(*source), 2s) << "after it came back";
   }
 }
 
@@ -87,17 +87,17 @@ TEST_F(VividFaults, GoneAndBackAgain) {
 TEST_F(VividFaults, ALentFrameDoesNotKeepTheCameraOpen) {
   const auto open = [] { return std::make_unique<V4l2Source>(kSinglePlanar, vivid_spec(PixelFormat::yuyv)); };
   LiveSource source("fish-eye", open);
-  std::vector<Picture> kept;
+  std::vector<Frame> kept;
   std::vector<std::vector<std::uint8_t>> bytes;
   for (int cycle = 0; cycle < 3; ++cycle) {
-    wait_for_picture(source);
+    wait_for_frame(source);
     const auto item = source.next(1000ms);
-    ASSERT_TRUE(item && std::holds_alternative<Picture>(*item));
-    kept.push_back(std::get<Picture>(*item));
+    ASSERT_TRUE(item && std::holds_alternative<Frame>(*item));
+    kept.push_back(std::get<Frame>(*item));
     bytes.emplace_back(kept.back().original->bytes.begin(), kept.back().original->bytes.end());
     ASSERT_TRUE(Vivid().set("Disconnect"));
     wait_for_fault(source, "gone");
-    EXPECT_LT(wait_for_picture(source), 2s);
+    EXPECT_LT(wait_for_frame(source), 2s);
   }
   for (std::size_t i = 0; i < kept.size(); ++i) {
     EXPECT_TRUE(std::ranges::equal(kept[i].original->bytes, bytes[i]));
@@ -115,13 +115,13 @@ std::size_t mappings() {
 
 TEST_F(VividFaults, AHundredTimesGoneNothingLeaks) {
   const auto source = live(kSinglePlanar, {2000ms, 10ms});
-  wait_for_picture(*source);
+  wait_for_frame(*source);
   const std::size_t mapped = mappings();
   test::Leaks leaks;
   for (int cycle = 0; cycle < 100; ++cycle) {
     ASSERT_TRUE(Vivid().set("Disconnect"));
     wait_for_fault(*source, "");
-    wait_for_picture(*source);
+    wait_for_frame(*source);
     ASSERT_FALSE(HasFailure()) << "cycle " << cycle;
     leaks.end_of_cycle();
   }
@@ -129,7 +129,7 @@ TEST_F(VividFaults, AHundredTimesGoneNothingLeaks) {
   EXPECT_EQ(mappings(), mapped);
 }
 
-TEST_F(VividFaults, AbsentAtTheStartItIsLookedFor) {
+TEST_F(VividFaults, AbsentAtTheStartItIsSearchedFor) {
   std::unique_ptr<LiveSource> source;
   {
     const Vivid camera;
@@ -137,15 +137,15 @@ TEST_F(VividFaults, AbsentAtTheStartItIsLookedFor) {
     source = live();
     wait_for_fault(*source, "found no such camera");
   }
-  EXPECT_LT(wait_for_picture(*source), 2s);
+  EXPECT_LT(wait_for_frame(*source), 2s);
 }
 
 TEST_F(VividFaults, AnErrorOfTheStream) {
   const auto source = live();
-  wait_for_picture(*source);
+  wait_for_frame(*source);
   ASSERT_TRUE(Vivid().set("Inject Fatal Streaming Error"));
   wait_for_fault(*source, "the camera stopped: Input/output error, it is searched for again");
-  EXPECT_LT(wait_for_picture(*source), 2s);
+  EXPECT_LT(wait_for_frame(*source), 2s);
 }
 
 TEST_F(VividFaults, AStreamThatDoesNotStart) {
@@ -156,23 +156,23 @@ TEST_F(VividFaults, AStreamThatDoesNotStart) {
     const auto source = live();
     wait_for_fault(*source, says);
     last_.reset();  // from another source
-    EXPECT_LT(wait_for_picture(*source), 2s);
+    EXPECT_LT(wait_for_frame(*source), 2s);
   }
 }
 
 TEST_F(VividFaults, FrozenWithoutAnError) {
   const auto source = live();
-  wait_for_picture(*source);
+  wait_for_frame(*source);
   {
     const Vivid camera;
     ASSERT_TRUE(camera.set("Percentage of Dropped Buffers", 100));
     wait_for_fault(*source, "the camera delivers no frames, it is opened again");
     ASSERT_TRUE(camera.set("Percentage of Dropped Buffers", 0));
   }
-  EXPECT_LT(wait_for_picture(*source), 2s);
+  EXPECT_LT(wait_for_frame(*source), 2s);
 }
 
-TEST_F(VividFaults, LostPicturesAreCounted) {
+TEST_F(VividFaults, LostFramesAreCounted) {
   StreamSpec spec = vivid_spec(PixelFormat::grey8);
   spec.settings.rate_hz = 25.0;
   V4l2Source source(kSinglePlanar, spec);
@@ -181,7 +181,7 @@ TEST_F(VividFaults, LostPicturesAreCounted) {
   std::optional<Stamp> first, last;
   for (int i = 0; i < 30; ++i) {
     const auto item = source.next(3000ms);
-    ASSERT_TRUE(item && std::holds_alternative<Picture>(*item));
+    ASSERT_TRUE(item && std::holds_alternative<Frame>(*item));
     last = stamp_of(*item);
     first = first.value_or(*last);
   }
@@ -211,7 +211,7 @@ TEST_F(VividFaults, NumbersThatWrapGoOn) {
 TEST_F(VividFaults, AnotherMeaningOfColours) {
   const auto open = [] { return std::make_unique<V4l2Source>(kSinglePlanar, vivid_spec(PixelFormat::yuyv)); };
   LiveSource source("fish-eye", open);
-  wait_for_picture(source);
+  wait_for_frame(source);
   {
     const Vivid camera;
     ASSERT_TRUE(camera.set("Y'CbCr Encoding", 2));  // menu entry: BT.709
@@ -219,11 +219,11 @@ TEST_F(VividFaults, AnotherMeaningOfColours) {
     wait_for_fault(source, "found yuyv of another kind than BT.601 from 16 to 235, allowed: pixel_format rgb8");
     ASSERT_TRUE(camera.set("Y'CbCr Encoding", 0));
   }
-  EXPECT_LT(wait_for_picture(source), 2s);
+  EXPECT_LT(wait_for_frame(source), 2s);
   ASSERT_TRUE(Vivid().set("Quantization", 1));
   wait_for_fault(source, "found yuyv of another kind");
   ASSERT_TRUE(Vivid().set("Quantization", 0));
-  EXPECT_LT(wait_for_picture(source), 2s);
+  EXPECT_LT(wait_for_frame(source), 2s);
 }
 
 /// A camera is free again after the program that used it was killed.
@@ -243,7 +243,7 @@ TEST_F(VividFaults, InUseByAnotherProgramUntilThatIsKilled) {
   const auto source = live();
   wait_for_fault(*source, "v4l2:platform:vivid-000: found it in use by another program");
   kill(other, SIGKILL);
-  EXPECT_LT(wait_for_picture(*source), 2s);
+  EXPECT_LT(wait_for_frame(*source), 2s);
   waitpid(other, nullptr, 0);
   close(ends[0]);
   close(ends[1]);
@@ -268,13 +268,13 @@ TEST_F(VividFaults, UnpluggedAndReplugged) {
     std::ofstream(std::string("/sys/bus/platform/drivers/vivid/") + file) << "vivid.0";
   };
   const auto source = live();
-  wait_for_picture(*source);
+  wait_for_frame(*source);
   for (int cycle = 0; cycle < 2; ++cycle) {
     write("unbind");
     EXPECT_FALSE(std::filesystem::exists("/dev/video0"));
     wait_for_fault(*source, "found no such camera");
     write("bind");
-    EXPECT_LT(wait_for_picture(*source), 3s);
+    EXPECT_LT(wait_for_frame(*source), 3s);
   }
 }
 

@@ -62,11 +62,11 @@ class VividGrabber : public testing::Test {
   }
 
   /// Time until frames arrive again.
-  static std::chrono::nanoseconds wait_for_picture(LiveSource& source) {
+  static std::chrono::nanoseconds wait_for_frame(LiveSource& source) {
     const auto begin = std::chrono::steady_clock::now();
     while (std::chrono::steady_clock::now() - begin < 10s) {
       const auto item = source.next(50ms);
-      if (item && std::holds_alternative<Picture>(*item) && source.fault().empty()) {
+      if (item && std::holds_alternative<Frame>(*item) && source.fault().empty()) {
         return std::chrono::steady_clock::now() - begin;
       }
     }
@@ -83,7 +83,7 @@ TEST_F(VividGrabber, DeliversTheSignalAtSixtyHz) {
   std::uint64_t first = 0, last = 0;
   while (times_ns.size() < 20) {
     const auto item = source.next(3000ms);
-    const auto* picture = item ? std::get_if<Picture>(&*item) : nullptr;
+    const auto* picture = item ? std::get_if<Frame>(&*item) : nullptr;
     ASSERT_NE(picture, nullptr) << source.fault();
     EXPECT_EQ(picture->encoded.width, 640);
     EXPECT_EQ(picture->encoded.height, 480);
@@ -103,7 +103,7 @@ TEST_F(VividGrabber, ChoosesAFormatWithCorrectColours) {
   spec.settings.controls = {{"osd_text_mode", 2}};
   auto source = std::make_unique<V4l2Source>(kGrabber, spec);
   const auto item = source->next(3000ms);
-  const auto* picture = item ? std::get_if<Picture>(&*item) : nullptr;
+  const auto* picture = item ? std::get_if<Frame>(&*item) : nullptr;
   ASSERT_NE(picture, nullptr) << source->fault();
   source.reset();
   const int yellow[] = {191, 191, 0};
@@ -118,7 +118,7 @@ TEST_F(VividGrabber, ChoosesAFormatWithCorrectColours) {
 TEST_F(VividGrabber, WithoutASignalItSaysSoAndIsLiveOnceThereIsOne) {
   const auto open = [] { return std::make_unique<V4l2Source>(kGrabber, spec_of(640, 480)); };
   LiveSource source("colour", open);
-  wait_for_picture(source);
+  wait_for_frame(source);
   ASSERT_TRUE(see(Signal::none));
   wait_for_fault(source, "colour: v4l2:platform:vivid-002: found no signal at its input \"HDMI 0\"");
   ASSERT_TRUE(see(Signal::unsteady));
@@ -126,12 +126,12 @@ TEST_F(VividGrabber, WithoutASignalItSaysSoAndIsLiveOnceThereIsOne) {
   ASSERT_TRUE(see(Signal::beyond));
   wait_for_fault(source, "found a signal that the camera does not support at its input");
   ASSERT_TRUE(plug("640x480p59"));
-  EXPECT_LT(wait_for_picture(source), 2s);
+  EXPECT_LT(wait_for_frame(source), 2s);
   ASSERT_TRUE(plug("1280x720p30"));
   wait_for_fault(source,
                  "found a signal of 1280x720 at 30 Hz at its input \"HDMI 0\", allowed by the session: 640x480");
   ASSERT_TRUE(plug("640x480p59"));
-  EXPECT_LT(wait_for_picture(source), 2s);
+  EXPECT_LT(wait_for_frame(source), 2s);
 }
 
 TEST_F(VividGrabber, AnUnknownInputIsRefused) {

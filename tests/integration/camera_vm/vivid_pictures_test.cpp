@@ -29,10 +29,10 @@ constexpr int k75 = 191;
 constexpr std::array<std::array<int, 3>, 8> kBars = {
     {{k75, k75, k75}, {k75, k75, 0}, {0, k75, k75}, {0, k75, 0}, {k75, 0, k75}, {k75, 0, 0}, {0, 0, k75}, {0, 0, 0}}};
 
-std::optional<Picture> picture_of(Source& source) {
+std::optional<Frame> frame_of(Source& source) {
   for (int i = 0; i < 20; ++i) {
     const auto item = source.next(3000ms);
-    if (const auto* picture = item ? std::get_if<Picture>(&*item) : nullptr) {
+    if (const auto* picture = item ? std::get_if<Frame>(&*item) : nullptr) {
       return *picture;
     }
   }
@@ -40,7 +40,7 @@ std::optional<Picture> picture_of(Source& source) {
   return std::nullopt;
 }
 
-void expect_bars(const Picture& picture, PixelFormat format) {
+void expect_bars(const Frame& picture, PixelFormat format) {
   ASSERT_EQ(picture.encoded.width, kVividWidth);
   ASSERT_EQ(picture.encoded.height, kVividHeight);
   const bool grey = format == PixelFormat::grey8 || format == PixelFormat::grey16;
@@ -63,7 +63,7 @@ TEST(Vivid, EveryFormatShowsTheColourBars) {
                                    PixelFormat::bayer_bggr8, PixelFormat::bayer_gbrg8, PixelFormat::bayer_grbg8}) {
     for (const char* camera : {kSinglePlanar, kMultiPlanar}) {
       V4l2Source source(camera, vivid_spec(format));
-      const auto picture = picture_of(source);
+      const auto picture = frame_of(source);
       ASSERT_TRUE(picture);
       EXPECT_EQ(picture->stream, Stream::fisheye);
       EXPECT_EQ(picture->exposure, 2.5);
@@ -81,7 +81,7 @@ TEST(Vivid, ChoosesUncompressedColour) {
   StreamSpec spec = vivid_spec(PixelFormat::yuyv);
   spec.settings.pixel_format.reset();
   V4l2Source source("", spec);
-  const auto picture = picture_of(source);
+  const auto picture = frame_of(source);
   ASSERT_TRUE(picture && picture->original);
   EXPECT_EQ(picture->original->format, PixelFormat::yuyv);
 }
@@ -90,7 +90,7 @@ TEST(Vivid, IsFoundByEveryName) {
   for (const char* name : {"/dev/video0", "usb-Maker_Camera_0123-video-index0",
                            "/dev/v4l/by-id/usb-Maker_Camera_0123-video-index0", "vivid", "platform:vivid-000"}) {
     V4l2Source source(name, vivid_spec(PixelFormat::grey8));
-    EXPECT_TRUE(picture_of(source)) << name;
+    EXPECT_TRUE(frame_of(source)) << name;
   }
 }
 
@@ -101,7 +101,7 @@ TEST(Vivid, SequenceAndTimesIncrease) {
   Stamp last;
   std::vector<std::int64_t> periods_ns;
   for (int i = 0; i < 40; ++i) {
-    const auto picture = picture_of(source);
+    const auto picture = frame_of(source);
     ASSERT_TRUE(picture);
     EXPECT_TRUE(source.on_host_clock());
     EXPECT_NEAR(1e-9 * static_cast<double>(picture->stamp.time_ns - picture->stamp.host_time_ns), 0.0, 0.5);
@@ -122,17 +122,17 @@ bool is_of_the_driver(std::span<const std::uint8_t> bytes) { return test::lies_i
 
 TEST(Vivid, FramesAreNotCopiedAndStayValid) {
   auto source = std::make_unique<V4l2Source>(kSinglePlanar, vivid_spec(PixelFormat::yuyv));
-  std::vector<Picture> held;
+  std::vector<Frame> held;
   int of_the_driver = 0;
   for (int i = 0; i < 12; ++i) {  // more frames than there are buffers
-    auto picture = picture_of(*source);
+    auto picture = frame_of(*source);
     ASSERT_TRUE(picture && picture->original);
     of_the_driver += is_of_the_driver(picture->original->bytes) ? 1 : 0;
     held.push_back(std::move(*picture));
   }
   EXPECT_EQ(of_the_driver, 4) << "four buffers stay with the driver, other frames are copied";
   held.clear();
-  const auto last = picture_of(*source);
+  const auto last = frame_of(*source);
   ASSERT_TRUE(last && is_of_the_driver(last->original->bytes));
   source.reset();
   EXPECT_FALSE(is_of_the_driver(last->original->bytes)) << "a mapping would keep the camera open";
@@ -207,10 +207,10 @@ TEST(Vivid, SettingsAreApplied) {
   EXPECT_EQ(control("/dev/video0", "gain"), 77.0);
   EXPECT_EQ(control("/dev/video0", "gain_automatic"), 0.0) << "radiance needs a fixed response";
   EXPECT_EQ(control("/dev/video0", "brightness"), 96.0);
-  const auto first = picture_of(source);
+  const auto first = frame_of(source);
   auto last = first;
   for (int i = 0; i < 9; ++i) {
-    last = picture_of(source);
+    last = frame_of(source);
   }
   ASSERT_TRUE(first && last);
   EXPECT_NEAR(first->encoded.at(kVividWidth / 16, kVividHeight / 2), k75 - 32, 3) << "brightness";

@@ -45,9 +45,9 @@ View read_view(const std::filesystem::path& folder, int number) {
   const auto codes = capture::read_encoded(folder / (std::string("color") + name));
   const auto counts = capture::read_depth(folder / (std::string("depth") + name));
   const capture::CameraModel model = camera();
-  auto depth = std::make_shared<capture::DepthPicture>();
+  auto depth = std::make_shared<capture::DepthFrame>();
   depth->depth_m = capture::Image<float>(model.width, model.height, 1);
-  auto color = std::make_shared<capture::Picture>();
+  auto color = std::make_shared<capture::Frame>();
   color->encoded = capture::Image<std::uint8_t>(model.width, model.height, 3);
   for (int v = 0; v < model.height; ++v)
     for (int u = 0; u < model.width; ++u) {
@@ -97,7 +97,7 @@ double median(std::vector<double> values) {
 }
 
 Vector3f radiance(const View& view, int u, int v) {
-  const capture::Picture& picture = *view.frame.color;
+  const capture::Frame& picture = *view.frame.color;
   Vector3f light;
   for (int c = 0; c < 3; ++c) light[c] = capture::srgb_to_linear(picture.encoded.at(u, v, c) / 255.0f);
   return light / static_cast<float>(picture.exposure);
@@ -164,7 +164,7 @@ TEST(AlbedoBust, LightAndAlbedoFromOtherViews) {
   // Exposures are unknown: scales the photographs so that common points have equal brightness.
   const std::vector<double> brighter = ratios(*fuse({&views[0], &views[1]}), views[0], views[1]);
   ASSERT_GT(brighter.size(), 1000u);
-  auto picture = std::make_shared<capture::Picture>(*views[1].frame.color);
+  auto picture = std::make_shared<capture::Frame>(*views[1].frame.color);
   picture->exposure = median(brighter);
   views[1].frame.color = picture;
   const auto field = fuse({&views[0], &views[1]});

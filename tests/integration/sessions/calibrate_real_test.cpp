@@ -27,7 +27,7 @@ TEST(CalibrateReal, AChessboardBeforeAFisheye) {
   capture::CameraModel camera;
   camera.kind = capture::CameraModel::Kind::kannala_brandt;
   for (const auto& file : picture_files(folder)) {
-    const capture::Picture picture = read_any_picture(file);
+    const capture::Frame picture = read_any_picture(file);
     camera.width = picture.encoded.width;
     camera.height = picture.encoded.height;
     BoardPicture& kept = pictures.emplace_back();

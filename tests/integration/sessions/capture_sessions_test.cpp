@@ -54,7 +54,7 @@ TEST_P(Sessions, ReadsWithoutAWarning) {
 }
 
 /// Radiance error of one pixel value in the longest exposure in which `radiance` is not clipped.
-double one_code_at(double radiance, const std::vector<std::shared_ptr<const capture::Picture>>& bracket) {
+double one_code_at(double radiance, const std::vector<std::shared_ptr<const capture::Frame>>& bracket) {
   double smallest = std::numeric_limits<double>::infinity();
   for (const auto& picture : bracket) {
     const double linear = radiance * picture->exposure;
@@ -78,8 +78,8 @@ TEST_P(Sessions, BracketMatchesTheRadianceItWasMadeFrom) {
   const auto bracket_frame = capture::open_frames(bracket_session)->next(100ms);
   ASSERT_TRUE(hdr_frame && bracket_frame);
   ASSERT_EQ(bracket_frame->fisheye.size(), 4u);
-  const capture::RadiancePicture truth = capture::merge_bracket(hdr_frame->fisheye, hdr_session.fisheye->response);
-  const capture::RadiancePicture merged =
+  const capture::RadianceImage truth = capture::merge_bracket(hdr_frame->fisheye, hdr_session.fisheye->response);
+  const capture::RadianceImage merged =
       capture::merge_bracket(bracket_frame->fisheye, bracket_session.fisheye->response);
   double sum_truth = 0.0;
   double sum_merged = 0.0;

@@ -74,11 +74,11 @@ TEST(FusionTabletop, TablesAreFlatAndThingsAreThere) {
     capture::Session session;
     session.color.model = kinect();
     capture::FrameSet frame;
-    auto depth = std::make_shared<capture::DepthPicture>();
+    auto depth = std::make_shared<capture::DepthFrame>();
     depth->depth_m = capture::Image<float>(640, 480, 1);
     for (std::size_t i = 0; i < cloud.points.size(); ++i) depth->depth_m.data[i] = cloud.points[i].z();
     frame.depth = depth;
-    auto color = std::make_shared<capture::Picture>();
+    auto color = std::make_shared<capture::Frame>();
     color->encoded = capture::Image<std::uint8_t>(640, 480, 3, 128);
     frame.color = color;
     FusionStage fusion(session, {});

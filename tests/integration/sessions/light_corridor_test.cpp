@@ -67,7 +67,7 @@ TEST(LightCorridor, SpotsInTheCeiling) {
   session.fisheye.emplace();
   const capture::CameraModel& model = session.fisheye->model = lens(off_px);
   EXPECT_LT(off_px, 0.5);
-  auto picture = std::make_shared<capture::Picture>(read_any_picture(*folder / "img0.jpg"));
+  auto picture = std::make_shared<capture::Frame>(read_any_picture(*folder / "img0.jpg"));
   picture->stream = capture::Stream::fisheye;
   capture::FrameSet frame;
   frame.fisheye = {picture};

@@ -101,7 +101,7 @@ std::optional<Taken> taken(const SplitLamp& lamp, const LightSplit& split, const
   return Taken{lamp.irradiance.mean() / energy, angle_degrees(direction.cast<float>(), lamp.direction)};
 }
 
-TEST(LightEnvironments, LampsAndRestGiveTheIrradianceOfTheWhole) {
+TEST(LightEnvironments, LampsAndRestSumToTheIrradiance) {
   const auto files = environments();
   if (files.empty()) GTEST_SKIP() << "LUMIGRAFT_EXTRA names no folder with data/hdri and data/classic-probes";
   const capture::FisheyeCamera camera = fisheye(359.9, 512);

@@ -62,7 +62,7 @@ TEST(PoseReal, AKitchenWithoutATag) {
   double surface_mm = 0, surface_given_mm = 0;
   DepthTracking carry(session.color.model);
   std::shared_ptr<const DistanceField> field;
-  const auto gray = std::make_shared<const capture::Picture>();
+  const auto gray = std::make_shared<const capture::Frame>();
   Isometry3d T_world_first = Isometry3d::Identity();
   double max_mm = 0, max_degrees = 0, way_m = 0, cpu_ms = 0;
   std::vector<double> off_mm;
@@ -72,7 +72,7 @@ TEST(PoseReal, AKitchenWithoutATag) {
     char name[40];
     std::snprintf(name, sizeof(name), "frame-%06d", 10 * i);
     const auto counts = capture::read_depth(*folder / (std::string(name) + ".depth.png"));
-    capture::DepthPicture depth;
+    capture::DepthFrame depth;
     depth.depth_m = capture::Image<float>(640, 480, 1);
     for (std::size_t p = 0; p < counts.data.size(); ++p)
       depth.depth_m.data[p] = counts.data[p] == 65535 ? 0.0f : 0.001f * counts.data[p];
@@ -80,7 +80,7 @@ TEST(PoseReal, AKitchenWithoutATag) {
     frame.index = static_cast<std::uint64_t>(i);
     frame.time_ns = i * 333'333'333ll;
     frame.color = gray;
-    frame.depth = std::make_shared<capture::DepthPicture>(std::move(depth));
+    frame.depth = std::make_shared<capture::DepthFrame>(std::move(depth));
     const Isometry3d T_world_camera = read_pose(*folder / (std::string(name) + ".pose.txt"));
     if (i == 0) T_world_first = T_world_camera;
     const Isometry3d truth = T_world_first.inverse() * T_world_camera;
@@ -140,7 +140,7 @@ TEST(PoseReal, ATagOnATurntable) {
   std::optional<Isometry3d> T_camera_front;
   double max_degrees = 0, max_mm = 0, max_px = 0;
   for (const int degrees : {0, -60, -30, 30, 60}) {
-    capture::Picture picture;
+    capture::Frame picture;
     picture.encoded = capture::read_encoded(*folder / ("test_image_rotation_" + std::to_string(degrees) + ".png"));
     PoseStage stage({"tag36h11", 76, 0.065}, camera);
     const auto result = stage.locate(test::frame_of(std::move(picture), 0, 0));

@@ -92,7 +92,7 @@ TEST(PoseHidden, SurfacesCarryTheOrbitOn) {
   while (auto frame = frames->next(std::chrono::seconds(1))) {
     const bool hidden = frame->index >= 8 && frame->index < 16;
     if (hidden) {
-      auto covered = std::make_shared<capture::Picture>(*frame->color);
+      auto covered = std::make_shared<capture::Frame>(*frame->color);
       std::fill(covered->encoded.data.begin(), covered->encoded.data.end(), std::uint8_t{90});
       frame->color = covered;
     }

@@ -98,7 +98,7 @@ TEST(AlbedoStage, OneLampOnAPlane) {
   EXPECT_LT(error.mean, 0.01);
 }
 
-TEST(AlbedoStage, LampBesideABox) {
+TEST(AlbedoStage, LampNextToABox) {
   TestRoom room;
   room.lamps = {bulb()};
   room.ambient = Eigen::Vector3f::Constant(0.01f);

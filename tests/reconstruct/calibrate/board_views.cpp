@@ -78,8 +78,8 @@ void sense(capture::Image<float>& light, const BoardSensor& sensor) {
                                   std::sqrt(value / sensor.electrons + sensor.read_noise * sensor.read_noise));
 }
 
-capture::Picture encoded(const capture::Image<float>& light) {
-  capture::Picture picture;
+capture::Frame encoded(const capture::Image<float>& light) {
+  capture::Frame picture;
   picture.encoded = capture::Image<std::uint8_t>(light.width, light.height, 3);
   for (std::size_t i = 0; i < picture.encoded.data.size(); ++i)
     picture.encoded.data[i] = static_cast<std::uint8_t>(std::lround(255 * capture::linear_to_srgb(light.data[i / 3])));
@@ -119,7 +119,7 @@ capture::Image<float> BoardDrawing::light(const Eigen::Isometry3d& T_camera_boar
   return image;
 }
 
-capture::Picture BoardDrawing::picture(const Eigen::Isometry3d& T_camera_board, const BoardSensor& sensor) const {
+capture::Frame BoardDrawing::picture(const Eigen::Isometry3d& T_camera_board, const BoardSensor& sensor) const {
   return encoded(light(T_camera_board, sensor));
 }
 
@@ -143,12 +143,12 @@ bool BoardDrawing::white_at(const Eigen::Vector2d& p) const {
   return pattern.white_at(static_cast<int>(std::floor(half + cell.x())), static_cast<int>(std::floor(half - cell.y())));
 }
 
-capture::Image<std::uint8_t> grey_of(const capture::Picture& picture) {
+capture::Image<std::uint8_t> grey_of(const capture::Frame& picture) {
   const int width = picture.encoded.width, height = picture.encoded.height;
   return reconstruct::detector_codes(picture, {0, 0, width, height}, 1.0f);
 }
 
-reconstruct::BoardPicture board_picture(const reconstruct::BoardFinder& finder, const capture::Picture& picture) {
+reconstruct::BoardPicture board_picture(const reconstruct::BoardFinder& finder, const capture::Frame& picture) {
   reconstruct::BoardPicture kept{reconstruct::linear_light(picture, capture::Response::srgb()), {}};
   kept.view = finder.find(grey_of(picture), kept.light);
   return kept;

@@ -46,7 +46,7 @@ struct BoardSensor {
 /// Applies lens blur and photon noise to linear light; 1 is white.
 void sense(capture::Image<float>& light, const BoardSensor& sensor);
 
-capture::Picture encoded(const capture::Image<float>& light);
+capture::Frame encoded(const capture::Image<float>& light);
 
 class BoardDrawing {
  public:
@@ -55,7 +55,7 @@ class BoardDrawing {
   /// Linear light, 1 is white.
   capture::Image<float> light(const Eigen::Isometry3d& T_camera_board, const BoardSensor& sensor) const;
 
-  capture::Picture picture(const Eigen::Isometry3d& T_camera_board, const BoardSensor& sensor) const;
+  capture::Frame picture(const Eigen::Isometry3d& T_camera_board, const BoardSensor& sensor) const;
 
   bool white_at(const Eigen::Vector2d& p) const;
 
@@ -66,10 +66,10 @@ class BoardDrawing {
   std::unique_ptr<reconstruct::TagFinder> finder_;
 };
 
-capture::Image<std::uint8_t> grey_of(const capture::Picture& picture);
+capture::Image<std::uint8_t> grey_of(const capture::Frame& picture);
 
 /// The calibration input for a picture.
-reconstruct::BoardPicture board_picture(const reconstruct::BoardFinder& finder, const capture::Picture& picture);
+reconstruct::BoardPicture board_picture(const reconstruct::BoardFinder& finder, const capture::Frame& picture);
 
 /// A camera before calibration: only its kind and size.
 capture::CameraModel unknown_camera(const capture::CameraModel& truth);

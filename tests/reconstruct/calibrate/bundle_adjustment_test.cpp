@@ -99,7 +99,7 @@ TEST(CalibrateAdjust, SigmasAreHonest) {
   }
 }
 
-TEST(CalibrateAdjust, TwoCamerasAndHowTheyStand) {
+TEST(CalibrateAdjust, TwoCamerasAndTheirRelativePose) {
   const capture::CameraModel color = distorted_pinhole(), fisheye = test_fisheye();
   const Eigen::Isometry3d T_fisheye_color =
       Eigen::Translation3d(0.05, -0.03, 0.02) * Eigen::AngleAxisd(0.7, Eigen::Vector3d(0.3, 1, -0.2).normalized());

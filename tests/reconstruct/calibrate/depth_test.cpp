@@ -78,7 +78,7 @@ DepthScene depth_scene(int count, unsigned seed, bool slanted = true) {
   return all;
 }
 
-TEST(CalibrateDepth, StandsToAMillimetreAndATenthOfADegree) {
+TEST(CalibrateDepth, PoseToAMillimetreAndATenthOfADegree) {
   const DepthScene seen = depth_scene(24, 1);
   // Initial error 3 cm and 2°.
   const DepthCalibration found =

@@ -72,7 +72,7 @@ TEST(CalibrateTime, SigmasAreHonest) {
   EXPECT_GE(within_two, 0.85 * kRuns);
 }
 
-TEST(CalibrateTime, RefusesABoardThatStandsStillAndOneThatIsNotSeen) {
+TEST(CalibrateTime, RefusesAStillBoardAndOneThatIsNotSeen) {
   const std::string still = found(seen(0.02, 0.001, 3, 0.05, 1)).refusal;
   EXPECT_EQ(still.find("uncertainty: found the offset known to"), 0u) << still;
   EXPECT_EQ(found({}).refusal.find("too few pictures: found 0 of the fish-eye"), 0u);

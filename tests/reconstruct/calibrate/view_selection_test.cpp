@@ -31,7 +31,7 @@ class CalibrateCollect : public testing::Test {
   bool add(double time_s, double right_m) {
     Eigen::Isometry3d pose = board_at(0.25, 0, 0, 0.3);
     pose.translation().x() += right_m;
-    const capture::Picture picture = drawing_.picture(pose, {});
+    const capture::Frame picture = drawing_.picture(pose, {});
     return collector_
         .add(static_cast<std::int64_t>(1e9 * time_s), &picture, capture::Response::srgb(), {},
              capture::Response::srgb())
@@ -52,7 +52,7 @@ TEST_F(CalibrateCollect, OnlyWhatIsNew) {
   EXPECT_TRUE(collector_.moments()[0].by_camera[1].light.empty());
 }
 
-TEST_F(CalibrateCollect, OnlyWhatStandsStill) {
+TEST_F(CalibrateCollect, OnlyABoardThatIsStill) {
   EXPECT_TRUE(add(1.0, 0));
   EXPECT_FALSE(add(1.2, 0.03)) << "on its way";
   EXPECT_FALSE(add(1.25, 0.03)) << "not looked at so soon";
@@ -70,7 +70,7 @@ TEST_F(CalibrateCollect, ClippedPaperSaysNothingAboutLight) {
     ViewSelector collector(board(), std::nullopt);
     capture::Image<float> light = drawing_.light(board_at(0.25, 0, 0, 0.3), {});
     for (float& value : light.data) value *= exposure;
-    const capture::Picture picture = encoded(light);
+    const capture::Frame picture = encoded(light);
     ASSERT_TRUE(collector.add(0, &picture, capture::Response::srgb(), {}, capture::Response::srgb()).kept);
     const auto& board_picture = collector.moments().at(0).by_camera[0];
     ASSERT_EQ(board_picture.view.seen.size(), 4u);

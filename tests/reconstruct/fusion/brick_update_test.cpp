@@ -103,7 +103,7 @@ TEST(FusionUpdate, TheBoundOfDriftHolds) {
     const Eigen::Isometry3d T_tag_camera = test::looking_at_tag(0.8, 50 * test::kDegree, -2.4 + 0.002 * i);
     capture::FrameSet frame = test::frame_of(test::ball_on_table, camera, T_tag_camera, i, {1, i + 1});
     if (i > 26) {
-      auto brighter = std::make_shared<capture::Picture>(*frame.color);
+      auto brighter = std::make_shared<capture::Frame>(*frame.color);
       for (std::uint8_t& value : brighter->encoded.data) value = static_cast<std::uint8_t>(std::min(255, value + 8));
       frame.color = brighter;
     }

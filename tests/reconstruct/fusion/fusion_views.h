@@ -62,9 +62,9 @@ inline capture::FrameSet frame_of(const Shape& shape, const capture::CameraModel
                                   const Eigen::Isometry3d& T_tag_camera, std::uint64_t index = 0,
                                   const Noise& noise = {},
                                   const std::function<double(const Eigen::Vector3d&)>& radiance = nullptr) {
-  auto depth = std::make_shared<capture::DepthPicture>();
+  auto depth = std::make_shared<capture::DepthFrame>();
   depth->depth_m = capture::Image<float>(camera.width, camera.height, 1);
-  auto color = std::make_shared<capture::Picture>();
+  auto color = std::make_shared<capture::Frame>();
   color->exposure = 2;
   color->encoded = capture::Image<std::uint8_t>(camera.width, camera.height, 3);
   std::mt19937 random(noise.seed);

@@ -44,9 +44,9 @@ capture::CameraModel lens() {
   return camera;
 }
 
-std::shared_ptr<capture::Picture> photograph(const std::filesystem::path& file, double seconds) {
-  const capture::Picture photo = read_any_picture(file);
-  auto picture = std::make_shared<capture::Picture>();
+std::shared_ptr<capture::Frame> photograph(const std::filesystem::path& file, double seconds) {
+  const capture::Frame photo = read_any_picture(file);
+  auto picture = std::make_shared<capture::Frame>();
   picture->stream = capture::Stream::fisheye;
   picture->exposure = seconds * kIso / (kK * kAperture * kAperture);  // of luminance, cd/m²
   picture->encoded = capture::Image<std::uint8_t>(kSize, kSize, 3);
@@ -108,11 +108,11 @@ TEST_F(LightBracket, AnOfficeInLux) {
   session.fisheye->model = lens();
   session.fisheye->response = response;
   const FisheyeView view = fisheye_view(*session.fisheye);
-  std::vector<std::shared_ptr<const capture::Picture>> bracket;
+  std::vector<std::shared_ptr<const capture::Frame>> bracket;
   for (const auto& [name, seconds] : kExposures)
     bracket.push_back(photograph(*folder / "JPEG" / (std::string(name) + ".JPG"), seconds));
 
-  capture::RadiancePicture merged = capture::merge_bracket(bracket, response);
+  capture::RadianceImage merged = capture::merge_bracket(bracket, response);
   correct(merged.radiance, view);
   const double lux = illuminance(merged.radiance, view);
   float brightest = 0;
@@ -125,7 +125,7 @@ TEST_F(LightBracket, AnOfficeInLux) {
 
   // Each exposure alone agrees with the merged image where it is in range, and none is needed if the others cover it.
   for (std::size_t i = 0; i < bracket.size(); ++i) {
-    capture::RadiancePicture alone = capture::to_radiance(*bracket[i], response);
+    capture::RadianceImage alone = capture::to_radiance(*bracket[i], response);
     correct(alone.radiance, view);
     std::vector<double> ratio;
     for (std::size_t p = 0; p < view.direction.size(); ++p) {
@@ -133,9 +133,9 @@ TEST_F(LightBracket, AnOfficeInLux) {
       if (view.sees(p) && *std::min_element(code, code + 3) > 60 && *std::max_element(code, code + 3) < 220)
         ratio.push_back(luminance(&alone.radiance.data[3 * p]) / luminance(&merged.radiance.data[3 * p]));
     }
-    std::vector<std::shared_ptr<const capture::Picture>> others = bracket;
+    std::vector<std::shared_ptr<const capture::Frame>> others = bracket;
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
-    capture::RadiancePicture without = capture::merge_bracket(others, response);
+    capture::RadianceImage without = capture::merge_bracket(others, response);
     correct(without.radiance, view);
     std::sort(ratio.begin(), ratio.end());
     const double middle = ratio.empty() ? 0 : ratio[ratio.size() / 2];

@@ -28,7 +28,7 @@ capture::Session session_with_lamp() {
 capture::FrameSet frame_with(const capture::Session& session, const std::optional<Vector3f>& lamp_m,
                              float clip = 1e9f) {
   const Vector3f probe = session.fisheye->T_tag_fisheye.translation().cast<float>();
-  auto picture = std::make_shared<capture::Picture>();
+  auto picture = std::make_shared<capture::Frame>();
   picture->stream = capture::Stream::fisheye;
   picture->radiance = render(*session.fisheye, [&](const Vector3f& d) -> Vector3f {
     const Vector3f to = lamp_m.value_or(Vector3f::UnitZ()) - probe;
@@ -168,7 +168,7 @@ TEST(LampTagMatcher, ConfiguredIntensityReplacesAClippedOne) {
   session.fisheye->response = capture::Response::srgb();
   session.lamps[0].intensity = Vector3f::Constant(kIntensity);
   capture::FrameSet frame = frame_with(session, kLamp, 1);
-  auto clipped = std::make_shared<capture::Picture>();
+  auto clipped = std::make_shared<capture::Frame>();
   clipped->stream = capture::Stream::fisheye;
   clipped->exposure = 1;
   const capture::Image<float>& radiance = frame.fisheye[0]->radiance;

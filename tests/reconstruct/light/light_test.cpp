@@ -37,7 +37,7 @@ float radiance_towards(const Eigen::Vector3f& d, float strength) {
 
 capture::FrameSet frame_with_lamps(const capture::Session& session, float strength = 1) {
   const FisheyeView view = fisheye_view(*session.fisheye);
-  auto picture = std::make_shared<capture::Picture>();
+  auto picture = std::make_shared<capture::Frame>();
   picture->stream = capture::Stream::fisheye;
   picture->radiance = capture::Image<float>(view.width, view.height, 3);
   for (std::size_t i = 0; i < view.direction.size(); ++i) {
@@ -86,7 +86,7 @@ TEST(LightStage, SmallChangesAreAveraged) {
 TEST(LightStage, ClippedLampsGiveAWarning) {
   const capture::Session session = session_with_fisheye();
   capture::FrameSet frame = frame_with_lamps(session);
-  auto picture = std::make_shared<capture::Picture>(*frame.fisheye[0]);
+  auto picture = std::make_shared<capture::Frame>(*frame.fisheye[0]);
   picture->exposure = 5;
   picture->encoded = capture::Image<std::uint8_t>(256, 256, 3);
   for (std::size_t i = 0; i < picture->encoded.data.size(); ++i) {
@@ -111,7 +111,7 @@ TEST(LightStage, VignettingIsRemoved) {
   LightStage plain(session, {});
   const auto truth = plain.extract(frame).illumination;
   const capture::Vignetting falloff{{-0.25, 0.03, -0.02}};
-  auto picture = std::make_shared<capture::Picture>(*frame.fisheye[0]);
+  auto picture = std::make_shared<capture::Frame>(*frame.fisheye[0]);
   const capture::Image<float> gain = capture::vignetting_gain(falloff, session.fisheye->model);
   picture->exposure = 0.9 / *std::max_element(picture->radiance.data.begin(), picture->radiance.data.end());
   picture->encoded = capture::Image<std::uint8_t>(256, 256, 3);
@@ -136,15 +136,15 @@ TEST(LightStage, VignettingIsRemoved) {
 }
 
 /// The colour image of the room with the lamps on.
-std::shared_ptr<const capture::Picture> room_picture(float radiance) {
-  auto picture = std::make_shared<capture::Picture>();
+std::shared_ptr<const capture::Frame> room_picture(float radiance) {
+  auto picture = std::make_shared<capture::Frame>();
   picture->radiance = capture::Image<float>(64, 48, 3, radiance);
   return picture;
 }
 
 capture::FrameSet frame_without_lamp_a(const capture::Session& session) {
   capture::FrameSet frame = frame_with_lamps(session);
-  auto picture = std::make_shared<capture::Picture>(*frame.fisheye[0]);
+  auto picture = std::make_shared<capture::Frame>(*frame.fisheye[0]);
   for (float& value : picture->radiance.data) value = value > 30 ? 0.02f : value;
   frame.fisheye = {picture};
   return frame;
@@ -193,7 +193,7 @@ TEST(LightStage, CoveredFisheyeGivesAWarningAndTheLightStays) {
   LightStage stage(session, {});
   capture::FrameSet open = frame_with_lamps(session), dark = open;
   open.color = dark.color = room_picture(0.3f);
-  auto black = std::make_shared<capture::Picture>(*open.fisheye[0]);
+  auto black = std::make_shared<capture::Frame>(*open.fisheye[0]);
   for (float& value : black->radiance.data) value *= 1e-3f;
   dark.fisheye = {black};
   const auto before = stage.extract(open);

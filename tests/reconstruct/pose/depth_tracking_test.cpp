@@ -32,14 +32,14 @@ Isometry3d camera_at(std::uint64_t index) {
 class DepthTrackingFrames : public testing::Test {
  protected:
   capture::FrameSet frame(std::uint64_t index, bool hidden, double depth_noise) const {
-    capture::Picture picture;
+    capture::Frame picture;
     if (hidden)
       picture.encoded = capture::Image<std::uint8_t>(320, 240, 3, 120);
     else
       picture =
           test::view_of_tag(camera, finder.pattern(), 0.16, camera_at(index), {2, static_cast<unsigned>(index) + 1});
     capture::FrameSet frame = test::frame_of(std::move(picture), index, static_cast<std::int64_t>(index) * kFrameNs);
-    frame.depth = std::make_shared<capture::DepthPicture>(
+    frame.depth = std::make_shared<capture::DepthFrame>(
         test::depth_of_room(room, camera, camera_at(index), static_cast<unsigned>(index) + 1, depth_noise));
     return frame;
   }
@@ -62,9 +62,9 @@ TEST_F(DepthTrackingFrames, TracksByDepthAndReturnsToTheTag) {
     for (std::uint64_t i = 0; i < kEnd; ++i) {
       const bool hidden = i >= kHides && i < kBack;
       capture::FrameSet seen = frames[i];
-      capture::DepthPicture depth = *seen.depth;
+      capture::DepthFrame depth = *seen.depth;
       for (float& z : depth.depth_m.data) z *= depth_scale;
-      seen.depth = std::make_shared<capture::DepthPicture>(std::move(depth));
+      seen.depth = std::make_shared<capture::DepthFrame>(std::move(depth));
       const auto result = stage.locate(seen, &field);
       ASSERT_TRUE(result.pose) << i;
       const Pose& pose = *result.pose;
@@ -127,14 +127,14 @@ TEST_F(DepthTrackingFrames, StopsOnABareFloor) {
   int carried = 0;
   double max_mm = 0;
   for (std::uint64_t i = 0; i < 60; ++i) {
-    capture::Picture picture;
+    capture::Frame picture;
     if (i > 0)
       picture.encoded = capture::Image<std::uint8_t>(320, 240, 3, 120);
     else
       picture = test::view_of_tag(camera, finder.pattern(), 0.16, above);
     capture::FrameSet seen = test::frame_of(std::move(picture), i, static_cast<std::int64_t>(i) * kFrameNs);
     seen.depth =
-        std::make_shared<capture::DepthPicture>(test::depth_of_room(bare, camera, above, static_cast<unsigned>(i), 1));
+        std::make_shared<capture::DepthFrame>(test::depth_of_room(bare, camera, above, static_cast<unsigned>(i), 1));
     const auto result = stage.locate(seen, &floor);
     if (!result.pose) break;
     if (result.pose->from != Pose::From::surface) continue;

@@ -112,7 +112,7 @@ TEST_F(Icp, UndeterminedDirectionsKeepThePrior) {
 
 TEST_F(Icp, AnArmInFrontOfTheRoomIsAnOutlier) {
   const TestRoom room = test::furnished_room();
-  capture::DepthPicture depth = test::depth_of_room(room, camera, truth, 1, 1);
+  capture::DepthFrame depth = test::depth_of_room(room, camera, truth, 1, 1);
   for (int v = 60; v < 240; ++v)
     for (int u = 100; u < 170; ++u) depth.depth_m.at(u, v) = 0.6f;
   const Isometry3d start = off_by(truth, {0.005, -0.004, 0.006}, {0.003, -0.003, 0.003});

@@ -51,13 +51,13 @@ capture::FrameSet frame_with(const std::vector<Isometry3d>& tags, std::int64_t t
   const capture::CameraModel camera = test::small_camera();
   const TagFinder finder(capture::Tag{"tag36h11", 9, kLampTag_m});
   const Isometry3d T_tag_camera = camera_pose().T_tag_camera;
-  capture::Picture picture;
+  capture::Frame picture;
   picture.encoded = capture::Image<std::uint8_t>(camera.width, camera.height, 3, 130);
-  capture::DepthPicture far;
+  capture::DepthFrame far;
   far.depth_m = capture::Image<float>(camera.width, camera.height, 1, 1.5f);
   for (const Isometry3d& tag : tags) {
     const Isometry3d T = tag.inverse() * T_tag_camera;
-    const capture::Picture seen = test::view_of_tag(camera, finder.pattern(), kLampTag_m, T, {1, 7});
+    const capture::Frame seen = test::view_of_tag(camera, finder.pattern(), kLampTag_m, T, {1, 7});
     for (int v = 0; v < camera.height; ++v)
       for (int u = 0; u < camera.width; ++u) {
         const auto ray = camera.unproject({static_cast<double>(u), static_cast<double>(v)});
@@ -69,7 +69,7 @@ capture::FrameSet frame_with(const std::vector<Isometry3d>& tags, std::int64_t t
       }
   }
   capture::FrameSet frame = test::frame_of(std::move(picture), 0, time_ns);
-  if (depth) frame.depth = std::make_shared<capture::DepthPicture>(std::move(far));
+  if (depth) frame.depth = std::make_shared<capture::DepthFrame>(std::move(far));
   return frame;
 }
 

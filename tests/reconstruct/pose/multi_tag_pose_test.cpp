@@ -45,9 +45,9 @@ struct Table {
     const TagFinder finder(capture::Tag{"tag36h11", 2, 0.16, {{5, 0.16, std::nullopt}}});
     const capture::CameraModel camera = test::small_camera();
     const test::ViewNoise noise{code_sigma, static_cast<unsigned>(index) + 1};
-    capture::Picture picture = test::view_of_tag(camera, finder.pattern(), size_m, T_tag_camera, noise);
-    const capture::Picture other = test::view_of_tag(camera, finder.pattern(second_id == 5 ? 1 : 0), 0.16,
-                                                     T_tag_second.inverse() * T_tag_camera, noise);
+    capture::Frame picture = test::view_of_tag(camera, finder.pattern(), size_m, T_tag_camera, noise);
+    const capture::Frame other = test::view_of_tag(camera, finder.pattern(second_id == 5 ? 1 : 0), 0.16,
+                                                   T_tag_second.inverse() * T_tag_camera, noise);
     for (int v = 0; v < camera.height; ++v)
       for (int u = 0; u < camera.width; ++u) {
         const bool to_second = is_of_second(camera, T_tag_camera, u, v);
@@ -151,7 +151,7 @@ TEST(PoseTags, TwoTagsOfOneIdAreReportedAndTheNearerIsTracked) {
   }
 }
 
-TEST(PoseTags, AnotherSizeIsToldByDepth) {
+TEST(PoseTags, AnotherSizeIsDetectedByDepth) {
   const auto warnings = [](double printed_m, float depth_scale) {
     PoseStage stage({"tag36h11", 2, 0.16}, test::small_camera());
     Table table;
@@ -160,9 +160,9 @@ TEST(PoseTags, AnotherSizeIsToldByDepth) {
     PoseStage::Result result;
     for (unsigned i = 0; i < 6; ++i) {
       capture::FrameSet frame = table.seen_from(camera_at(i), i);
-      capture::DepthPicture depth = test::depth_of_table(test::small_camera(), camera_at(i), i, 1);
+      capture::DepthFrame depth = test::depth_of_table(test::small_camera(), camera_at(i), i, 1);
       for (float& z : depth.depth_m.data) z *= depth_scale;
-      frame.depth = std::make_shared<capture::DepthPicture>(std::move(depth));
+      frame.depth = std::make_shared<capture::DepthFrame>(std::move(depth));
       result = stage.locate(frame);
       EXPECT_TRUE(i >= 4 || result.warnings.empty());
     }
@@ -192,11 +192,11 @@ TEST(PoseTags, TheSizeCheckUsesTheTagInUse) {
       table.second = i > 0;
       const Isometry3d T = test::looking_at_tag(0.9, 40 * kDegree, -M_PI / 2, {0.12 * side, i % 2 ? -0.14 : 0.16, 0});
       capture::FrameSet frame = table.seen_from(T, i);
-      capture::DepthPicture depth = test::depth_of_table(camera, T, i, 1);
+      capture::DepthFrame depth = test::depth_of_table(camera, T, i, 1);
       for (int v = 0; v < camera.height; ++v)
         for (int u = 0; u < camera.width; ++u)
           if (table.is_of_second(camera, T, u, v)) depth.depth_m.at(u, v) *= 1.2f;
-      frame.depth = std::make_shared<capture::DepthPicture>(std::move(depth));
+      frame.depth = std::make_shared<capture::DepthFrame>(std::move(depth));
       const auto result = stage.locate(frame);
       ASSERT_TRUE(result.pose);
       EXPECT_LT(test::millimetres_apart(result.pose->T_tag_camera_raw, T), 5) << i;
@@ -215,7 +215,7 @@ TEST(PoseTags, APartlyCoveredTagGivesAPose) {
   for (unsigned i = 0; i < 8; ++i) {
     capture::FrameSet frame = table.seen_from(truth, i);
     if (i >= 3) {
-      capture::Picture covered = *frame.color;
+      capture::Frame covered = *frame.color;
       const capture::CameraModel camera = test::small_camera();
       for (int v = 0; v < camera.height; ++v)
         for (int u = 0; u < camera.width; ++u) {
@@ -224,7 +224,7 @@ TEST(PoseTags, APartlyCoveredTagGivesAPose) {
           const Vector3d p = truth.translation() - truth.translation().z() / d.z() * d;
           if (p.x() + p.y() > 0.085) std::fill_n(&covered.encoded.at(u, v), 3, 150);
         }
-      frame.color = std::make_shared<capture::Picture>(std::move(covered));
+      frame.color = std::make_shared<capture::Frame>(std::move(covered));
     }
     const auto result = stage.locate(frame);
     ASSERT_TRUE(result.pose);

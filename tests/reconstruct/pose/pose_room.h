@@ -17,8 +17,8 @@ inline reconstruct::TestRoom furnished_room() {
 }
 
 /// By sphere tracing.
-inline capture::DepthPicture depth_of_room(const reconstruct::TestRoom& room, const capture::CameraModel& camera,
-                                           const Eigen::Isometry3d& T_tag_camera, unsigned seed, double noise_scale) {
+inline capture::DepthFrame depth_of_room(const reconstruct::TestRoom& room, const capture::CameraModel& camera,
+                                         const Eigen::Isometry3d& T_tag_camera, unsigned seed, double noise_scale) {
   return depth_picture(camera, T_tag_camera, seed, noise_scale,
                        [&](const Eigen::Vector3d& from, const Eigen::Vector3d& d) -> double {
                          float along = 0, near = 1;

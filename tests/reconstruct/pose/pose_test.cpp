@@ -25,7 +25,7 @@ capture::FrameSet seen_from(const Isometry3d& T_tag_camera, std::uint64_t index,
 }
 
 capture::FrameSet empty_table(std::uint64_t index) {
-  capture::Picture picture;
+  capture::Frame picture;
   picture.encoded = capture::Image<std::uint8_t>(320, 240, 3, 120);
   return test::frame_of(std::move(picture), index, static_cast<std::int64_t>(index) * kFrameNs);
 }
@@ -80,7 +80,7 @@ TEST(Pose, ThePrintIsMoreExactThanCorners) {
   const TagFinder finder(some_tag());
   const capture::CameraModel camera = test::small_camera();
   const Isometry3d truth = test::looking_at_tag(0.85, 50 * kDegree, -1.2);
-  capture::Picture picture = test::view_of_tag(camera, finder.pattern(), 0.16, truth);
+  capture::Frame picture = test::view_of_tag(camera, finder.pattern(), 0.16, truth);
   const PixelRegion all_pixels{0, 0, camera.width, camera.height};
   const auto align = [&](const Isometry3d& start) {
     return align_to_print(sample_pixels(picture, capture::Response::srgb(), camera, all_pixels), finder.pattern(), 0.16,
@@ -138,7 +138,7 @@ TEST(Pose, TrackingGivesTheSameAsSearching) {
 TEST(Pose, LinearRadianceGivesTheSamePose) {
   const Isometry3d truth = test::looking_at_tag(0.85, 50 * kDegree, -1.2);
   capture::FrameSet frame = seen_from(truth, 0);
-  capture::Picture linear;
+  capture::Frame linear;
   linear.radiance = capture::Image<float>(320, 240, 3);
   for (std::size_t i = 0; i < linear.radiance.data.size(); ++i)
     linear.radiance.data[i] = 0.01f * capture::srgb_to_linear(frame.color->encoded.data[i] / 255.0f);
@@ -153,10 +153,10 @@ TEST(Pose, ClippedPaperDoesNotMoveThePose) {
   const TagFinder finder(some_tag());
   const capture::CameraModel camera = test::small_camera();
   const Isometry3d truth = test::looking_at_tag(0.85, 50 * kDegree, -1.2, {0.05, 0.1, 0});
-  capture::Picture picture;
+  capture::Frame picture;
   const double times[3] = {3, 1.4, 0.7};
   for (int c = 0; c < 3; ++c) {
-    const capture::Picture one =
+    const capture::Frame one =
         test::view_of_tag(camera, finder.pattern(), 0.16, truth, {.exposure = times[c] / test::kPaperLight});
     if (c == 0) picture = one;
     for (int v = 0; v < camera.height; ++v)
@@ -190,7 +190,7 @@ TEST(Pose, DepthResolvesTheAmbiguity) {
     capture::FrameSet frame = seen_from(truth, 0, {25, i + 1});
     PoseStage alone(some_tag(), test::small_camera());
     const auto a = alone.locate(frame);
-    frame.depth = std::make_shared<capture::DepthPicture>(test::depth_of_table(test::small_camera(), truth, i, 0.3));
+    frame.depth = std::make_shared<capture::DepthFrame>(test::depth_of_table(test::small_camera(), truth, i, 0.3));
     PoseStage with_depth(some_tag(), test::small_camera());
     const auto b = with_depth.locate(frame);
     if (!a.pose || !b.pose) continue;

@@ -63,12 +63,12 @@ inline void blur(capture::Image<double>& light, double sigma_px) {
   }
 }
 
-inline capture::Picture view_of_tag(const capture::CameraModel& camera, const reconstruct::TagPattern& pattern,
-                                    double size_m, const Eigen::Isometry3d& T_tag_camera, const ViewNoise& noise = {}) {
+inline capture::Frame view_of_tag(const capture::CameraModel& camera, const reconstruct::TagPattern& pattern,
+                                  double size_m, const Eigen::Isometry3d& T_tag_camera, const ViewNoise& noise = {}) {
   constexpr int kSamples = 6;
   constexpr double kInk = 0.03, kTable = 0.25;
   const double cell_m = size_m / pattern.square_cells;
-  capture::Picture picture;
+  capture::Frame picture;
   picture.encoded = capture::Image<std::uint8_t>(camera.width, camera.height, 3);
   std::mt19937 random(noise.seed);
   std::normal_distribution<double> gauss(0, 1);
@@ -111,9 +111,9 @@ inline capture::Picture view_of_tag(const capture::CameraModel& camera, const re
 /// Depth z of the hit at from + along(from, d) · d (tag frame, metres; not finite: no hit), with `noise_scale` times
 /// the noise of a structured-light camera (Nguyen, Izadi & Lovell 2012, eq. 2).
 template <typename Along>
-capture::DepthPicture depth_picture(const capture::CameraModel& camera, const Eigen::Isometry3d& T_tag_camera,
-                                    unsigned seed, double noise_scale, const Along& along) {
-  capture::DepthPicture depth;
+capture::DepthFrame depth_picture(const capture::CameraModel& camera, const Eigen::Isometry3d& T_tag_camera,
+                                  unsigned seed, double noise_scale, const Along& along) {
+  capture::DepthFrame depth;
   depth.depth_m = capture::Image<float>(camera.width, camera.height, 1);
   std::mt19937 random(seed);
   std::normal_distribution<double> gauss(0, 1);
@@ -130,18 +130,18 @@ capture::DepthPicture depth_picture(const capture::CameraModel& camera, const Ei
 }
 
 /// Depth of the table z = 0.
-inline capture::DepthPicture depth_of_table(const capture::CameraModel& camera, const Eigen::Isometry3d& T_tag_camera,
-                                            unsigned seed, double noise_scale) {
+inline capture::DepthFrame depth_of_table(const capture::CameraModel& camera, const Eigen::Isometry3d& T_tag_camera,
+                                          unsigned seed, double noise_scale) {
   return depth_picture(camera, T_tag_camera, seed, noise_scale,
                        [](const Eigen::Vector3d& from, const Eigen::Vector3d& d) { return -from.z() / d.z(); });
 }
 
-inline capture::FrameSet frame_of(capture::Picture picture, std::uint64_t index, std::int64_t time_ns) {
+inline capture::FrameSet frame_of(capture::Frame picture, std::uint64_t index, std::int64_t time_ns) {
   capture::FrameSet frame;
   frame.index = index;
   frame.time_ns = time_ns;
   picture.stamp.time_ns = time_ns;
-  frame.color = std::make_shared<capture::Picture>(std::move(picture));
+  frame.color = std::make_shared<capture::Frame>(std::move(picture));
   return frame;
 }
 

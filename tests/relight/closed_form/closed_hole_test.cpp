@@ -28,7 +28,7 @@ bool in_strip(const Eigen::Vector3f& p) { return std::abs(p.x() + 0.12f) < kStri
 
 capture::FrameSet without_strip(const ClosedScene& scene) {
   capture::FrameSet frame = scene.frame();
-  auto depth = std::make_shared<capture::DepthPicture>(*frame.depth);
+  auto depth = std::make_shared<capture::DepthFrame>(*frame.depth);
   for (int v = 0; v < scene.height; ++v) {
     for (int u = 0; u < scene.width; ++u) {
       if (in_strip(scene.on_plane(u, v))) depth->depth_m.at(u, v) = 0;

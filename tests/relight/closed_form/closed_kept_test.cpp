@@ -32,7 +32,7 @@ capture::FrameSet noisy(const capture::FrameSet& frame, unsigned seed, float sig
   std::mt19937 random(seed);
   std::normal_distribution<float> normal;
   capture::FrameSet result = frame;
-  auto color = std::make_shared<capture::Picture>();
+  auto color = std::make_shared<capture::Frame>();
   color->exposure = 1;
   color->encoded = capture::Image<std::uint8_t>(frame.color->radiance.width, frame.color->radiance.height, 3);
   for (std::size_t i = 0; i < color->encoded.data.size(); ++i) {
@@ -41,7 +41,7 @@ capture::FrameSet noisy(const capture::FrameSet& frame, unsigned seed, float sig
     color->encoded.data[i] = static_cast<std::uint8_t>(std::clamp(code + sigma_codes * normal(random), 0.0f, 255.0f));
   }
   result.color = color;
-  auto depth = std::make_shared<capture::DepthPicture>(*frame.depth);
+  auto depth = std::make_shared<capture::DepthFrame>(*frame.depth);
   for (float& z : depth->depth_m.data) z = z > 0 ? z + sigma_m * normal(random) : 0;
   result.depth = depth;
   return result;
@@ -97,8 +97,8 @@ TEST_P(ClosedKept, WhatEntersTheViewIsDrawn) {
   const ClosedScene scene = ball_on_floor();
   const capture::FrameSet before = noisy(scene.frame(), 1, 0, 0);
   capture::FrameSet after = before;
-  auto color = std::make_shared<capture::Picture>(*before.color);
-  auto depth = std::make_shared<capture::DepthPicture>(*before.depth);
+  auto color = std::make_shared<capture::Frame>(*before.color);
+  auto depth = std::make_shared<capture::DepthFrame>(*before.depth);
   for (int v = 60; v < 90; ++v) {
     for (int u = 60; u < 100; ++u) {
       depth->depth_m.at(u, v) = 0.3f;
@@ -118,7 +118,7 @@ TEST_P(ClosedKept, WhatEntersTheViewIsDrawn) {
   EXPECT_LT(rms_codes(relighter.relight(before, still, scene.exhibit, plan).srgb, first.srgb), 0.1);
 }
 
-TEST_P(ClosedKept, ACameraThatTremblesStandsStillAndOneThatMovesDoesNot) {
+TEST_P(ClosedKept, ACameraThatTremblesIsStillAndOneThatMovesIsNot) {
   const ClosedScene scene = ball_on_floor();
   const capture::FrameSet frame = noisy(scene.frame(), 1, 0, 0);
   const reconstruct::Scene still = scene.scene();

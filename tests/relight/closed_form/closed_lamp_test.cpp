@@ -101,7 +101,7 @@ float open_fraction(const reconstruct::PointLight& lamp, const Eigen::Vector3f& 
 
 // A wide lamp past a column on a plate: most of their common bounding box is air, which must transmit light at every
 // volume size. Reference: the lamp's visible fraction by rays.
-TEST_P(ClosedLamp, PenumbraOfAWideLampIsItsHiddenShare) {
+TEST_P(ClosedLamp, PenumbraOfAWideLampIsItsOccludedFraction) {
   const reconstruct::PointLight lamp = lamp_at({-0.15f, -0.05f, 1.1f}, 0.13f, 1);
   const std::vector<Eigen::AlignedBox3f> boxes{
       {Eigen::Vector3f(-0.16f, -0.16f, 0), Eigen::Vector3f(0.16f, 0.16f, 0.04f)},
@@ -154,7 +154,7 @@ TEST_P(ClosedLamp, PanelShinesWithItsCosine) {
 
 // A sheet a tenth of a voxel thick, which voxels cannot represent: it still occludes the lamp completely, and its
 // penumbra has the width of the lamp projected through its edge.
-TEST_P(ClosedLamp, SheetThinnerThanAVoxelCastsAWholeShadow) {
+TEST_P(ClosedLamp, SheetThinnerThanAVoxelCastsAFullShadow) {
   const reconstruct::PointLight lamp = lamp_at({0, 0.3f, 0.9f}, 0.04f, 1);
   constexpr float half_m = 0.2f, height_m = 0.35f;
   ClosedScene scene = plane_under(lamp);

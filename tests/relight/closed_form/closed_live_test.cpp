@@ -55,7 +55,7 @@ class ClosedLive : public ClosedTest {
 ON_BOTH_DEVICES(ClosedLive);
 
 // Without maps, smooth light changes are computed for one pixel of 4 × 4; with maps, for each.
-TEST_P(ClosedLive, OnePixelOfSixteenStandsForTheSmoothOnes) {
+TEST_P(ClosedLive, OnePixelOfSixteenRepresentsTheSmoothOnes) {
   const ClosedScene scene = bright_ball();
   relight::Relighter relighter(device_, scene.session());
   const auto every = relighter.relight(scene.frame(), scene.scene(), scene.exhibit, live_plan(), true).srgb;
@@ -69,7 +69,7 @@ TEST_P(ClosedLive, OnePixelOfSixteenStandsForTheSmoothOnes) {
 
 // A ball's shadow on the floor from the lamp's shadow map, compared with the analytic occlusion of the lamp's disk by
 // the ball's disk as seen from the floor (both small, so flat).
-TEST_P(ClosedLive, LampMapsHoldTheHiddenShareOfTheLamp) {
+TEST_P(ClosedLive, LampMapsHoldTheOccludedFractionOfTheLamp) {
   ClosedScene scene = bright_ball();
   const float radius = 0.1f;
   const Eigen::Vector3f centre(-0.1f, 0, 0.25f);
@@ -111,7 +111,7 @@ TEST_P(ClosedLive, LampMapsHoldTheHiddenShareOfTheLamp) {
 }
 
 // Compares gathering per cell of 2³ voxels with tracing per pixel with several times the cones.
-TEST_P(ClosedLive, CellsStandForTracedPixels) {
+TEST_P(ClosedLive, CellsRepresentTracedPixels) {
   const ClosedScene scene = bright_ball();
   relight::Relighter relighter(device_, scene.session());
   const auto live = relighter.relight(scene.frame(), scene.scene(), scene.exhibit, live_plan()).srgb;

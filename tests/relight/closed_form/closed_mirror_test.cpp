@@ -70,7 +70,7 @@ class ClosedMirror : public ClosedTest {};
 ON_BOTH_DEVICES(ClosedMirror);
 
 // A perfect mirror shows the lamp as far below it as it is above: E = F I cos θ / d², d the path length via the mirror.
-TEST_P(ClosedMirror, ALampShinesOutOfALookingGlass) {
+TEST_P(ClosedMirror, ALampIsReflectedByAMirror) {
   const PlateScene scene;
   relight::Relighter relighter(device_, scene.with_plate());
   const relight::RelitPicture picture = scene.relit(relighter, careful_plan());

@@ -53,9 +53,9 @@ Eigen::Vector3f ClosedScene::on_plane(int u, int v, float height_m) const {
 
 capture::FrameSet ClosedScene::frame() const {
   capture::FrameSet f;
-  auto color = std::make_shared<capture::Picture>();
+  auto color = std::make_shared<capture::Frame>();
   color->radiance = capture::Image<float>(width, height, 3, sky);
-  auto depth = std::make_shared<capture::DepthPicture>();
+  auto depth = std::make_shared<capture::DepthFrame>();
   depth->depth_m = capture::Image<float>(width, height, 1, 0.0f);
   const capture::CameraModel model = session().color.model;
   const Eigen::Isometry3d T = T_tag_camera();

@@ -9,7 +9,7 @@ namespace {
 /// A picture that contains every pixel value.
 capture::FrameSet coded_frame(const ClosedScene& scene) {
   capture::FrameSet frame = scene.frame();
-  auto color = std::make_shared<capture::Picture>();
+  auto color = std::make_shared<capture::Frame>();
   color->exposure = 1.3;
   color->encoded = capture::Image<std::uint8_t>(scene.width, scene.height, 3);
   for (std::size_t i = 0; i < color->encoded.data.size(); ++i) {

@@ -143,7 +143,7 @@ GltfFile textured(const std::string& uri) {
   return file;
 }
 
-TEST(LoadModel, GltfTexturesEmbeddedAndBeside) {
+TEST(LoadModel, GltfTexturesEmbeddedAndInFiles) {
   TemporaryFolder folder;
   folder.write("red grey.png", test::from_base64(test::red_grey_png));
   for (const std::string& uri : {"data:image/png;base64," + test::red_grey_png, std::string("red%20grey.png")}) {

@@ -17,7 +17,7 @@ relight::RelitPicture relit(const ClosedScene& scene, const relight::Plan& plan)
 }
 
 // A ball occludes cos · (r / d)² of a uniform sky from a plane that does not intersect it (form factor of a sphere).
-TEST(RaysClosed, ABlackBallTakesItsShareOfAnEvenSky) {
+TEST(RaysClosed, ABlackBallOccludesItsFractionOfAUniformSky) {
   ClosedScene scene;
   scene.exhibit.objects = {sphere_object(0.15f, {0, 0, 0.15f}, 0)};
   for (const auto& [trace_scale, bound] : {std::pair{1, 0.05}, {2, 0.08}, {4, 0.1}, {8, 0.15}}) {

@@ -29,7 +29,7 @@ TEST(SrgbCodes, AreTheRoundedCurve) {
 }
 
 // Half of the shadow rays represent the whole lamp; no ray of the other half is sent.
-TEST(ShadowRayPacket, ItsFirstRaysStandForAll) {
+TEST(ShadowRayPacket, ItsFirstRaysRepresentAll) {
   relight::ReferenceLamp lamp;
   lamp.centre_m = {0.2f, 0, 1};
   lamp.radius_m = 0.2f;

@@ -53,7 +53,7 @@ TEST(RaysKept, ACameraThatMovesAloneGathersNothingOnSurfaces) {
   EXPECT_EQ(other.relight(frame, room, scene.exhibit, rays_plan()).srgb.data, moved.srgb.data);
 }
 
-TEST(RaysKept, ACameraThatTremblesStandsStill) {
+TEST(RaysKept, ACameraThatTremblesIsStill) {
   ClosedScene scene = box_on_floor();
   relight::RayRenderer renderer(scene.session());
   reconstruct::Scene room = scene.scene();
@@ -72,7 +72,7 @@ TEST(RaysKept, ACameraThatTremblesStandsStill) {
 TEST(RaysKept, WithoutAnObjectInReachNoBitChanges) {
   ClosedScene scene = box_on_floor();
   capture::FrameSet frame = scene.frame();
-  auto color = std::make_shared<capture::Picture>();
+  auto color = std::make_shared<capture::Frame>();
   color->exposure = 1.3;
   color->encoded = capture::Image<std::uint8_t>(scene.width, scene.height, 3);
   for (std::size_t i = 0; i < color->encoded.data.size(); ++i) {

@@ -62,7 +62,7 @@ Seen two_planes(float slope, int moved_px = 0) {
 
 class PixelEdges : public testing::TestWithParam<float> {};
 
-TEST_P(PixelEdges, PixelsLieOnOneOfThePlanesThatMeet) {
+TEST_P(PixelEdges, PixelsLieOnOneOfTheIntersectingPlanes) {
   Seen seen = two_planes(GetParam());
   sharpen_edges(seen.camera, seen.radiance, 1, kVoxel_m, seen.rounded);
   int near = 0;

@@ -41,7 +41,7 @@ TEST(FlatPieces, ASheetHasTwoSidesAndATurnedOutline) {
   EXPECT_NEAR(covered(pieces[0]), 1, 1e-6);
 }
 
-TEST(FlatPieces, ADiscFillsItsShareOfTheRectangle) {
+TEST(FlatPieces, ADiscFillsItsFractionOfTheRectangle) {
   Points corners;
   constexpr int kSides = 64;
   const auto at = [](int i) {

@@ -5,8 +5,8 @@
 namespace lumigraft::relight {
 namespace {
 
-std::shared_ptr<const capture::Picture> picture(std::uint8_t code) {
-  auto picture = std::make_shared<capture::Picture>();
+std::shared_ptr<const capture::Frame> picture(std::uint8_t code) {
+  auto picture = std::make_shared<capture::Frame>();
   picture->encoded = capture::Image<std::uint8_t>(4, 3, 3, code);
   picture->exposure = 2;
   return picture;
@@ -25,7 +25,7 @@ TEST(CameraUpload, ThePictureOfAnSrgbCameraIsNotCopied) {
 
 TEST(CameraUpload, RadianceIsCodedOnce) {
   CameraUpload upload{capture::ColorCamera{}};
-  auto linear = std::make_shared<capture::Picture>();
+  auto linear = std::make_shared<capture::Frame>();
   linear->radiance = capture::Image<float>(4, 3, 3, 0.5f);
   upload.take(linear);
   EXPECT_EQ(upload.coded()->data.size(), linear->radiance.data.size());

@@ -79,7 +79,7 @@ TEST_P(CameraVertex, WhatIsBeyondTheFoldOfALensShowsNowhere) {
   }
 }
 
-TEST_P(CameraVertex, WhatCrossesTheFoldShowsWhereRaysMeetIt) {
+TEST_P(CameraVertex, WhatCrossesTheFoldAppearsWhereRaysHitIt) {
   LensScene scene;
   scene.lens.color.model.distortion = {-0.3, 0, 0.002, -0.001, 0};
   constexpr float radius_m = 0.25f;
@@ -93,7 +93,7 @@ TEST_P(CameraVertex, WhatCrossesTheFoldShowsWhereRaysMeetIt) {
 }
 
 // A beam that passes the camera. Lens distortion bends straight edges in the image only if triangles are small.
-TEST_P(CameraVertex, WhatReachesBehindTheCameraShowsWhereRaysMeetIt) {
+TEST_P(CameraVertex, WhatReachesBehindTheCameraAppearsWhereRaysHitIt) {
   for (const double k1 : {0.0, -0.3}) {
     LensScene scene;
     scene.lens.color.model.distortion[0] = k1;

@@ -149,7 +149,7 @@ TEST(ReferenceChange, MeanIsTheDifferenceOfTwoPictures) {
   }
 }
 
-TEST(ReferenceChange, ObjectsLookAsInTheOrdinaryPicture) {
+TEST(ReferenceChange, ObjectsAreAsInTheOrdinaryImage) {
   const relight::ReferenceScene scene = cases()[3].scene;
   const relight::DeltaPathTracer tracer = tracer_of(scene);
   const relight::ReferencePicture change = tracer.change(from_above(), samples_of(256));

@@ -38,7 +38,7 @@ TEST(ReferenceSampler, FillsEverySquareOnceAndDrawsAreIndependent) {
   EXPECT_LT(std::abs(product / 64), 4.0 / 12 / 8);
 }
 
-TEST(ReferenceBsdf, DensitiesSumToTheShareOfSamplesAboveTheSurface) {
+TEST(ReferenceBsdf, DensitiesSumToTheFractionOfSamplesAboveTheSurface) {
   const Vector3f v = Vector3f(0.6f, 0.2f, 0.7f).normalized();
   const std::vector<Vector3f> directions = hemisphere(300);
   const float dw = 2 * relight::kPi / static_cast<float>(directions.size());

@@ -68,7 +68,7 @@ TEST(SurfaceLattice, IsAtMostACellsDiagonalTooLong) {
   EXPECT_LT(excess / static_cast<double>(fast.size()), 0.1);
 }
 
-TEST(SurfaceLattice, WithoutPointsOrFarFromThemIsTheMost) {
+TEST(SurfaceLattice, WithoutPointsOrFarFromThemIsTheMaximum) {
   for (const float d : lattice_distances({}, kSize, kLow_m, kCell_m, 0.7f)) EXPECT_EQ(d, 0.7f);
   const auto one = lattice_distances(scattered(1, 1), kSize, kLow_m, kCell_m, 0.1f);
   EXPECT_EQ(*std::max_element(one.begin(), one.end()), 0.1f);

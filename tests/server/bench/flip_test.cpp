@@ -35,7 +35,7 @@ TEST(BenchFlip, APictureEqualsItself) { EXPECT_EQ(mean_flip(ramps(5, 50, 0), ram
 
 // Uniform pictures have no features, so only the colour counts. The scale ends at the distance of green and blue (sec.
 // 4.1.3).
-TEST(BenchFlip, GreenAgainstBlueIsTheMost) { EXPECT_NEAR(mean_flip(plain({0, 1, 0}), plain({0, 0, 1})), 1.0, 1e-4); }
+TEST(BenchFlip, GreenAgainstBlueIsTheMaximum) { EXPECT_NEAR(mean_flip(plain({0, 1, 0}), plain({0, 0, 1})), 1.0, 1e-4); }
 
 // Black against white: 100^0.7 on the scale of eq. 9, whose end, green against blue, is 41.27 (eq. 6 and 7 by hand:
 // L*a*b* (87.735, -86.182, 83.180) and (32.297, 79.187, -107.860), chroma times 0.01 L*).

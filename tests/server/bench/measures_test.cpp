@@ -84,7 +84,7 @@ TEST(BenchMeasures, TheCamerasOwnErrorIsPartOfTheTruth) {
 }
 
 // One wrong column at a time: which measures change, and by how much.
-TEST(BenchMeasures, EveryMeasureLooksAtItsOwnPixels) {
+TEST(BenchMeasures, EveryMeasureUsesItsOwnPixels) {
   const FourColumns scene;
   const auto with_column = [&](int column, std::uint8_t value) {
     capture::Image<std::uint8_t> picture = scene.exact();

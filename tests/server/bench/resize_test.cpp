@@ -8,11 +8,11 @@ namespace lumigraft::server {
 namespace {
 
 TEST(BenchResize, AnEnlargedPictureShrinksToItself) {
-  auto color = std::make_shared<capture::Picture>();
+  auto color = std::make_shared<capture::Frame>();
   color->encoded = capture::Image<std::uint8_t>(5, 4, 3);
   for (std::size_t i = 0; i < color->encoded.data.size(); ++i)
     color->encoded.data[i] = static_cast<std::uint8_t>(i * 37);
-  auto depth = std::make_shared<capture::DepthPicture>();
+  auto depth = std::make_shared<capture::DepthFrame>();
   depth->depth_m = capture::Image<float>(5, 4, 1, 2.0f);
   capture::FrameSet frame;
   frame.color = color;

@@ -17,7 +17,7 @@ std::string text_of(const std::filesystem::path& path) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-TEST(BenchTables, ATableIsWholeAfterEveryRow) {
+TEST(BenchTables, ATableIsCompleteAfterEveryRow) {
   const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / "lumigraft-bench-table.csv";
   CsvFile table(path, {"session", "value"});
   EXPECT_EQ(text_of(path), "session,value\n");

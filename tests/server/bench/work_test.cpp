@@ -43,9 +43,9 @@ class BenchWork : public testing::Test {
     session_.color.model.fx = session_.color.model.fy = 30;
     session_.color.model.cx = 15.5;
     session_.color.model.cy = 11.5;
-    auto color = std::make_shared<capture::Picture>();
+    auto color = std::make_shared<capture::Frame>();
     color->encoded = capture::Image<std::uint8_t>(32, 24, 3, 100);
-    auto depth = std::make_shared<capture::DepthPicture>();
+    auto depth = std::make_shared<capture::DepthFrame>();
     depth->depth_m = capture::Image<float>(32, 24, 1, 1.0f);
     scene_.frame.color = color;
     scene_.frame.depth = depth;

@@ -119,7 +119,7 @@ TEST_F(Calibrate, ThePageMayEndItOnceThereAreViewsEnough) {
   for (const Eigen::Isometry3d& pose : test::pinhole_poses(12)) {
     capture::FrameSet frame;
     frame.time_ns = time_ns += 1'000'000'000;
-    frame.color = std::make_shared<const capture::Picture>(drawing.picture(pose, {}));
+    frame.color = std::make_shared<const capture::Frame>(drawing.picture(pose, {}));
     collector.add(frame.time_ns, frame.color.get(), capture::Response::srgb(), {}, capture::Response::srgb());
     guide.add(frame, collector);
     const bool enough = collector.moments().size() >= 8;
@@ -143,7 +143,7 @@ TEST_F(Calibrate, WhatIsCoveredAndRefusedIsTriedAgainAfterSomeMoreViews) {
   const auto show = [&](const Eigen::Isometry3d& pose) {
     capture::FrameSet frame;
     frame.time_ns = time_ns += 1'000'000'000;
-    frame.color = std::make_shared<const capture::Picture>(drawing.picture(pose, {}));
+    frame.color = std::make_shared<const capture::Frame>(drawing.picture(pose, {}));
     collector.add(frame.time_ns, frame.color.get(), capture::Response::srgb(), {}, capture::Response::srgb());
     guide.add(frame, collector);
   };

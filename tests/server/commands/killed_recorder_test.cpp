@@ -50,7 +50,7 @@ int complete_frames(const fs::path& file) {
 
 /// Whether the picture equals one of the device's pictures, byte for byte.
 bool is_complete(const capture::SourceItem& item) {
-  const auto* color = std::get_if<capture::Picture>(&item);
+  const auto* color = std::get_if<capture::Frame>(&item);
   const auto* depth = std::get_if<capture::RawDepth>(&item);
   if (color == nullptr && depth == nullptr) {
     return false;
@@ -114,7 +114,7 @@ class KilledRecorder : public test::ScratchFolder {
   }
 };
 
-TEST_F(KilledRecorder, ReplaysToItsLastWholePicture) {
+TEST_F(KilledRecorder, ReplaysToItsLastCompleteFrame) {
   std::mt19937 random(7);
   test::Leaks leaks;
   int sessions = 0, pictures = 0;

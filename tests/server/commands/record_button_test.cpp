@@ -17,7 +17,7 @@ using Clock = std::chrono::steady_clock;
 class MadeUp : public capture::Source {
  public:
   std::optional<capture::SourceItem> next(std::chrono::milliseconds) override {
-    capture::Picture picture;
+    capture::Frame picture;
     picture.stamp = {capture::steady_now_ns(), capture::steady_now_ns(), sequence_++};
     picture.encoded = capture::Image<std::uint8_t>(TinySession::kWidth, TinySession::kHeight, 3);
     return picture;
@@ -38,8 +38,8 @@ class RecordButtonTest : public testing::Test {
     sources_ = tap_.on({std::make_shared<MadeUp>(), nullptr, nullptr, true});
     button_ = std::make_unique<RecordButton>(input.session_text, input.session, tiny_.folder / "recorded", tap_);
   }
-  void show(int pictures) const {
-    for (int i = 0; i < pictures; ++i) EXPECT_TRUE(sources_.color->next(0ms));
+  void show(int frames) const {
+    for (int i = 0; i < frames; ++i) EXPECT_TRUE(sources_.color->next(0ms));
   }
   RecordButton::State ended() const {
     const Clock::time_point begin = Clock::now();
@@ -65,7 +65,7 @@ TEST_F(RecordButtonTest, KeepsWhatPassesBetweenTheTwoPresses) {
   button_->press(false);
   show(5);
   const RecordButton::State state = ended();
-  EXPECT_EQ(state.pictures, 20u);
+  EXPECT_EQ(state.frames, 20u);
   EXPECT_EQ(state.lost, 0u) << "what was before it is none of its business";
   EXPECT_EQ(state.error, "");
   ServiceFiles files;

@@ -52,7 +52,7 @@ class BoardTracer {
         T_camera_world_(T_camera_world),
         gain_(capture::vignetting_gain(vignetting, camera)) {}
 
-  capture::Picture picture(const Eigen::Isometry3d& T_world_board, int samples, const BoardSensor& sensor) const {
+  capture::Frame picture(const Eigen::Isometry3d& T_world_board, int samples, const BoardSensor& sensor) const {
     capture::Image<float> seen = light(T_world_board, samples, sensor.seed);
     sense(seen, sensor);
     return encoded(seen);

@@ -48,8 +48,8 @@ TEST(WritePicture, ExrKeepsFloats) {
   EXPECT_EQ(read_true_depth(scratch("depth.exr")).data, depth.data);
 }
 
-TEST(CameraPicture, RadianceIsShownThroughTheExposure) {
-  capture::Picture picture;
+TEST(RawFrame, RadianceIsShownThroughTheExposure) {
+  capture::Frame picture;
   picture.exposure = 2.0;
   picture.radiance = capture::Image<float>(3, 1, 3);
   picture.radiance.data = {0.0f, 0.25f, 0.5f, 7.0f, -1.0f, 0.107f, 0, 0, 0};

@@ -19,7 +19,7 @@ class FakeReader : public capture::SeekableReader {
     capture::FrameSet set;
     set.index = static_cast<std::uint64_t>(at_);
     set.time_ns = 1'000'000'000 + 20'000'000 * static_cast<std::int64_t>(at_++);
-    auto color = std::make_shared<capture::Picture>();
+    auto color = std::make_shared<capture::Frame>();
     color->encoded = capture::Image<std::uint8_t>(8, 8, 3);
     set.color = color;
     ++*reads_;
@@ -76,7 +76,7 @@ TEST(FramePlayer, ARecordingWithoutFramesIsGone) {
 Playback::Orders go_to(double at_s) { return {.at_s = at_s, .paused = false, .step = false}; }
 const Playback::Orders kPaused{.at_s = std::nullopt, .paused = true, .step = false};
 
-TEST(FramePlayer, GoWhereTheyAreToldWhetherFromMemoryOrNot) {
+TEST(FramePlayer, SeekWhetherFromMemoryOrNot) {
   for (const std::size_t memory : {FramePlayer::kMemory_bytes, std::size_t{100}}) {
     int reads = 0;
     FramePlayer frames(std::make_unique<FakeReader>(50, &reads), memory);
@@ -106,7 +106,7 @@ TEST(FramePlayer, GoWhereTheyAreToldWhetherFromMemoryOrNot) {
   }
 }
 
-TEST(FramePlayer, StandStillAndStep) {
+TEST(FramePlayer, PauseAndStep) {
   int reads = 0;
   FramePlayer frames(std::make_unique<FakeReader>(9, &reads));
   const std::stop_token stop;

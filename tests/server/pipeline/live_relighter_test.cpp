@@ -83,7 +83,7 @@ capture::Session small_camera() {
 }
 
 capture::FrameSet grey_frame() {
-  auto color = std::make_shared<capture::Picture>();
+  auto color = std::make_shared<capture::Frame>();
   color->encoded = capture::Image<std::uint8_t>(64, 48, 3, 99);
   capture::FrameSet frame;
   frame.color = color;

@@ -78,7 +78,7 @@ class H264Decoder {
   AVFrame* frame_;
 };
 
-TEST(H264, EveryPictureComesOutAtOnceAndLooksLikeWhatWentIn) {
+TEST(H264, EveryFrameIsDecodedAtOnceAndIsLikeItsInput) {
   H264Encoder encoder(160, 120);
   H264Decoder decoder;
   for (int i = 0; i < 10; ++i) {
@@ -93,7 +93,7 @@ TEST(H264, EveryPictureComesOutAtOnceAndLooksLikeWhatWentIn) {
   EXPECT_EQ(encoder.codec_string().size(), 11u);
 }
 
-TEST(H264, AViewerCanBeginAtAnyKeyPicture) {
+TEST(H264, AViewerCanBeginAtAnyKeyFrame) {
   H264Encoder encoder(160, 120);
   encoder.encode(scene(160, 120, 0), 0, false);
   encoder.encode(scene(160, 120, 5), 33'000'000, false);
@@ -125,7 +125,7 @@ TEST(EncodeStage, MakesOnlyWhatIsWantedAndFewKeysOnDemand) {
   EncoderDemand demand;
   Metrics metrics;
   EncodeStage stage(85, demand, metrics);
-  ShownPicture picture;
+  ShownFrame picture;
   picture.srgb = std::make_shared<const capture::Image<std::uint8_t>>(scene(160, 120, 0));
   picture.sequence = 5;
   picture.passed_through = true;

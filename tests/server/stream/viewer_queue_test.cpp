@@ -58,7 +58,7 @@ TEST(ViewerQueue, H264BeginsWithConfigAndKey) {
   EXPECT_EQ(drain(queue), "k4 ") << "the config is sent once";
 }
 
-TEST(ViewerQueue, ASlowViewerSkipsToTheNextKeyPicture) {
+TEST(ViewerQueue, ASlowViewerSkipsToTheNextKeyFrame) {
   ViewerQueue queue;
   queue.want(Codec::h264);
   queue.offer(picture(StreamKind::h264_key, 0));

@@ -55,7 +55,7 @@ class WebServerTest : public testing::Test {
   std::uint16_t port() const { return web_->port(); }
 
   static void want(WebsocketClient& client) { client.send_text(R"({"type":"want","codec":"jpeg"})"); }
-  static void expect_pictures(WebsocketClient& client, int count) {
+  static void expect_frames(WebsocketClient& client, int count) {
     for (int seen = 0; seen < count;) {
       const auto message = client.receive();
       ASSERT_TRUE(message);
@@ -71,7 +71,7 @@ class WebServerTest : public testing::Test {
   std::jthread camera_;
 };
 
-TEST_F(WebServerTest, HelloThenPicturesThatWereAskedFor) {
+TEST_F(WebServerTest, HelloThenFramesThatWereRequested) {
   start();
   WebsocketClient client(port());
   ASSERT_TRUE(client.open());
@@ -95,7 +95,7 @@ TEST_F(WebServerTest, HelloThenPicturesThatWereAskedFor) {
   EXPECT_EQ(metrics_.viewers(), 1);
 }
 
-TEST_F(WebServerTest, AChangeIsToldToAllViewers) {
+TEST_F(WebServerTest, AChangeIsSentToAllViewers) {
   start();
   WebsocketClient one(port()), other(port());
   other.receive_text("hello");
@@ -135,7 +135,7 @@ TEST_F(WebServerTest, AFirstBadMessageIsAnsweredASecondEndsTheStream) {
   const auto close = bad.receive();
   ASSERT_TRUE(close);
   EXPECT_EQ(close->close_code(), 1008);
-  expect_pictures(good, 5);
+  expect_frames(good, 5);
 }
 
 TEST_F(WebServerTest, HostileFramesHarmNoOtherViewer) {
@@ -178,7 +178,7 @@ TEST_F(WebServerTest, HostileFramesHarmNoOtherViewer) {
     client.send_frame(11, "a reserved opcode");
     EXPECT_TRUE(client.closed_by_peer());
   }
-  expect_pictures(good, 20);
+  expect_frames(good, 20);
 }
 
 TEST_F(WebServerTest, AThousandConnectionsHarmNoViewer) {
@@ -187,7 +187,7 @@ TEST_F(WebServerTest, AThousandConnectionsHarmNoViewer) {
   start(settings);
   WebsocketClient good(port());
   want(good);
-  expect_pictures(good, 1);
+  expect_frames(good, 1);
   std::vector<int> sockets;
   for (int i = 0; i < 1000; ++i) {
     const int s = connect_to(port());
@@ -196,18 +196,18 @@ TEST_F(WebServerTest, AThousandConnectionsHarmNoViewer) {
     }
     sockets.push_back(s);
     if (i % 100 == 0) {
-      expect_pictures(good, 1);
+      expect_frames(good, 1);
     }
   }
   EXPECT_GT(sockets.size(), 900u);
-  expect_pictures(good, 5);
+  expect_frames(good, 5);
   EXPECT_NE(http_get(port(), "/").find("the page"), std::string::npos) << "new requests are served meanwhile";
   for (const int s : sockets) {
     ::close(s);
   }
 }
 
-TEST_F(WebServerTest, OneViewerTooManyIsToldSo) {
+TEST_F(WebServerTest, OneViewerTooManyGetsAnError) {
   WebSettings settings;
   settings.max_viewers = 2;
   start(settings);
@@ -230,12 +230,12 @@ TEST_F(WebServerTest, AReaderThatNeverReadsIsLeftBehindAndThenCutOff) {
   WebsocketClient good(port()), deaf(port());
   want(good);
   want(deaf);
-  expect_pictures(good, 1);
+  expect_frames(good, 1);
   for (int i = 0; i < 500 && metrics_.viewers() > 1; ++i) {
     ASSERT_TRUE(good.receive());
   }
   EXPECT_EQ(metrics_.viewers(), 1);
-  expect_pictures(good, 5);
+  expect_frames(good, 5);
 }
 
 TEST_F(WebServerTest, SilentConnectionsTimeOut) {
@@ -255,7 +255,7 @@ TEST_F(WebServerTest, StopSaysGoodbye) {
   start();
   WebsocketClient client(port());
   want(client);
-  expect_pictures(client, 2);
+  expect_frames(client, 2);
   camera_ = {};
   const auto begin = std::chrono::steady_clock::now();
   web_->stop();

@@ -73,7 +73,7 @@ class SunAndSky : public testing::Test {
   /// A frame of 8-bit pictures: only the sun exceeds their range.
   capture::FrameSet frame() const {
     const capture::Image<float> radiance = seen();
-    auto picture = std::make_shared<capture::Picture>();
+    auto picture = std::make_shared<capture::Frame>();
     picture->stream = capture::Stream::fisheye;
     picture->exposure = session_.fisheye->exposure;
     picture->encoded = capture::Image<std::uint8_t>(radiance.width, radiance.height, 3);
