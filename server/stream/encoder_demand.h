@@ -7,7 +7,7 @@ namespace lumigraft::server {
 struct EncoderDemand {
   std::atomic<int> h264 = 0;      ///< viewers
   std::atomic<int> jpeg = 0;      ///< viewers
-  std::atomic<bool> key = false;  ///< somebody needs a key picture; whoever makes it clears this
+  std::atomic<bool> key = false;  ///< a viewer needs a key frame; the encoder clears this
 };
 
 }  // namespace lumigraft::server

@@ -52,7 +52,7 @@ class Oracle {
   std::unique_ptr<State> state_;
 };
 
-/// What the oracle knows, in place of estimates. Null: nothing.
+/// The oracle's true parts of the scene as overrides of estimates. Null: none.
 reconstruct::SceneOverrides overrides_of(std::shared_ptr<Oracle> oracle);
 
 /// `split` with true lamps in place of what it found of them; see Oracle::illumination. `far`: lamps of the

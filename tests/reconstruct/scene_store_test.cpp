@@ -98,7 +98,7 @@ TEST(SceneStore, AnUnknownLampStaysInfinitelyFar) {
   EXPECT_EQ(carried->lights.at(0).irradiance.x(), 5);
 }
 
-// The picture tells a clipped lamp's least power. Solving found 3 times that; it is as much later.
+// The image gives a lower bound of a clipped lamp's power. Solving found 3 times that; the ratio is kept later.
 TEST(SceneStore, AClippedLampKeepsItsGain) {
   Illumination measured = one_lamp(1, 10), newest = one_lamp(2, 11);
   Illumination solved = at_two_metres(one_lamp(1, 30));
@@ -135,7 +135,7 @@ TEST(SceneStore, AnUnseenLampKeepsItsPowerAndItsTagsPlace) {
   EXPECT_FLOAT_EQ(carry_lamps(newest, measured, solved)->lights.at(0).irradiance.x(), 2);
 }
 
-// A wall clips beside a lamp; solving raised it to what the lamp makes of it, and what no camera saw with it.
+// A wall is clipped next to a lamp; solving raised it to the radiance that the lamp causes, and unseen cells with it.
 TEST(SceneStore, AClippedWallStaysAsBrightAsItWasFound) {
   constexpr std::size_t kClipped = 10 * 64 + 20, kUnseen = 30 * 64 + 5, kPlain = 10 * 64 + 40;
   Illumination measured = one_lamp(1, 10);

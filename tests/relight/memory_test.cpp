@@ -1,10 +1,10 @@
-// What a renderer asks a device to hold: near surfaces alone, so that volumes grow with their area.
+// Device memory of a renderer: chunks are allocated near surfaces only, so memory grows with surface area.
 #include "tests/relight/closed_form/closed_scene.h"
 
 namespace lumigraft::test {
 namespace {
 
-/// Two walls and a floor, and a shelf beside the objects, far away in a picture of 640 × 480.
+/// Two walls and a floor, and a shelf next to the objects, at a distance, in an image of 640 × 480.
 ClosedScene corner() {
   ClosedScene scene;
   scene.width = 640;

@@ -117,7 +117,7 @@ TEST(Planner, ASlopeNeedsTwoBands) {
   EXPECT_NEAR(measure_light(*scene.illumination).bands_left_out[1], 0, 2e-3);
 }
 
-// The same sky beside a lamp with a hundred times its light: 0.4 % of all.
+// The same sky and a lamp with a hundred times its light: 0.4 % of all.
 TEST(Planner, TheBoundIsOfAllLight) {
   const float sky = 4 * std::numbers::pi_v<float>;
   const reconstruct::Scene scene = build_trace_scene({100 * sky}, [](const Vector3f& w) { return 1 + w.z(); });

@@ -69,7 +69,7 @@ TEST(LightSweep, Separation) {
     EXPECT_LE(split.lamps.size(), 2u) << apart << ": no lamps that are none";
     Vector3f sum = Vector3f::Zero();
     for (const reconstruct::SplitLamp& lamp : split.lamps) sum += lamp.irradiance;
-    // Where they are found as one it stands for both: the farther one's direction is off by what lies between.
+    // If they are found as one lamp it represents both: the direction is off by the angle to the farther one.
     double worse = 0;
     for (const Disk& disk : {strong, weak}) {
       const reconstruct::SplitLamp* const lamp = nearest_to(disk, split.lamps);

@@ -159,8 +159,7 @@ TEST(PairingReader, JitterLossAndDriftMakeNoWrongPair) {
     DeviceClock color_clock, depth_clock;
     constexpr std::uint64_t kMoments = 3000, kKeptBack = 4;
     for (std::uint64_t i = 0; i < kMoments; ++i) {
-      const bool ends =
-          i <= kKeptBack || i + 1 == kMoments;  // what is lost before the first or after the last nobody knows of
+      const bool ends = i <= kKeptBack || i + 1 == kMoments;  // losses before the first or after the last are unknown
       has_color.push_back(ends || chance(random) >= 0.01);
       has_depth.push_back(ends || chance(random) >= 0.01);
       const std::int64_t elapsed = static_cast<std::int64_t>(i) * 33 * kMs, truth = 900'000 * kMs + elapsed;

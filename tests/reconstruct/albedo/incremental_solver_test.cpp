@@ -118,7 +118,7 @@ TEST(IncrementalSolver, CostDependsOnTheChangeNotTheRoom) {
     TestRoom room = large_room();
     room.half_m = half_m;
     DistanceField all_field = room.field(), without = all_field;
-    // A patch of 3 by 3 bricks beside the tag.
+    // A patch of 3 by 3 bricks next to the tag.
     std::erase_if(without.bricks, [](const auto& entry) {
       const BrickKey& key = entry.first;
       return key[0] >= 2 && key[0] <= 4 && key[1] >= 2 && key[1] <= 4;

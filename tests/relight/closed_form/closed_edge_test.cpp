@@ -63,8 +63,8 @@ TEST_P(ClosedEdge, ConesThatGrazeAKerbStayOpen) {
   }
 }
 
-// Where the lit top of a box meets its dark front, an edge pixel contains both, each with its own brightness, and not
-// an interpolated surface.
+// At the edge between the lit top of a box and its dark front, a pixel contains both, each with its own brightness, and
+// not an interpolated surface.
 TEST_P(ClosedEdge, EdgeOfAnObjectMixesItsTwoFaces) {
   ClosedScene scene;
   scene.sky = 0.1f;

@@ -86,7 +86,7 @@ TEST_P(ClosedSky, BlackBallTakesItsFormFactor) {
     EXPECT_GT(relative.count, 800);
 
     EXPECT_LT(std::abs(relative.mean()), 0.01);
-    EXPECT_LT(relative.max, 0.06);  // right below the ball, where a share of the sky is wide
+    EXPECT_LT(relative.max, 0.06);  // right below the ball, where the occluded part of the sky is wide
     EXPECT_LT(absolute.max, 0.015);
   }
 }

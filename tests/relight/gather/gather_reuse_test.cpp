@@ -136,7 +136,7 @@ TEST(RaysKept, LiveLightFollowsInRounds) {
   }
 }
 
-/// A second box beside the first, hidden.
+/// A second, invisible box next to the first.
 ClosedScene two_boxes_on_floor() {
   ClosedScene scene = box_on_floor();
   scene.exhibit.objects.push_back(box_object({0.15f, -0.1f, 0.01f}, {0.25f, 0.05f, 0.12f}, 0.7f));

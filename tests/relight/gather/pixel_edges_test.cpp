@@ -22,8 +22,8 @@ struct Seen {
   std::vector<bool> near_edge;
 };
 
-/// Looks along z from the origin at an edge along y, 0.6 m away; `slope`: how far the planes fall off on both sides,
-/// less than 0 for a crease. `moved_px`: how far the colours' border lies beside the edge.
+/// View along z from the origin at an edge along y, 0.6 m away; `slope`: slope of the planes on both sides, less than 0
+/// for a crease. `moved_px`: offset of the colours' border from the edge.
 Seen two_planes(float slope, int moved_px = 0) {
   Seen seen;
   capture::CameraModel& model = seen.camera.model;

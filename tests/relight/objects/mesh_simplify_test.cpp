@@ -127,7 +127,7 @@ TEST(SimplifyModel, LargeModelsOfOthers) {
       1000 * there[there.size() * 999 / 1000]);
   EXPECT_LE(small->indices.size() / 3, 8700u);
   EXPECT_LT(back.back(), 0.01f * edge_m);
-  // The model has specks of eight triangles beside its body, which go: so not the maximum here.
+  // Simplification removes specks of eight triangles next to the body, so the maximum distance is not checked here.
   EXPECT_LT(there[there.size() * 999 / 1000], 0.005f * edge_m);
 }
 

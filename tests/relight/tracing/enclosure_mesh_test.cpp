@@ -60,8 +60,8 @@ TEST(EnclosureMesh, AlbedoIsWhatIsSeenForTheLightThatFallsThere) {
   EXPECT_NEAR(grey.albedo, 0.4f, 0.01f);
 }
 
-// A white wall that lies elsewhere than the hull comes out a little above 1, too; but so does an even sky around a
-// table, and what shines there is not hidden by what stands on the table.
+// The albedo of a white wall that is not on the hull is estimated slightly above 1, too; but so is that of a uniform
+// sky around a table, and emitters there are not occluded by objects on the table.
 TEST(EnclosureMesh, WhatShinesReflectsNothing) {
   for (const float times : {1.15f, 1.5f}) {
     const Found lamp = found_with(times);
