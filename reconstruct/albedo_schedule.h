@@ -16,7 +16,7 @@
 
 namespace lumigraft::reconstruct {
 
-/// Kind of solution: of new and changed samples only (AlbedoStage::solve_new), or of the lamps and all samples.
+/// Kind of solution: of new and changed samples only (solve_incremental), or of the lamps and all samples.
 enum class AlbedoWork { nothing, incremental, everything };
 
 /// Waiting time of a schedule. A live pipeline waits in proportion to the work done; offline, frames are counted.
@@ -55,8 +55,7 @@ class AlbedoSchedule {
   static constexpr double kMuchLight = 0.2;      ///< the same for the relative change of the lamps' irradiance
   static constexpr int kMaxPatience = 8;
   static constexpr float kLittle = 0.01f;  ///< relative change of albedo or light
-  static constexpr float kFew =
-      0.05f;  ///< fraction of samples newly known; relative decrease of their standard deviation
+  static constexpr float kFew = 0.05f;     ///< fraction of newly known samples; relative decrease of their deviation
   static constexpr float kMoved = 0.005f;  ///< fraction of the bricks
 
   explicit AlbedoSchedule(std::unique_ptr<AlbedoPace> pace = std::make_unique<FramePace>());

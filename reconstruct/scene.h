@@ -1,6 +1,5 @@
 #pragma once
-// All that is known about the room at one moment. Immutable; stages publish parts at different rates and share the
-// rest.
+// Known state of the room at one moment. Immutable; stages publish parts at different rates and share the rest.
 #include <memory>
 #include <optional>
 #include <string>

@@ -30,8 +30,7 @@ std::vector<float> lamp_fractions(const std::vector<reconstruct::PointLight>& la
 /// The smallest value that keeps to the bound; the largest if none does.
 int Planner::Held::hold(const std::vector<float>& left_out) {
   const auto smallest_within = [&](float bound) {
-    const auto found =
-        std::find_if(left_out.begin(), left_out.end(), [&](float fraction) { return fraction <= bound; });
+    const auto found = std::find_if(left_out.begin(), left_out.end(), [&](float part) { return part <= bound; });
     return std::min(static_cast<int>(found - left_out.begin()), static_cast<int>(left_out.size()) - 1);
   };
   const int safe = smallest_within(0.5f * kLeftOut);

@@ -12,16 +12,14 @@ namespace {
 constexpr int kStep_px = 2;
 constexpr int kMinPixels = 2;
 constexpr float kRelativeDepthChange = 0.02f;  // relative to the depth
-constexpr int kMinCodeChange = 8, kCodeChangeDivisor = 8;
+constexpr int kMinCodes = 8, kCodeRatio = 8;
 
 bool other_depth(float z, float before, float min_change_m) {
   // Holes are filled from the fused field, so a pixel becoming a hole or not is no change.
   return z > 0 && before > 0 && std::abs(z - before) > std::max(min_change_m, kRelativeDepthChange * before);
 }
 
-bool other_code(int code, int before) {
-  return std::abs(code - before) > std::max(kMinCodeChange, before / kCodeChangeDivisor);
-}
+bool other_code(int code, int before) { return std::abs(code - before) > std::max(kMinCodes, before / kCodeRatio); }
 
 }  // namespace
 

@@ -121,9 +121,8 @@ void LiveSource::read_frames(const std::stop_token& stop) {
     Clock::time_point oldest = Clock::time_point::max();
     for (const auto& time : last) oldest = std::min(oldest, time.value_or(Clock::time_point::max()));
     if (Clock::now() - (oldest == Clock::time_point::max() ? opened : oldest) > patience_.silence) {
-      set_fault(
-          (lost.empty() ? "the camera delivers no frames" : "the camera delivers no complete frames (" + lost + ")") +
-          ", it is opened again");
+      set_fault("the camera delivers no " + (lost.empty() ? "frames" : "intact frames (" + lost + ")") +
+                ", it is opened again");
       return;
     }
   }

@@ -44,8 +44,7 @@ bool PairingReader::pull(Source& source, std::chrono::milliseconds timeout) {
     }
     lane.accept(std::move(*item));
     if (sources_.live) {
-      // The other cameras continue, perhaps for hours, while the colour camera is disconnected.
-      lane.keep_newest(kMaxAhead);
+      lane.keep_newest(kMaxAhead);  // colour may be disconnected for hours while the others continue
     }
   }
   return item.has_value();

@@ -116,14 +116,13 @@ std::optional<ReferenceMesh> enclosure_mesh(const reconstruct::Scene& scene, con
     const Vector3f n = room.sides[i].normal, x = n.unitOrthogonal(), y = n.cross(x);
     const Vector3f middle = room.middle_m - (n.dot(room.middle_m) + room.sides[i].offset_m) * n;
     // A side starts this large before it is cut by the others; one that stays unbounded is skipped.
-    constexpr float extent_limit_m = 1e3f;
+    constexpr float max_m = 1e3f;
     const auto at = [&](float u, float v) -> Vector3f { return middle + u * x + v * y; };
-    const Polygon side = cut_by_others({at(-extent_limit_m, -extent_limit_m), at(extent_limit_m, -extent_limit_m),
-                                        at(extent_limit_m, extent_limit_m), at(-extent_limit_m, extent_limit_m)},
-                                       room, i);
+    const Polygon side =
+        cut_by_others({at(-max_m, -max_m), at(max_m, -max_m), at(max_m, max_m), at(-max_m, max_m)}, room, i);
     Eigen::AlignedBox2f extent;
     for (const Vector3f& p : side) extent.extend(Eigen::Vector2f(x.dot(p - middle), y.dot(p - middle)));
-    if (extent.isEmpty() || extent.sizes().maxCoeff() > extent_limit_m) continue;
+    if (extent.isEmpty() || extent.sizes().maxCoeff() > max_m) continue;
     const Eigen::Vector2f step = extent.sizes() / kCells;
     for (int j = 0; j < kCells * kCells; ++j) {
       const Eigen::Vector2f low =

@@ -83,8 +83,7 @@ Rgb pixel(const capture::Image<float>& image, int u, int v) {
   return {image.at(u, v, 0), image.at(u, v, 1), image.at(u, v, 2)};
 }
 
-/// The material of SeenMaterials at a point: at the pixel whose ray intersects the surface's plane at the pixel's
-/// depth.
+/// The material of SeenMaterials at a point: at the pixel whose ray hits the surface's plane at the pixel's depth.
 std::optional<BsdfParams> seen_bsdf(const SeenMaterials& seen, const Vector3f& p_m, const Vector3f& face) {
   const Vector3f p = seen.T_camera_tag * p_m, n = seen.T_camera_tag.linear() * face;
   if (p.z() <= 0) return std::nullopt;

@@ -29,15 +29,14 @@ Sky::Sky(const ReferenceScene& scene) : scene_(scene) {
   height_ = picture.height;
   // Radiance is bilinear between texels: a texel's upper bound is the maximum of its neighbourhood.
   const auto luminance_of = [&](int x, int y) {
-    float max_luminance = 0;
+    float largest = 0;
     for (int dy = -1; dy <= 1; ++dy) {
       for (int dx = -1; dx <= 1; ++dx) {
         const int u = (x + dx + width_) % width_, v = std::clamp(y + dy, 0, height_ - 1);
-        max_luminance =
-            std::max(max_luminance, luminance({picture.at(u, v, 0), picture.at(u, v, 1), picture.at(u, v, 2)}));
+        largest = std::max(largest, luminance({picture.at(u, v, 0), picture.at(u, v, 1), picture.at(u, v, 2)}));
       }
     }
-    return max_luminance;
+    return largest;
   };
   for (int y = 0; y < height_; ++y) {
     double row = 0;

@@ -26,8 +26,7 @@ class LiveRelighter {
   bool draws_prepared() const { return rays_ != nullptr; }
   /// Whether the scene contains surfaces that are not prepared. Any thread.
   bool wants_prepared(const reconstruct::Scene& scene) const;
-  /// Prepares the scene's surfaces for the following calls of `relight`; may run at the same time as `relight`. Takes
-  /// tenths of a second. One thread.
+  /// Prepares the scene's surfaces for later calls of `relight`, also during one; takes tenths of a second. One thread.
   void prepare(const reconstruct::Scene& scene);
 
   /// Never throws.

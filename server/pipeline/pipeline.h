@@ -4,8 +4,7 @@
 //
 //   capture ──> pose ──> relight ──> encode ──> publish
 //      │          ├─> geometry: fuse ──┐    (relight reads the results of geometry, light and albedo in the SceneStore)
-//      │          └─> lamp tags ─┐     ├─> albedo ─> room   (for `rays` only: the triangles that rays are traced
-//      against)
+//      │          └─> lamp tags ─┐     ├─> albedo ─> room   (for `rays` only: the geometry that is ray traced)
 //   fish-eye ─────────────> light ─────┘
 //
 // The stages from frames to the scene are SceneBuilder's, which replay runs too. Pose registers depth, and takes the

@@ -9,8 +9,7 @@ namespace lumigraft::relight {
 
 class LampMaps {
  public:
-  /// About `max_maps` maps of edge × edge texels (a multiple of 32) for all lamps together, at least one per lamp; 0:
-  /// none.
+  /// About `max_maps` maps of edge² texels (edge a multiple of 32) for all lamps together, at least one each; 0: none.
   LampMaps(gpu::Device& device, int edge, int max_maps);
 
   /// Distributes the maps among the lamps and writes their number to `params`. A lamp inside the sphere around the

@@ -196,7 +196,7 @@ TEST_F(LiveCamera, IsReopenedIfFrozenOrOnlyDamaged) {
   const auto source = open();
   for (const auto& [fault, says] :
        {std::pair(&switches_.frozen, "the camera delivers no frames, it is opened again"),
-        std::pair(&switches_.torn, "the camera delivers no complete frames (torn), it is opened again")}) {
+        std::pair(&switches_.torn, "the camera delivers no intact frames (torn), it is opened again")}) {
     expect_frames(*source, 3);
     const int opened = switches_.opened;
     *fault = true;

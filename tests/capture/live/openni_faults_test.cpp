@@ -189,7 +189,7 @@ TEST_F(OpenNiFaults, FramesOfAnotherSize) {
   const auto reader = open_frames(session());
   wait_for_frame(*reader);
   set("resized");
-  wait_for_fault(*reader, "delivers no complete frames (the picture has another size or format), it is opened again");
+  wait_for_fault(*reader, "delivers no intact frames (the picture has another size or format), it is opened again");
   clear("resized");
   EXPECT_LT(wait_for_frame(*reader), 2s);
 }
