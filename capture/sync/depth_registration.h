@@ -29,8 +29,7 @@ class DepthRegistration {
 
   DepthCamera depth_;
   CameraModel color_;
-  std::vector<Eigen::Vector3d>
-      rays_;  ///< per depth pixel in the depth frame, z = 1; NaN outside the lens's image circle
+  std::vector<Eigen::Vector3d> rays_;  ///< per depth pixel in the depth frame, z = 1; NaN outside the image circle
 };
 
 class RegistrationStage {
