@@ -11,7 +11,7 @@ float smith_lambda(float alpha, float cosine) {
 }
 
 // Specular BRDF: D F G / (4 n·v n·l).
-vec3 ggx(Look l, vec3 n, vec3 v, vec3 w) {
+vec3 ggx(BsdfParams l, vec3 n, vec3 v, vec3 w) {
   float nv = max(dot(n, v), 1e-3), nl = dot(n, w);
   if (nl <= 0.0 || l.f90 + l.f0.x + l.f0.y + l.f0.z <= 0.0) return vec3(0);
   vec3 h = normalize(v + w);
@@ -24,15 +24,15 @@ vec3 ggx(Look l, vec3 n, vec3 v, vec3 w) {
 
 // For a lamp sample of half angle a instead of a point: GGX widened to α' = α + tan(a)/2, with energy preserved by
 // (α/α')² (Karis 2013, "Real Shading in Unreal Engine 4", representative spheres).
-vec3 ggx_wide(Look l, vec3 n, vec3 v, vec3 w, float tan_half) {
-  Look wide = l;
+vec3 ggx_wide(BsdfParams l, vec3 n, vec3 v, vec3 w, float tan_half) {
+  BsdfParams wide = l;
   wide.alpha = min(1.0, l.alpha + 0.5 * tan_half);
   return ggx(wide, n, v, w);
 }
 
 // Samples a visible microfacet (Dupuy & Benyoub 2023, spherical caps); u in [0,1)². Returns the reflected direction and
 // its weight F G2/G1.
-vec3 ggx_sample(Look l, vec3 n, vec3 v, vec2 u, out vec3 weight) {
+vec3 ggx_sample(BsdfParams l, vec3 n, vec3 v, vec2 u, out vec3 weight) {
   vec3 x, y;
   basis(n, x, y);
   vec3 vl = vec3(dot(v, x), dot(v, y), max(dot(v, n), 1e-3));

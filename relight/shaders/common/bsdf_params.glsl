@@ -3,15 +3,15 @@
 #ifndef BSDF_PARAMS_GLSL
 #define BSDF_PARAMS_GLSL
 
-struct Look {
+struct BsdfParams {
   vec3 diffuse;  // albedo of the Lambert part
   vec3 f0;
   float f90;
   float alpha;  // GGX roughness
 };
 
-Look look_of(vec3 base, float roughness, float metallic, float specular) {
-  Look l;
+BsdfParams bsdf_of(vec3 base, float roughness, float metallic, float specular) {
+  BsdfParams l;
   l.diffuse = base * (1.0 - metallic);
   l.f0 = mix(vec3(0.04 * specular), base, metallic);
   l.f90 = mix(specular, 1.0, metallic);
@@ -20,13 +20,13 @@ Look look_of(vec3 base, float roughness, float metallic, float specular) {
 }
 
 // Schlick 1994.
-vec3 fresnel(Look l, float cos_half) { return l.f0 + (l.f90 - l.f0) * pow(1.0 - clamp(cos_half, 0.0, 1.0), 5.0); }
+vec3 fresnel(BsdfParams l, float cos_half) { return l.f0 + (l.f90 - l.f0) * pow(1.0 - clamp(cos_half, 0.0, 1.0), 5.0); }
 
 // Light passes the layer on its way to the Lambert part and back (Ashikhmin & Shirley 2000): transmittance of one pass,
 // and its mean over uniform incident light from the hemisphere.
-vec3 through(Look l, float cosine) { return 1.0 - fresnel(l, cosine); }
-vec3 through_evenly(Look l) { return 1.0 - l.f0 - (l.f90 - l.f0) / 21.0; }
+vec3 through(BsdfParams l, float cosine) { return 1.0 - fresnel(l, cosine); }
+vec3 through_evenly(BsdfParams l) { return 1.0 - l.f0 - (l.f90 - l.f0) / 21.0; }
 
 // Directional reflectance, layer and body together. Energy that a rough layer loses by masking is not subtracted.
-vec3 reflectance(Look l, float cosine) { return fresnel(l, cosine) + l.diffuse * through(l, cosine) * through_evenly(l); }
+vec3 reflectance(BsdfParams l, float cosine) { return fresnel(l, cosine) + l.diffuse * through(l, cosine) * through_evenly(l); }
 #endif

@@ -5,14 +5,14 @@
 #include "common/frame.glsl"
 
 // Both packed into one number: the surface's number plus a fraction that grows with the paper's coverage.
-const float kMostPaper = 0.9;
-float pack_known(float number, float paper) { return number + kMostPaper * paper; }
-float paper_share(float packed) { return packed > 0.0 ? fract(packed) / kMostPaper : 0.0; }
+const float kMaxPaper = 0.9;
+float pack_known(float number, float paper) { return number + kMaxPaper * paper; }
+float paper_coverage(float packed) { return packed > 0.0 ? fract(packed) / kMaxPaper : 0.0; }
 
 // Whether the surface is a pure metal: its diffuse part is zero, so the change of irradiance does not affect it.
 bool is_metal(float packed) {
   int known = int(packed);
-  return known > 0 && paper_share(packed) == 0.0 && frame.surfaces[known - 1].metallic_specular.x == 1.0;
+  return known > 0 && paper_coverage(packed) == 0.0 && frame.surfaces[known - 1].metallic_specular.x == 1.0;
 }
 
 // Fraction of a pixel that shows the paper, by 4 × 4 rays through it: w is the pixel's ray per metre of z; right, down:

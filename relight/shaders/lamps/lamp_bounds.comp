@@ -14,14 +14,14 @@ void main() {
   LampMap m = lamp_views[gl_WorkGroupID.z];
   ivec2 block = ivec2(gl_GlobalInvocationID.xy), mine = ivec2(gl_LocalInvocationID.xy);
   int edge = int(m.more.x);
-  vec2 nearest = vec2(1), farthest = vec2(0);
+  vec2 low = vec2(1), high = vec2(0);
   for (int i = 0; i < 4; ++i) {
     vec2 corner = m.place.xy + vec2(kBoundBlock * block + 2 * ivec2(i & 1, i >> 1)) + 1.0;
     vec4 d = textureGather(lamp_depths, corner / vec2(textureSize(lamp_depths, 0)));
-    nearest = min(nearest, min(d.xy, d.zw));
-    farthest = max(farthest, max(d.xy, d.zw));
+    low = min(low, min(d.xy, d.zw));
+    high = max(high, max(d.xy, d.zw));
   }
-  uint both = uint(floor(min(nearest.x, nearest.y) * kBoundScale)) << 16 | uint(ceil(max(farthest.x, farthest.y) * kBoundScale));
+  uint both = uint(floor(min(low.x, low.y) * kBoundScale)) << 16 | uint(ceil(max(high.x, high.y) * kBoundScale));
   for (int level = 0; level < kBoundLevels; ++level) {
     if (all(equal(mine & ((1 << level) - 1), ivec2(0)))) {
       ivec2 at = block >> level;

@@ -36,7 +36,7 @@ void main() {
     int stride = scale > 1 && frame.counts.w > 1 ? 2 : 1;  // alternating, as in shadow.comp
     for (int l = 0; l < frame.counts.x; ++l) open[l] = lamp_visibility(o.p, o.n, o.from_real, o.from_virtual, frame.lamps[l], (cell.x + cell.y) % stride, stride).y;
     if (o.metallic < 1.0) e = gather_rho(o.from_real, o.from_virtual, o.n, frame.counts.z, turn);
-    if (o.mirror && (scale == 1 || o.look.alpha >= kBroadLobe)) m = mirrored(o, turn);
+    if (o.mirror && (scale == 1 || o.bsdf.alpha >= kBroadLobe)) m = mirrored(o, turn);
   }
   imageStore(out_irradiance, cell, to_half(vec4(e, float(block + 1))));
   imageStore(out_mirrored, cell, to_half(vec4(m, 0.0)));

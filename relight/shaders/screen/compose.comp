@@ -17,7 +17,7 @@ layout(binding = 4) uniform sampler2D real_albedo;
 layout(binding = 5) uniform sampler2D direct_lost;
 layout(binding = 6) uniform sampler2D indirect;
 layout(binding = 7) uniform sampler2D mirror_gained;
-layout(binding = 8) uniform sampler2D mirror_share;
+layout(binding = 8) uniform sampler2D mirror_fraction;
 layout(binding = 9) uniform sampler2D object_radiance;
 layout(binding = 10) uniform sampler2D object_surface;
 layout(binding = 14) uniform sampler2D object_normal;
@@ -35,19 +35,19 @@ vec3 lit(ivec2 at) {
 // of the most similar neighbouring pixel.
 vec3 virtual_color(ivec2 at) {
   vec3 own = lit(at);
-  float share = texelFetch(object_surface, at, 0).w;
-  if (share == 0.0) return own;
+  float other_fraction = texelFetch(object_surface, at, 0).w;
+  if (other_fraction == 0.0) return own;
   vec4 other = texelFetch(object_other, at, 0);
-  float least = kUnlike;
+  float min_unlike = kUnlike;
   vec3 mixed = own;
   for (int i = 0; i < 9; ++i) {
     ivec2 q = clamp(at + ivec2(i % 3, i / 3) - 1, ivec2(0), frame.picture.xy - 1);
     vec4 surface = texelFetch(object_surface, q, 0);
     float unlike = 20.0 * abs(surface.x - other.w) / max(other.w, 1e-3) + 1.0 -
                    dot(texelFetch(object_normal, q, 0).xyz, other.xyz);
-    if (i == 4 || surface.y == 0.0 || unlike >= least) continue;
-    least = unlike;
-    mixed = mix(own, lit(q), share);
+    if (i == 4 || surface.y == 0.0 || unlike >= min_unlike) continue;
+    min_unlike = unlike;
+    mixed = mix(own, lit(q), other_fraction);
   }
   return mixed;
 }
@@ -64,12 +64,12 @@ void main() {
     vec3 diffuse = albedo.rgb, under = vec3(1), mirror = vec3(0);
     if (known > 0) {
       Surface s = frame.surfaces[known - 1];
-      float paper = paper_share(albedo.a);
-      Look look = look_of(s.base_color_roughness.rgb, s.base_color_roughness.a, s.metallic_specular.x, s.metallic_specular.y);
-      diffuse = mix(look.diffuse, albedo.rgb, paper);
-      under = mix(through_evenly(look) * through_evenly(look), vec3(1), paper);
+      float paper = paper_coverage(albedo.a);
+      BsdfParams bsdf = bsdf_of(s.base_color_roughness.rgb, s.base_color_roughness.a, s.metallic_specular.x, s.metallic_specular.y);
+      diffuse = mix(bsdf.diffuse, albedo.rgb, paper);
+      under = mix(through_evenly(bsdf) * through_evenly(bsdf), vec3(1), paper);
       mirror = (1.0 - paper) * (texelFetch(mirror_gained, at, 0).rgb -
-                                exclude_tag(at, b, albedo.a) * texelFetch(mirror_share, at, 0).rgb);
+                                exclude_tag(at, b, albedo.a) * texelFetch(mirror_fraction, at, 0).rgb);
     }
     // The lost light of lamps already includes the layer's transmittance.
     vec3 change = footprint * under * texelFetch(indirect, at, 0).rgb - texelFetch(direct_lost, at, 0).rgb;

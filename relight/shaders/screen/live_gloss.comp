@@ -23,7 +23,7 @@ void main() {
   if (known == 0.0) return;
   vec3 b = texelFetch(radiance, at, 0).rgb;
   vec3 mirror = texelFetch(mirror_gained, at, 0).rgb - exclude_tag(at, b, known) * texelFetch(mirror_fraction, at, 0).rgb;
-  vec3 delta = max(texelFetch(diffuse, at, 0).rgb + (1.0 - paper_share(known)) * mirror, -b);
+  vec3 delta = max(texelFetch(diffuse, at, 0).rgb + (1.0 - paper_coverage(known)) * mirror, -b);
   if (any(isnan(delta)) || any(isinf(delta))) delta = vec3(0);
   vec4 before = imageLoad(object, at);
   imageStore(object, at, to_half(vec4(before.rgb + (1.0 - before.a) * delta, before.a)));

@@ -39,10 +39,10 @@ void main() {
   vec3 diffuse = vec3(0), mirror_lost = vec3(0), mirror_all = vec3(0);
   if (known > 0.0) {
     Surface s = frame.surfaces[int(known) - 1];
-    Look look = look_of(s.base_color_roughness.rgb, s.base_color_roughness.a, s.metallic_specular.x, s.metallic_specular.y);
-    float paper = paper_share(known);
-    vec3 under = mix(through_evenly(look) * through_evenly(look), vec3(1), paper);
-    vec3 brdf = mix(look.diffuse / kPi, r.response * texelFetch(radiance, at, 0).rgb, paper);
+    BsdfParams bsdf = bsdf_of(s.base_color_roughness.rgb, s.base_color_roughness.a, s.metallic_specular.x, s.metallic_specular.y);
+    float paper = paper_coverage(known);
+    vec3 under = mix(through_evenly(bsdf) * through_evenly(bsdf), vec3(1), paper);
+    vec3 brdf = mix(bsdf.diffuse / kPi, r.response * texelFetch(radiance, at, 0).rgb, paper);
     diffuse = brdf * under * (r.indirect - lamps_lost(r.p, r.n, r.slack));
     Cone k;
     k.from_virtual = r.p;
@@ -55,7 +55,7 @@ void main() {
       vec3 sent = vec3(0), gone = vec3(0);
       for (int i = 0; i < count; ++i) {
         LampSample q = maps > 0 ? map_sample(lamp, lamp_views[map + i], r.p, count) : lamp_sample(lamp, r.p, i, count);
-        vec3 f = q.irradiance * max(dot(r.n, q.w), 0.0) * ggx_wide(look, r.n, v, q.w, q.tan_half);
+        vec3 f = q.irradiance * max(dot(r.n, q.w), 0.0) * ggx_wide(bsdf, r.n, v, q.w, q.tan_half);
         float hidden = mostly;
         for (int j = 0; j < (maps > 0 && mostly > 0.0 ? 1 : 0); ++j) {
           hidden = disc_hidden(lamp_views[map + i], r.p, kBefore_m);

@@ -28,8 +28,8 @@ void main() {
   vec4 sum_g = vec4(0), sum_s = vec4(0);
   if (known > 0 && normal.a > 0.0) {
     Surface s = frame.surfaces[known - 1];
-    Look look = look_of(s.base_color_roughness.rgb, s.base_color_roughness.a, s.metallic_specular.x, s.metallic_specular.y);
-    float reach = clamp(mirror_blur_px(look.alpha, p.xyz), kMin_px, kWidest_px);
+    BsdfParams bsdf = bsdf_of(s.base_color_roughness.rgb, s.base_color_roughness.a, s.metallic_specular.x, s.metallic_specular.y);
+    float reach = clamp(mirror_blur_px(bsdf.alpha, p.xyz), kMin_px, kWidest_px);
     vec3 n = normalize(normal.xyz);
     float pixel_m = p.a / frame.pinhole.x;
     for (int j = -kWindow; j <= kWindow; ++j) {

@@ -11,7 +11,7 @@ layout(binding = 15) uniform sampler2D rays;
 struct ObjectPixel {
   vec3 p, n, v;  // position, normal, unit vector to the camera; tag frame
   float metallic;
-  Look look;
+  BsdfParams bsdf;
   bool mirror;
   vec3 from_real, from_virtual;  // origins of cones
 };
@@ -25,8 +25,8 @@ ObjectPixel object_pixel(ivec2 at) {
   o.v = normalize(eye - o.p);
   o.n = normalize(normal.xyz);
   o.metallic = base.a;
-  o.look = look_of(base.rgb, normal.a, base.a, surface.z);
-  o.mirror = o.look.f90 + base.a > 0.0;
+  o.bsdf = bsdf_of(base.rgb, normal.a, base.a, surface.z);
+  o.mirror = o.bsdf.f90 + base.a > 0.0;
   o.from_real = o.p + 0.25 * frame.field.x * o.n;
   o.from_virtual = o.p + frame.virtual_grid.w * o.n;
   return o;
@@ -38,11 +38,11 @@ vec3 mirrored(ObjectPixel o, float turn) {
   Cone k;
   k.from_real = o.from_real;
   k.from_virtual = o.from_virtual;
-  k.tan_half = clamp(0.7 * o.look.alpha / sqrt(float(count)), 0.01, 0.5);
+  k.tan_half = clamp(0.7 * o.bsdf.alpha / sqrt(float(count)), 0.01, 0.5);
   vec3 sum = vec3(0);
   for (int i = 0; i < count; ++i) {
     vec3 weight;
-    k.w = ggx_sample(o.look, o.n, o.v, vec2(fract(float(i) * 0.61803399 + turn), (float(i) + 0.5) / float(count)), weight);
+    k.w = ggx_sample(o.bsdf, o.n, o.v, vec2(fract(float(i) * 0.61803399 + turn), (float(i) + 0.5) / float(count)), weight);
     if (dot(weight, weight) > 0.0) sum += weight * rho_cone(k);
   }
   return sum / float(count);

@@ -32,9 +32,9 @@ void main() {
   int known = int(texelFetch(real_albedo, at, 0).a);
   if (known > 0 && normal.a > 0.0 && texelFetch(object_surface, at, 0).y < 0.999) {
     Surface s = frame.surfaces[known - 1];
-    Look look = look_of(s.base_color_roughness.rgb, s.base_color_roughness.a, s.metallic_specular.x, s.metallic_specular.y);
+    BsdfParams bsdf = bsdf_of(s.base_color_roughness.rgb, s.base_color_roughness.a, s.metallic_specular.x, s.metallic_specular.y);
     vec3 p = texelFetch(real_position, at, 0).xyz, n = normalize(normal.xyz);
-    bool traced = at.y % rows_alike(mirror_blur_px(look.alpha, p)) == 0;
+    bool traced = at.y % rows_alike(mirror_blur_px(bsdf.alpha, p)) == 0;
     vec3 v = normalize(frame.T_tag_camera[3].xyz - p);
     int count = traced ? frame.counts2.x : 0;
     float turn = pixel_turn(at / frame.pass_i.x);
@@ -42,10 +42,10 @@ void main() {
     Cone k;
     k.from_virtual = p;
     k.from_real = p + cone_start_m() * n;
-    k.tan_half = clamp(0.7 * look.alpha / sqrt(float(count)), 0.01, 0.5);
+    k.tan_half = clamp(0.7 * bsdf.alpha / sqrt(float(count)), 0.01, 0.5);
     for (int i = 0; i < count; ++i) {
       vec3 weight;
-      k.w = ggx_sample(look, n, v, vec2(fract(float(i) * 0.61803399 + turn), (float(i) + 0.5) / float(count)), weight);
+      k.w = ggx_sample(bsdf, n, v, vec2(fract(float(i) * 0.61803399 + turn), (float(i) + 0.5) / float(count)), weight);
       if (dot(weight, weight) == 0.0) continue;
       weight /= float(count);
       vec3 g, l, mu;

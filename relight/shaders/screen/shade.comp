@@ -62,17 +62,17 @@ void main() {
       a = arriving(at);
     } else {
       a = upsample(at, o, surface.x);
-      if (o.mirror && o.look.alpha < kBroadLobe) a.mirrored = mirrored(o, pixel_turn(at));
+      if (o.mirror && o.bsdf.alpha < kBroadLobe) a.mirrored = mirrored(o, pixel_turn(at));
     }
-    vec3 out_again = through(o.look, dot(o.n, o.v));
+    vec3 out_again = through(o.bsdf, dot(o.n, o.v));
     for (int l = 0, map = 0; l < frame.counts.x; ++l) {
       vec3 reflected = vec3(0);
       for (int i = 0; i < frame.counts.w; ++i) {
         LampSample s = lamp_sample(frame.lamps[l], o.p, i, frame.counts.w);
         float cosine = dot(o.n, s.w);
         if (cosine <= 0.0) continue;
-        vec3 under = o.mirror ? through(o.look, cosine) * out_again : vec3(1);
-        vec3 f = o.look.diffuse * under / kPi + (o.mirror ? ggx_wide(o.look, o.n, o.v, s.w, s.tan_half) : vec3(0));
+        vec3 under = o.mirror ? through(o.bsdf, cosine) * out_again : vec3(1);
+        vec3 f = o.bsdf.diffuse * under / kPi + (o.mirror ? ggx_wide(o.bsdf, o.n, o.v, s.w, s.tan_half) : vec3(0));
         reflected += s.irradiance * f * cosine;
       }
       float open = l < 4 ? a.open[l] : a.open_more[l - 4];
@@ -90,15 +90,15 @@ void main() {
         MirrorSample s = mirror_sample(image.x, image.y, image.z, o.p, i, frame.counts.w, 0.0);
         float cosine = dot(o.n, s.w);
         if (cosine <= 0.0 || s.irradiance == vec3(0)) continue;
-        vec3 under = o.mirror ? through(o.look, cosine) * out_again : vec3(1);
-        vec3 f = o.look.diffuse * under / kPi + (o.mirror ? ggx_wide(o.look, o.n, o.v, s.w, s.tan_half) : vec3(0));
+        vec3 under = o.mirror ? through(o.bsdf, cosine) * out_again : vec3(1);
+        vec3 f = o.bsdf.diffuse * under / kPi + (o.mirror ? ggx_wide(o.bsdf, o.n, o.v, s.w, s.tan_half) : vec3(0));
         MirrorWays ways = mirror_ways(image.x, s, k);
         float passed = 1.0 - mirror_hidden(s, ways);
         radiance += s.irradiance * f * (cosine * passed * mirror_open(ways, passed > 0.005));
       }
     }
-    vec3 under = o.mirror ? through_evenly(o.look) * out_again : vec3(1);
-    radiance += o.look.diffuse * under / kPi * a.irradiance + a.mirrored;
+    vec3 under = o.mirror ? through_evenly(o.bsdf) * out_again : vec3(1);
+    radiance += o.bsdf.diffuse * under / kPi * a.irradiance + a.mirrored;
   }
   imageStore(out_radiance, at, to_half(vec4(radiance, 1.0)));
 }

@@ -23,10 +23,10 @@ void main() {
     vec3 p = texelFetch(real_position, at, 0).xyz, v = normalize(frame.T_tag_camera[3].xyz - p);
     int known = int(texelFetch(real_albedo, at, 0).a);
     bool glossy = known > 0;
-    Look look;
+    BsdfParams bsdf;
     if (glossy) {
       Surface s = frame.surfaces[known - 1];
-      look = look_of(s.base_color_roughness.rgb, s.base_color_roughness.a, s.metallic_specular.x, s.metallic_specular.y);
+      bsdf = bsdf_of(s.base_color_roughness.rgb, s.base_color_roughness.a, s.metallic_specular.x, s.metallic_specular.y);
     }
     Cone k = shadow_cone(p, n);
     for (int l = 0, map = 0; l < frame.counts.x; ++l) {
@@ -42,10 +42,10 @@ void main() {
         float hidden = maps > 0 ? disc_hidden(lamp_views[map + i], p, kBefore_m) : virtual_shadow(k, s.distance);
         if (hidden == 0.0 && !glossy) continue;
         // Light passes the layer on its way to the body and back.
-        vec3 under = glossy ? through(look, cosine) * through(look, dot(n, v)) : vec3(1);
+        vec3 under = glossy ? through(bsdf, cosine) * through(bsdf, dot(n, v)) : vec3(1);
         gone += s.irradiance * under * (cosine * hidden);
         if (glossy) {
-          vec3 f = s.irradiance * cosine * ggx_wide(look, n, v, s.w, s.tan_half);
+          vec3 f = s.irradiance * cosine * ggx_wide(bsdf, n, v, s.w, s.tan_half);
           mirror_gone += hidden * f;
           mirror_sent += f;
         }

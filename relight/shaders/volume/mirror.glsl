@@ -3,9 +3,9 @@
 #define MIRROR_GLSL
 #include "common/brdf.glsl"
 
-Look mirror_look(Mirror m) {
+BsdfParams mirror_bsdf(Mirror m) {
   Surface s = frame.surfaces[int(m.centre.w)];
-  return look_of(s.base_color_roughness.rgb, s.base_color_roughness.a, s.metallic_specular.x, s.metallic_specular.y);
+  return bsdf_of(s.base_color_roughness.rgb, s.base_color_roughness.a, s.metallic_specular.x, s.metallic_specular.y);
 }
 
 // Whether a point of the plane is on the piece. The tag's paper covers the surface below it.
@@ -37,8 +37,8 @@ struct Bend {
 };
 Bend bend_at(int mirror, vec3 w, float tan_half) {
   Mirror m = frame.mirrors[mirror];
-  Look look = mirror_look(m);
-  return Bend(fresnel(look, -dot(m.plane.xyz, w)), reflect(w, m.plane.xyz), tan_half + 2.0 * look.alpha,
+  BsdfParams bsdf = mirror_bsdf(m);
+  return Bend(fresnel(bsdf, -dot(m.plane.xyz, w)), reflect(w, m.plane.xyz), tan_half + 2.0 * bsdf.alpha,
               frame.surfaces[int(m.centre.w)].metallic_specular.x);
 }
 #endif

@@ -26,7 +26,7 @@ const float kMinHeight_m = 1e-4;
 MirrorSample mirror_sample(int mirror, int lamp_number, int first_map, vec3 p, int i, int n, float turn) {
   Mirror m = frame.mirrors[mirror];
   Lamp lamp = frame.lamps[lamp_number];
-  Look look = mirror_look(m);
+  BsdfParams bsdf = mirror_bsdf(m);
   vec3 normal = m.plane.xyz;
   MirrorSample s;
   s.irradiance = vec3(0);
@@ -47,7 +47,7 @@ MirrorSample mirror_sample(int mirror, int lamp_number, int first_map, vec3 p, i
   vec3 along = from_foot - glass;
   basis(normal, x, y);
   along = dot(along, along) > 1e-8 * a * a ? normalize(along) : x;
-  float u = (float(i) + 0.5) / float(n), slope = look.alpha * sqrt(u / (1.0 - u)), spread = 2.0 / (1.0 / a + 1.0 / b);
+  float u = (float(i) + 0.5) / float(n), slope = bsdf.alpha * sqrt(u / (1.0 - u)), spread = 2.0 / (1.0 / a + 1.0 / b);
   phi = 2.39996323 * float(i) + 2.0 * kPi * turn;
   s.q = glass + spread * slope * (cos(phi) / slant * along + sin(phi) * slant * cross(normal, along));
 
@@ -57,21 +57,21 @@ MirrorSample mirror_sample(int mirror, int lamp_number, int first_map, vec3 p, i
   s.w = -v;
   s.far = far;
   // Angular size of the sample's blurred image: the lamp's own size, and the lobe's.
-  float wide = lamp.position_radius.w / (a + b) + 2.0 * look.alpha * a / (a + b);
+  float wide = lamp.position_radius.w / (a + b) + 2.0 * bsdf.alpha * a / (a + b);
   s.tan_half = min(kLampConeScale * inversesqrt(float(n)) * wide, 0.3);
   float nl = dot(normal, l), nv = dot(normal, v);
   if (from_height <= 0.0 || dot(normal, p) < m.plane.w - 0.5 * frame.virtual_grid.w || nl <= 0.0 || nv <= 0.0 || !on_mirror(mirror, s.q)) return s;
   // D as a function of the slope: the cosine has too few digits for a polished surface.
   vec3 h = l + v;
-  float nh = dot(normal, h), a2 = look.alpha * look.alpha;
+  float nh = dot(normal, h), a2 = bsdf.alpha * bsdf.alpha;
   vec3 flat_h = h - nh * normal;
   float tan2 = dot(flat_h, flat_h) / (nh * nh), cos2 = 1.0 / (1.0 + tan2);
   float d_over_slopes = (1.0 / (cos2 * cos2)) * pow((a2 + slope * slope) / (a2 + tan2), 2.0);
-  float g = 1.0 / (1.0 + smith_lambda(look.alpha, nv) + smith_lambda(look.alpha, nl));
+  float g = 1.0 / (1.0 + smith_lambda(bsdf.alpha, nv) + smith_lambda(bsdf.alpha, nl));
   // Relative to perfect reflection over the whole distance a + b.
   float along_ways = a * b / (lamp_far * far);
   float rough = d_over_slopes * g * along_ways * along_ways;
-  s.irradiance = lamp.intensity.rgb * fresnel(look, dot(v, normalize(h))) *
+  s.irradiance = lamp.intensity.rgb * fresnel(bsdf, dot(v, normalize(h))) *
                  (emission(lamp, -l) * rough / ((a + b) * (a + b) * float(n)));
   return s;
 }

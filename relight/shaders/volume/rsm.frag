@@ -13,9 +13,9 @@ layout(location = 2) out vec4 out_normal;
 void main() {
   vec3 n = normalize(world_normal + vec3(0, 0, 1e-9));
   vec3 lamp = -(transpose(mat3(draw.T_view_tag)) * draw.T_view_tag[3].xyz);
-  Look look = look_of(surface_color(uv, tint), draw.material.x, draw.material.y, draw.material.z);
+  BsdfParams bsdf = bsdf_of(surface_color(uv, tint), draw.material.x, draw.material.y, draw.material.z);
   out_position = vec4(world, 1.0);
   out_normal = vec4(n, 0.0);
   // Specular reflection is stored as diffuse: metals keep their colour in the volumes.
-  out_albedo = vec4(reflectance(look, abs(dot(n, normalize(lamp - world)))), 1.0);
+  out_albedo = vec4(reflectance(bsdf, abs(dot(n, normalize(lamp - world)))), 1.0);
 }
