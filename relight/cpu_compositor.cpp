@@ -5,56 +5,28 @@
 #include <array>
 #include <cmath>
 
-#include "capture/camera/radiance.h"
+#include "capture/camera/srgb.h"
+#include "relight/tracing/composer.h"
 
 namespace lumigraft::relight {
 namespace {
 
-constexpr int kBins = 4096;
-
-/// 8-bit sRGB pixel values and their linear values.
-struct Codes {
-  std::array<float, 256> linear;             ///< by pixel value
-  std::array<float, 257> first;              ///< lower bound of each pixel value
-  std::array<std::uint8_t, kBins> at_least;  ///< pixel value at the start of each bin of linear values in [0, 1)
-  std::array<float, 256> slope;              ///< of the sRGB curve over linear^(1/2.4), in pixel values
-
-  Codes() {
-    for (int code = 0; code < 256; ++code) {
-      const auto i = static_cast<std::size_t>(code);
-      const float value = static_cast<float>(code) / 255;
-      linear[i] = capture::srgb_to_linear(value);
-      first[i] = code == 0 ? 0.0f : capture::srgb_to_linear((static_cast<float>(code) - 0.5f) / 255);
-      slope[i] = 255 * (value <= 0.04045f ? 2.4f * value : value + 0.055f);
-    }
-    first[256] = INFINITY;
-    std::uint8_t code = 0;
-    for (std::size_t bin = 0; bin < kBins; ++bin) {
-      while (first[code + 1u] <= static_cast<float>(bin) / kBins) ++code;
-      at_least[bin] = code;
-    }
+/// Slope of the sRGB curve over linear^(1/2.4) at each pixel value, in pixel values.
+std::array<float, 256> slopes() {
+  std::array<float, 256> slope;
+  for (std::size_t code = 0; code < 256; ++code) {
+    const float value = static_cast<float>(code) / 255;
+    slope[code] = 255 * (value <= 0.04045f ? 2.4f * value : value + 0.055f);
   }
-
-  std::uint8_t code_of(float value) const {
-    if (!(value > 0)) return 0;
-    if (value >= 1) return 255;
-    std::uint8_t code = at_least[static_cast<std::size_t>(value * kBins)];
-    while (first[code + 1u] <= value) ++code;
-    return code;
-  }
-};
-
-const Codes& codes() {
-  static const Codes table;
-  return table;
+  return slope;
 }
 
 void multiply(const float* gain, std::uint8_t* code, int pixels) {
-  const Codes& table = codes();
+  static const std::array<float, 256> slope = slopes();
   const float more[3] = {gain[0] - 1, gain[1] - 1, gain[2] - 1};
-  if (std::max({std::abs(more[0]), std::abs(more[1]), std::abs(more[2])}) * table.slope[255] < 0.5f) return;
+  if (std::max({std::abs(more[0]), std::abs(more[1]), std::abs(more[2])}) * slope[255] < 0.5f) return;
   for (int i = 0; i < 3 * pixels; ++i) {
-    const float now = static_cast<float>(code[i]) + table.slope[code[i]] * more[i % 3];
+    const float now = static_cast<float>(code[i]) + slope[code[i]] * more[i % 3];
     code[i] = static_cast<std::uint8_t>(std::clamp(now + 0.5f, 0.0f, 255.0f));
   }
 }
@@ -158,19 +130,19 @@ void CpuCompositor::over_smooth(int left, int top, capture::Image<std::uint8_t>*
 }
 
 void CpuCompositor::over_real(int left, int top, capture::Image<std::uint8_t>* picture) const {
-  const Codes& table = codes();
+  const capture::SrgbTable& srgb = capture::srgb_table();
   for (int v = top; v < std::min(top + kTile_px, height_); ++v) {
     const std::size_t first = picture->index(left, v), last = picture->index(std::min(left + kTile_px, width_), v);
     for (std::size_t i = first; i < last; ++i) {
       if (gain_[i] == 1) continue;
       std::uint8_t& code = picture->data[i];
-      code = table.code_of(gain_[i] * table.linear[code]);
+      code = srgb.code(gain_[i] * srgb.linear[code]);
     }
   }
 }
 
 void CpuCompositor::over_object(int left, int top, float exposure, capture::Image<std::uint8_t>* picture) const {
-  const Codes& table = codes();
+  const capture::SrgbTable& srgb = capture::srgb_table();
   for (int v = top; v < std::min(top + kTile_px, height_); ++v) {
     for (int u = left; u < std::min(left + kTile_px, width_); ++u) {
       const std::size_t at = picture->index(u, v);
@@ -178,7 +150,7 @@ void CpuCompositor::over_object(int left, int top, float exposure, capture::Imag
       for (std::size_t c = 0; c < 3; ++c) {
         if (gain[c] == 1 && object[c] == 0 && object[3] == 0) continue;
         std::uint8_t& code = picture->data[at + c];
-        code = table.code_of((1 - object[3]) * gain[c] * table.linear[code] + exposure * object[c]);
+        code = srgb.code(composed(gain[c] * srgb.linear[code], exposure * object[c], object[3]));
       }
     }
   }

@@ -176,8 +176,7 @@ struct Relighter::State {
     p.pinhole << Eigen::Vector4d(model.fx, model.fy, model.cx, model.cy).cast<float>();
     const auto& k = model.distortion;
     p.distortion << Eigen::Vector4d(k[0], k[1], k[2], k[3]).cast<float>();
-    p.camera << static_cast<float>(k[4]), view.camera().exposure(), view.camera().codes_are_srgb() ? 1 : 0,
-        kNearPlane_m;
+    p.camera << static_cast<float>(k[4]), view.camera().exposure(), kNearPlane_m, 0;
     p.lens << widest_tangent, 0, 0, 0;
     p.picture << model.width, model.height, plan.trace_scale, quality.supersampling;
     p.cascade[0] = placement.cascade[0];

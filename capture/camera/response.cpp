@@ -1,31 +1,16 @@
 #include "capture/camera/response.h"
 
-#include <cmath>
 #include <fstream>
 #include <sstream>
 
+#include "capture/camera/srgb.h"
 #include "capture/error.h"
 
 namespace lumigraft::capture {
 
-float srgb_to_linear(float encoded) {
-  return encoded <= 0.04045f ? encoded / 12.92f : std::pow((encoded + 0.055f) / 1.055f, 2.4f);
-}
-
-float linear_to_srgb(float linear) {
-  if (!(linear > 0.0f)) return 0.0f;
-  return linear >= 1.0f         ? 1.0f
-         : linear <= 0.0031308f ? 12.92f * linear
-                                : 1.055f * std::pow(linear, 1.0f / 2.4f) - 0.055f;
-}
-
 Response Response::srgb() {
   Response response;
-  for (auto& channel : response.table_) {
-    for (int code = 0; code < 256; ++code) {
-      channel[code] = srgb_to_linear(static_cast<float>(code) / 255.0f);
-    }
-  }
+  response.table_.fill(srgb_table().linear);
   return response;
 }
 

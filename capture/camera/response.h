@@ -8,9 +8,6 @@
 
 namespace lumigraft::capture {
 
-float srgb_to_linear(float encoded);  ///< IEC 61966-2-1, both in [0, 1]
-float linear_to_srgb(float linear);   ///< inverse, clipped to [0, 1]
-
 /// Monotonic response of an 8-bit camera. linear = exposure · radiance, clipped at 1.
 class Response {
  public:

@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <limits>
 
-#include "capture/camera/response.h"
+#include "capture/camera/srgb.h"
 #include "capture/error.h"
 
 namespace lumigraft::reconstruct {
@@ -28,7 +28,7 @@ using Normal = Eigen::MatrixXd;  // one per pair of pixel values
 Codes reference_ln() {
   Codes g(kCodes);
   for (int z = 0; z < kCodes; ++z)
-    g[z] = std::log(capture::srgb_to_linear(static_cast<float>(std::max(z, 1)) / 255.0f));
+    g[z] = std::log(capture::srgb_table().linear[static_cast<std::size_t>(std::max(z, 1))]);
   return g;
 }
 

@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "capture/camera/radiance.h"
+#include "capture/camera/srgb.h"
 #include "reconstruct/pose/parameters.h"
 
 namespace lumigraft::reconstruct {
@@ -51,8 +52,7 @@ capture::Image<std::uint8_t> detector_codes(const capture::Frame& picture, const
         row[x] = static_cast<std::uint8_t>((54 * rgb[0] + 183 * rgb[1] + 19 * rgb[2]) >> 8);
     } else {
       const float* rgb = &picture.radiance.data[picture.radiance.index(region.left, region.top + y)];
-      for (int x = 0; x < region.width; ++x, rgb += 3)
-        row[x] = static_cast<std::uint8_t>(std::lround(255 * capture::linear_to_srgb(gain * luminance(rgb))));
+      for (int x = 0; x < region.width; ++x, rgb += 3) row[x] = capture::srgb_table().code(gain * luminance(rgb));
     }
   }
   return codes;

@@ -10,7 +10,7 @@
 #include <cmath>
 #include <map>
 
-#include "capture/camera/response.h"
+#include "capture/camera/srgb.h"
 #include "capture/error.h"
 #include "relight/exhibit/model_corners.h"
 #include "relight/exhibit/model_materials.h"

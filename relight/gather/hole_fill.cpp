@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "capture/camera/response.h"
+#include "capture/camera/srgb.h"
 #include "relight/tracing/parallel_for.h"
 
 namespace lumigraft::relight {

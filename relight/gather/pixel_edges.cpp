@@ -7,7 +7,7 @@
 #include <optional>
 #include <utility>
 
-#include "capture/camera/response.h"
+#include "capture/camera/srgb.h"
 #include "relight/tracing/parallel_for.h"
 
 namespace lumigraft::relight {

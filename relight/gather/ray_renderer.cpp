@@ -11,11 +11,10 @@
 #include "relight/gather/object_pixels.h"
 #include "relight/gather/pixel_edges.h"
 #include "relight/gather/ray_light.h"
-#include "relight/gather/srgb_codes.h"
-#include "relight/passes/screen/camera_upload.h"
 #include "relight/quality_warnings.h"
 #include "relight/static_view_cache.h"
 #include "relight/tracing/build_trace_scene.h"
+#include "relight/tracing/composer.h"
 #include "relight/tracing/parallel_for.h"
 
 namespace lumigraft::relight {
@@ -45,10 +44,6 @@ std::string what_is_missing(const reconstruct::Scene& scene, const std::vector<R
   if (!scene.illumination) return "no light is known yet";
   if (!scene.field) return "no geometry is known yet";
   return {};
-}
-
-Rgb pixel(const capture::Image<float>& image, std::size_t i) {
-  return {image.data[3 * i], image.data[3 * i + 1], image.data[3 * i + 2]};
 }
 
 void set(capture::Image<float>& image, std::size_t i, const Rgb& value) {
@@ -90,7 +85,6 @@ struct RayRenderer::State {
   bool new_view = false;         ///< nothing was gathered for it yet
   capture::Image<float> change;  ///< 3 channels, L_Δ of real pixels, W/sr/m²
   ObjectPixels objects;
-  SrgbCodes codes;
 
   State(const capture::Session& s, Rooms the_rooms)
       : session(s),
@@ -243,35 +237,6 @@ struct RayRenderer::State {
       }
     }
   }
-
-  /// Camera image plus change where it shows the room, virtual radiance where it shows an object (thesis eq. 3.4).
-  void compose(capture::Image<std::uint8_t>& picture) const {
-    for_each_block(change.height, kRow, [&](int first, int last) {
-      for (int v = first; v < last; ++v) {
-        for (int u = 0; u < change.width; ++u) compose(u, v, picture);
-      }
-    });
-  }
-
-  void compose(int u, int v, capture::Image<std::uint8_t>& picture) const {
-    const auto i = static_cast<std::size_t>(v) * static_cast<std::size_t>(change.width) + static_cast<std::size_t>(u);
-    float coverage = 0;
-    Rgb object = Rgb::Zero();
-    const int x = u - objects.left, y = v - objects.top;
-    if (x >= 0 && y >= 0 && x < objects.coverage.width && y < objects.coverage.height) {
-      const std::size_t at = objects.coverage.index(x, y);
-      coverage = objects.coverage.data[at];
-      object = pixel(objects.radiance, at);
-    }
-    const Rgb change_here = pixel(change, i);
-    if (coverage == 0 && change_here.isZero(0) && camera.codes_are_srgb()) return;
-    const Rgb before = camera.radiance(i);
-    const Rgb light_now = (1 - coverage) * (before + change_here).max(0) + object;
-    if (!light_now.allFinite()) return;
-    for (std::size_t c = 0; c < 3; ++c) {
-      picture.data[3 * i + c] = codes(camera.exposure() * light_now[static_cast<Eigen::Index>(c)]);
-    }
-  }
 };
 
 RayRenderer::RayRenderer(const capture::Session& session, Rooms rooms)
@@ -308,7 +273,7 @@ RelitPicture RayRenderer::relight(const capture::FrameSet& frame, const reconstr
   const CameraRays eye{s.pixel_rays, {s.session.color.model, s.held(scene.pose->T_tag_camera).cast<float>()}};
   s.look(eye, gather_quality_of(plan.trace_scale), clock);
   if (lit_anew || s.new_view) s.see(eye, plan.rays, clock);
-  s.compose(result.srgb);
+  compose(s.camera, s.change, {s.objects.left, s.objects.top, s.objects.radiance, s.objects.coverage}, &result.srgb);
   if (with_maps) result.maps = s.maps();
   return result;
 }

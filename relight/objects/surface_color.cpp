@@ -5,21 +5,12 @@
 #include <array>
 #include <cmath>
 
-#include "capture/camera/response.h"
+#include "capture/camera/srgb.h"
 
 namespace lumigraft::relight {
 namespace {
 
-const std::array<float, 256>& linear_of_code() {
-  static const auto table = [] {
-    std::array<float, 256> t{};
-    for (int code = 0; code < 256; ++code) t[code] = capture::srgb_to_linear(static_cast<float>(code) / 255.0f);
-    return t;
-  }();
-  return table;
-}
-
-float linear(std::uint8_t code) { return linear_of_code()[code]; }
+float linear(std::uint8_t code) { return capture::srgb_table().linear[code]; }
 float linear(float value) { return value; }
 
 // Half the size: each texel is the area-weighted mean of those it covers, also at odd sizes.

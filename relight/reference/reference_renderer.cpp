@@ -1,41 +1,18 @@
 #include "relight/reference/reference_renderer.h"
 
-#include <algorithm>
-#include <cmath>
-
-#include "capture/camera/response.h"
-#include "relight/passes/screen/camera_upload.h"
 #include "relight/reference/delta_path_tracer.h"
 #include "relight/tracing/build_trace_scene.h"
+#include "relight/tracing/composer.h"
 
 namespace lumigraft::relight {
 namespace {
 
-/// Camera image plus change where it shows the room, virtual radiance where it shows an object (thesis eq. 3.4).
-capture::Image<std::uint8_t> composed(const CameraUpload& camera, const ReferencePicture& traced) {
-  capture::Image<std::uint8_t> picture = *camera.coded();
-  const capture::Image<float> radiance = camera.radiance();
-  for (std::size_t i = 0; i < traced.coverage.data.size(); ++i) {
-    for (std::size_t at = 3 * i; at < 3 * i + 3; ++at) {
-      const float coverage = traced.coverage.data[i], change = traced.change.data[at];
-      if (coverage == 0 && change == 0 && camera.codes_are_srgb()) continue;
-      const float light = (1 - coverage) * radiance.data[at] + change + traced.object.data[at];
-      picture.data[at] =
-          static_cast<std::uint8_t>(std::lround(255 * capture::linear_to_srgb(camera.exposure() * light)));
-    }
+/// From the change of whole pixels to that of their part that shows the room.
+void divide_by_share_of_room(ReferencePicture& traced) {
+  for (std::size_t i = 0; i < traced.change.data.size(); ++i) {
+    const float share = 1 - traced.coverage.data[i / 3];
+    if (share > 0) traced.change.data[i] /= share;
   }
-  return picture;
-}
-
-std::shared_ptr<const RelightMaps> maps_of(const ReferencePicture& traced) {
-  auto maps = std::make_shared<RelightMaps>();
-  maps->mask = traced.coverage;
-  maps->delta = traced.change;
-  for (std::size_t i = 0; i < maps->delta.data.size(); ++i) {
-    const float shown = 1 - traced.coverage.data[i / 3];
-    if (shown > 0) maps->delta.data[i] /= shown;
-  }
-  return maps;
 }
 
 }  // namespace
@@ -57,7 +34,7 @@ struct ReferenceRenderer::State {
     std::vector<ReferenceMesh> objects;
     Eigen::Matrix4f T_tag_camera;
     int samples = 0;
-    ReferencePicture picture;
+    ReferencePicture picture;  ///< its change is that of the part that shows the room
   };
   std::optional<Traced> last;
 
@@ -90,6 +67,7 @@ struct ReferenceRenderer::State {
       how.per_pixel = samples;
       last = Traced{now, std::move(objects), T_tag_camera.matrix(), samples,
                     tracer.change({session.color.model, T_tag_camera}, how)};
+      divide_by_share_of_room(last->picture);
     }
     return last->picture;
   }
@@ -105,6 +83,7 @@ RelitPicture ReferenceRenderer::relight(const capture::FrameSet& frame, const re
   RelitPicture result;
   result.plan = plan;
   s.camera.take(frame.color);
+  result.srgb = *s.camera.coded();
   std::vector<ReferenceMesh> objects = reference_objects_of(exhibit, static_cast<double>(frame.time_ns) * 1e-9);
 
   std::string missing;
@@ -119,12 +98,16 @@ RelitPicture ReferenceRenderer::relight(const capture::FrameSet& frame, const re
   if (!missing.empty()) {
     result.warnings.push_back("relight: " + missing + ", the camera picture passes through");
     result.passed_through = true;
-    result.srgb = *s.camera.coded();
     return result;
   }
   const ReferencePicture& traced = s.traced(frame, scene, std::move(objects), plan.samples);
-  result.srgb = composed(s.camera, traced);
-  if (with_maps) result.maps = maps_of(traced);
+  compose(s.camera, traced.change, {0, 0, traced.object, traced.coverage}, &result.srgb);
+  if (with_maps) {
+    RelightMaps maps;
+    maps.mask = traced.coverage;
+    maps.delta = traced.change;
+    result.maps = std::make_shared<const RelightMaps>(std::move(maps));
+  }
   return result;
 }
 

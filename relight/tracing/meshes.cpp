@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <type_traits>
 
-#include "capture/camera/response.h"
+#include "capture/camera/srgb.h"
 #include "relight/objects/placement.h"
 
 namespace lumigraft::relight {
@@ -73,8 +73,7 @@ Rgb texel(const capture::Image<std::uint8_t>& texture, const Vector2f& uv) {
     const int u = (x0 + (i & 1) + texture.width) % texture.width;
     const int v = (y0 + (i >> 1) + texture.height) % texture.height;
     const float weight = (i & 1 ? fx : 1 - fx) * (i >> 1 ? fy : 1 - fy);
-    for (int c = 0; c < 3; ++c)
-      sum[c] += weight * capture::srgb_to_linear(static_cast<float>(texture.at(u, v, c)) / 255);
+    for (int c = 0; c < 3; ++c) sum[c] += weight * capture::srgb_table().linear[texture.at(u, v, c)];
   }
   return sum;
 }

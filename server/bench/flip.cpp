@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "capture/camera/response.h"
+#include "capture/camera/srgb.h"
 
 namespace lumigraft::server {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string>
 
-#include "capture/camera/response.h"
+#include "capture/camera/srgb.h"
 #include "capture/error.h"
 #include "capture/formats/picture_file.h"
 #include "server/bench/flip.h"
@@ -84,12 +84,12 @@ Measures measure_picture(const capture::Image<std::uint8_t>& picture, const capt
     for (std::size_t c = 0; c < 3; ++c) {
       const std::size_t i = 3 * pixel + c;
       const float mu = truth.background.data[i], rho = truth.augmented.data[i];
-      const float given = capture::srgb_to_linear(static_cast<float>(camera.data[i]) / 255.0f);
+      const float given = capture::srgb_table().linear[camera.data[i]];
       true_linear[c] = std::clamp(rho + (1.0 - coverage) * (static_cast<double>(given) - mu), 0.0, 1.0);
       wanted.data[i] = capture::linear_to_srgb(static_cast<float>(true_linear[c]));
       shown.data[i] = static_cast<float>(picture.data[i]) / 255.0f;
       change[c] = static_cast<double>(rho) - mu;
-      difference[c] = capture::srgb_to_linear(shown.data[i]) - true_linear[c];
+      difference[c] = capture::srgb_table().linear[picture.data[i]] - true_linear[c];
       difference_shown[c] = static_cast<double>(shown.data[i]) - wanted.data[i];
       affected |= std::abs(static_cast<double>(capture::linear_to_srgb(rho)) - capture::linear_to_srgb(mu)) > kAffected;
     }

@@ -4,7 +4,7 @@
 #include <memory>
 #include <utility>
 
-#include "capture/camera/response.h"
+#include "capture/camera/srgb.h"
 
 namespace lumigraft::server {
 namespace {
@@ -61,10 +61,10 @@ capture::Image<std::uint8_t> shrunk(const capture::Image<std::uint8_t>& srgb, in
         float sum = 0;
         for (int i = 0; i < factor * factor; ++i) {
           const std::uint8_t code = srgb.at(x * factor + i % factor, y * factor + i / factor, c);
-          sum += capture::srgb_to_linear(static_cast<float>(code) / 255);
+          sum += capture::srgb_table().linear[code];
         }
         const float mean = sum / static_cast<float>(factor * factor);
-        small.at(x, y, c) = static_cast<std::uint8_t>(std::lround(255 * capture::linear_to_srgb(mean)));
+        small.at(x, y, c) = capture::srgb_table().code(mean);
       }
     }
   }

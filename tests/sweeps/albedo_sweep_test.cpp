@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "capture/camera/response.h"
+#include "capture/camera/srgb.h"
 #include "reconstruct/albedo/albedo.h"
 #include "reconstruct/fusion/fusion.h"
 #include "tests/reconstruct/pose/pose_room.h"

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <functional>
 
-#include "capture/camera/response.h"
+#include "capture/camera/srgb.h"
 #include "tests/sweeps/sweep.h"
 
 namespace lumigraft::test {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "capture/camera/srgb.h"
 #include "reconstruct/pose/filter.h"
 #include "reconstruct/pose/pose.h"
 #include "tests/reconstruct/pose/pose_room.h"

@@ -1,7 +1,7 @@
 // Change by an object at the outer limits of the volumes.
 #include <algorithm>
 
-#include "capture/camera/response.h"
+#include "capture/camera/srgb.h"
 #include "tests/sweeps/sweep.h"
 
 namespace lumigraft::test {

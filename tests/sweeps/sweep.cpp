@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "capture/camera/response.h"
+#include "capture/camera/srgb.h"
 #include "relight/reference/reference_renderer.h"
 #include "server/bench/chart.h"
 

@@ -3,13 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "capture/camera/srgb.h"
+
 namespace lumigraft::relight {
 namespace {
 
 bool is_srgb(const capture::Response& response) {
   for (int code = 0; code < 256; ++code) {
     for (int c = 0; c < 3; ++c) {
-      const float truth = capture::srgb_to_linear(static_cast<float>(code) / 255.0f);
+      const float truth = capture::srgb_table().linear[static_cast<std::size_t>(code)];
       if (std::abs(response.to_linear(static_cast<std::uint8_t>(code), c) - truth) > 1e-5f) return false;
     }
   }
@@ -24,7 +26,6 @@ CameraUpload::CameraUpload(const capture::ColorCamera& camera)
 void CameraUpload::take(const std::shared_ptr<const capture::Frame>& picture) {
   picture_ = picture;
   const bool encoded = !picture->encoded.empty();
-  codes_are_srgb_ = encoded && response_is_srgb_;
   exposure_ = static_cast<float>(encoded ? picture->exposure : camera_.exposure);
   for (int code = 0; encoded && code < 256; ++code) {
     for (int c = 0; c < 3; ++c) {
@@ -32,14 +33,14 @@ void CameraUpload::take(const std::shared_ptr<const capture::Frame>& picture) {
       radiance_of_[static_cast<std::size_t>(code)][c] = static_cast<float>(linear / picture->exposure);
     }
   }
-  if (codes_are_srgb_) {
+  if (encoded && response_is_srgb_) {
     coded_ = {picture, &picture->encoded};
     return;
   }
   const capture::Image<float> linear = radiance();
   auto coded = std::make_shared<capture::Image<std::uint8_t>>(linear.width, linear.height, 3);
   for (std::size_t i = 0; i < coded->data.size(); ++i) {
-    coded->data[i] = static_cast<std::uint8_t>(capture::linear_to_srgb(exposure_ * linear.data[i]) * 255.0f + 0.5f);
+    coded->data[i] = capture::srgb_table().code(exposure_ * linear.data[i]);
   }
   coded_ = std::move(coded);
 }

@@ -20,7 +20,6 @@ class CameraUpload {
   void upload(gpu::Device& device, const capture::FrameSet& frame, bool with_radiance, const Screen& screen) const;
 
   float exposure() const { return exposure_; }
-  bool codes_are_srgb() const { return codes_are_srgb_; }   ///< unchanged pixels may keep their code values
   capture::Image<float> radiance() const;                   ///< computed anew
   Eigen::Array3f radiance(std::size_t pixel) const;         ///< of one
   const std::vector<float>& rays() const { return rays_; }  ///< x/z and y/z of every pixel
@@ -29,7 +28,7 @@ class CameraUpload {
 
  private:
   capture::ColorCamera camera_;
-  bool response_is_srgb_ = false, codes_are_srgb_ = false;
+  bool response_is_srgb_ = false;
   float exposure_ = 1;
   std::array<Eigen::Array3f, 256> radiance_of_;  ///< by code value and channel
   std::shared_ptr<const capture::Image<std::uint8_t>> coded_;

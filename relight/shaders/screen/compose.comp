@@ -1,9 +1,11 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // The final frame (thesis §5.4.4): camera image plus change where it shows the real room, virtual radiance where it
-// shows an object, blended by coverage. Pixels without change keep their pixel values.
+// shows an object, blended by coverage. Pixels without change keep their pixel values. tracing/composer.h is the same on
+// the CPU.
 #include "common/frame.glsl"
 #include "common/brdf.glsl"
+#include "common/finite.glsl"
 #include "common/srgb.glsl"
 #include "common/tiles.glsl"
 #include "common/material_mask.glsl"
@@ -26,10 +28,7 @@ layout(binding = 12, rgba8) uniform writeonly image2D out_picture;
 layout(binding = 13, rgba16f) uniform writeonly image2D out_delta;
 #include "common/exclude_tag.glsl"
 
-vec3 lit(ivec2 at) {
-  vec3 l = max(texelFetch(object_radiance, at, 0).rgb, vec3(0));
-  return any(isnan(l)) || any(isinf(l)) ? vec3(0) : l;
-}
+vec3 lit(ivec2 at) { return max(finite_or_zero(texelFetch(object_radiance, at, 0).rgb), vec3(0)); }
 
 // At an edge between two virtual surfaces each pixel is shaded for one of them only; the other's part takes the colour
 // of the most similar neighbouring pixel.
@@ -73,13 +72,11 @@ void main() {
     }
     // The lost light of lamps already includes the layer's transmittance.
     vec3 change = footprint * under * texelFetch(indirect, at, 0).rgb - texelFetch(direct_lost, at, 0).rgb;
-    delta = max(diffuse / kPi * change + mirror, -b);
-    if (any(isnan(delta)) || any(isinf(delta))) delta = vec3(0);
+    delta = max(finite_or_zero(diffuse / kPi * change + mirror), -b);
   }
   vec3 code = texelFetch(picture, at, 0).rgb;
-  if (coverage > 0.0 || delta != vec3(0) || frame.camera.z == 0.0) {
-    vec3 object = virtual_color(at);
-    code = srgb(frame.camera.y * mix(b + delta, object, coverage));
+  if (coverage > 0.0 || delta != vec3(0)) {
+    code = srgb_encode(frame.camera.y * mix(b + delta, virtual_color(at), coverage));
   }
   imageStore(out_picture, at, vec4(round(code * 255.0) / 255.0, 1.0));
   imageStore(out_delta, at, vec4(delta, coverage));

@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // As live_object.comp, where the objects' radiance depends on the view and was computed per pixel.
+#include "common/finite.glsl"
 #include "common/frame.glsl"
 #include "common/half.glsl"
 #include "common/tiles.glsl"
@@ -13,7 +14,6 @@ void main() {
   ivec2 at = tile_texel();
   if (any(greaterThanEqual(at, frame.picture.xy))) return;
   float coverage = texelFetch(object_surface, at, 0).y;
-  vec3 object = max(texelFetch(object_radiance, at, 0).rgb, vec3(0));
-  if (any(isnan(object)) || any(isinf(object))) object = vec3(0);
+  vec3 object = max(finite_or_zero(texelFetch(object_radiance, at, 0).rgb), vec3(0));
   imageStore(out_object, at, to_half(vec4(coverage * object, coverage)));
 }

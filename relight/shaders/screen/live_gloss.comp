@@ -2,6 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 // Adds the change of glossy surfaces of known material to the live frame: their reflection is not their own light times
 // a factor, so it is added like the objects' radiance. pass_i.x: pixels along each axis per value of live_gain.
+#include "common/finite.glsl"
 #include "common/frame.glsl"
 #include "common/material_mask.glsl"
 #include "common/half.glsl"
@@ -23,8 +24,7 @@ void main() {
   if (known == 0.0) return;
   vec3 b = texelFetch(radiance, at, 0).rgb;
   vec3 mirror = texelFetch(mirror_gained, at, 0).rgb - exclude_tag(at, b, known) * texelFetch(mirror_fraction, at, 0).rgb;
-  vec3 delta = max(texelFetch(diffuse, at, 0).rgb + (1.0 - paper_coverage(known)) * mirror, -b);
-  if (any(isnan(delta)) || any(isinf(delta))) delta = vec3(0);
+  vec3 delta = max(finite_or_zero(texelFetch(diffuse, at, 0).rgb + (1.0 - paper_coverage(known)) * mirror), -b);
   vec4 before = imageLoad(object, at);
   imageStore(object, at, to_half(vec4(before.rgb + (1.0 - before.a) * delta, before.a)));
   if (at % frame.pass_i.x == ivec2(0)) imageStore(out_gain, at / frame.pass_i.x, vec4(1));

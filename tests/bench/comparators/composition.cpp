@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "capture/camera/response.h"
+#include "capture/camera/srgb.h"
 
 namespace lumigraft::comparators {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "capture/camera/response.h"
+#include "capture/camera/srgb.h"
 #include "tests/relight/reference/reference_rooms.h"
 
 namespace lumigraft::comparators {

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "capture/camera/response.h"
+#include "capture/camera/srgb.h"
 
 namespace lumigraft::comparators {
 namespace {

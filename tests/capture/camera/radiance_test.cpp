@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "capture/camera/srgb.h"
 #include "capture/camera/vignetting.h"
 
 namespace lumigraft::capture {

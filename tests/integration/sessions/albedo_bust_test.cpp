@@ -8,6 +8,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "capture/camera/srgb.h"
 #include "capture/formats/picture_file.h"
 #include "reconstruct/albedo/albedo.h"
 #include "reconstruct/fusion/fusion.h"

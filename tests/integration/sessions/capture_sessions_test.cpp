@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "capture/camera/radiance.h"
+#include "capture/camera/srgb.h"
 #include "capture/session/config.h"
 #include "capture/source.h"
 

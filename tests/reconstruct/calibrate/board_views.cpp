@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "capture/camera/response.h"
+#include "capture/camera/srgb.h"
 
 namespace lumigraft::test {
 namespace {

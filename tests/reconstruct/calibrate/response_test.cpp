@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "capture/camera/response.h"
+#include "capture/camera/srgb.h"
 #include "capture/error.h"
 #include "tests/capture/scratch_folder.h"
 

@@ -8,7 +8,7 @@
 #include <optional>
 #include <random>
 
-#include "capture/camera/response.h"
+#include "capture/camera/srgb.h"
 #include "reconstruct/fusion/fusion.h"
 #include "reconstruct/math/depth_noise.h"
 #include "tests/reconstruct/pose/pose_views.h"

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "capture/camera/srgb.h"
 #include "tests/reconstruct/light/light_views.h"
 
 namespace lumigraft::reconstruct {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "capture/camera/srgb.h"
 #include "reconstruct/light/fisheye_rays.h"
 
 namespace lumigraft::reconstruct {

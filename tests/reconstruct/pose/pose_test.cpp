@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "capture/camera/srgb.h"
 #include "capture/error.h"
 #include "reconstruct/pose/print_alignment.h"
 #include "tests/reconstruct/pose/pose_views.h"

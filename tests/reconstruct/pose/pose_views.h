@@ -4,7 +4,7 @@
 #include <random>
 
 #include "capture/camera/camera_model.h"
-#include "capture/camera/response.h"
+#include "capture/camera/srgb.h"
 #include "capture/frame.h"
 #include "reconstruct/pose/tag.h"
 

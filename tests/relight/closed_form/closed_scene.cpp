@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "capture/camera/response.h"
+#include "capture/camera/srgb.h"
 #include "tests/relight/exhibit/model_shapes.h"
 
 namespace lumigraft::test {

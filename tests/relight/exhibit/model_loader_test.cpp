@@ -3,7 +3,7 @@
 #include <cstdlib>
 #include <ctime>
 
-#include "capture/camera/response.h"
+#include "capture/camera/srgb.h"
 #include "capture/error.h"
 #include "relight/exhibit/exhibit.h"
 #include "tests/relight/exhibit/model_files.h"

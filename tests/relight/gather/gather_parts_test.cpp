@@ -2,31 +2,15 @@
 #include <cmath>
 #include <random>
 
-#include "capture/camera/response.h"
 #include "relight/gather/irradiance_change_cache.h"
 #include "relight/gather/light_samples.h"
 #include "relight/gather/low_res_view.h"
 #include "relight/gather/object_window.h"
-#include "relight/gather/srgb_codes.h"
 #include "relight/tracing/lamps.h"
 #include "tests/relight/closed_form/closed_scene.h"
 
 namespace lumigraft::test {
 namespace {
-
-TEST(SrgbCodes, AreTheRoundedCurve) {
-  const relight::SrgbCodes codes;
-  std::mt19937 random(1);
-  std::uniform_real_distribution<float> even(-0.1f, 1.1f), power(-8, 0);
-  for (int i = 0; i < 300000; ++i) {
-    const float linear = i % 2 ? even(random) : std::pow(10.0f, power(random));
-    ASSERT_EQ(codes(linear), std::lround(255 * capture::linear_to_srgb(linear))) << linear;
-  }
-  EXPECT_EQ(codes(0), 0);
-  EXPECT_EQ(codes(std::nextafter(1.0f, 0.0f)), 255);
-  EXPECT_EQ(codes(INFINITY), 255);
-  EXPECT_EQ(codes(NAN), 0);
-}
 
 // Half of the shadow rays represent the whole lamp; no ray of the other half is sent.
 TEST(ShadowRayPacket, ItsFirstRaysRepresentAll) {

@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <numbers>
 
-#include "capture/camera/response.h"
+#include "capture/camera/srgb.h"
 #include "tests/relight/exhibit/model_shapes.h"
 
 namespace lumigraft::relight {

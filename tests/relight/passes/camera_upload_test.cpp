@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "capture/camera/srgb.h"
+
 namespace lumigraft::relight {
 namespace {
 

@@ -3,7 +3,6 @@
 
 #include <cmath>
 
-#include "capture/camera/response.h"
 #include "relight/tracing/build_trace_scene.h"
 #include "relight/tracing/trace_scene.h"
 #include "tests/relight/closed_form/closed_scene.h"

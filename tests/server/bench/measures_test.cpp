@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "capture/camera/response.h"
+#include "capture/camera/srgb.h"
 #include "capture/error.h"
 
 namespace lumigraft::server {

@@ -7,6 +7,7 @@
 #include <functional>
 #include <vector>
 
+#include "capture/camera/srgb.h"
 #include "reconstruct/calibrate/extrinsics.h"
 #include "reconstruct/calibrate/response.h"
 #include "reconstruct/calibrate/vignetting.h"

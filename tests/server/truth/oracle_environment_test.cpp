@@ -8,7 +8,7 @@
 #include <limits>
 #include <numbers>
 
-#include "capture/camera/response.h"
+#include "capture/camera/srgb.h"
 #include "capture/formats/picture_writer.h"
 #include "reconstruct/light/environment.h"
 #include "server/truth/oracle.h"

@@ -1,0 +1,131 @@
+// The composer on the CPU and its twin on the GPU.
+#include "relight/tracing/composer.h"
+
+#include <cmath>
+#include <random>
+
+#include "relight/passes/screen/compose.h"
+#include "relight/tracing/bsdf.h"
+#include "tests/relight/gpu/device_fixture.h"
+
+namespace lumigraft::relight {
+namespace {
+
+constexpr int kWidth = 56, kHeight = 40;
+constexpr std::size_t kPixels = kWidth * kHeight;
+constexpr float kAlbedo = 0.75f;  // of all real surfaces; exact as a half
+
+enum Kind { untouched, changed, darkened, nan_change, infinite_change, object, edge, nan_object, kKinds };
+Kind kind_of(std::size_t pixel) { return static_cast<Kind>(pixel % kKinds); }
+
+/// Neighbouring pixels are of different kinds.
+struct Inputs {
+  std::vector<Eigen::half> irradiance = std::vector<Eigen::half>(4 * kPixels);  ///< its change
+  std::vector<Eigen::half> radiance = irradiance;                               ///< of objects
+  std::vector<float> surface = std::vector<float>(4 * kPixels);                 ///< y: coverage
+};
+
+Inputs random_inputs(std::mt19937& random) {
+  std::uniform_real_distribution<float> change(-1, 1), light(0, 1.5f), part(0.05f, 0.95f);
+  Inputs inputs;
+  for (std::size_t i = 0; i < kPixels; ++i) {
+    const Kind kind = kind_of(i);
+    for (std::size_t c = 0; c < 3; ++c) {
+      const float own = kind == untouched || kind == object ? 0 : kind == darkened ? -100 : change(random);
+      inputs.irradiance[4 * i + c] = static_cast<Eigen::half>(own);
+      inputs.radiance[4 * i + c] = static_cast<Eigen::half>(kind >= object ? light(random) : 0);
+    }
+    if (kind == nan_change) inputs.irradiance[4 * i + 1] = static_cast<Eigen::half>(NAN);
+    if (kind == infinite_change) inputs.irradiance[4 * i + 2] = static_cast<Eigen::half>(-INFINITY);
+    if (kind == nan_object) inputs.radiance[4 * i] = static_cast<Eigen::half>(NAN);
+    inputs.surface[4 * i + 1] = kind == object ? 1 : kind > object ? part(random) : 0;
+  }
+  return inputs;
+}
+
+capture::FrameSet random_frame(std::mt19937& random, bool encoded) {
+  auto picture = std::make_shared<capture::Picture>();
+  picture->exposure = 0.8;
+  if (encoded) {
+    picture->encoded = capture::Image<std::uint8_t>(kWidth, kHeight, 3);
+    for (std::uint8_t& code : picture->encoded.data) code = static_cast<std::uint8_t>(random());
+  } else {
+    picture->radiance = capture::Image<float>(kWidth, kHeight, 3);
+    for (float& value : picture->radiance.data) value = std::uniform_real_distribution<float>(0, 1.2f)(random);
+  }
+  capture::FrameSet frame;
+  frame.color = std::move(picture);
+  return frame;
+}
+
+capture::Image<std::uint8_t> composed_on_cpu(const CameraUpload& camera, const Inputs& inputs) {
+  capture::Image<float> change(kWidth, kHeight, 3), radiance(kWidth, kHeight, 3), coverage(kWidth, kHeight, 1);
+  for (std::size_t i = 0; i < kPixels; ++i) {
+    coverage.data[i] = inputs.surface[4 * i + 1];
+    for (std::size_t c = 0; c < 3; ++c) {
+      change.data[3 * i + c] = kAlbedo / kPi * static_cast<float>(inputs.irradiance[4 * i + c]);
+      radiance.data[3 * i + c] = coverage.data[i] * static_cast<float>(inputs.radiance[4 * i + c]);
+    }
+  }
+  capture::Image<std::uint8_t> picture = *camera.coded();
+  compose(camera, change, {0, 0, radiance, coverage}, &picture);
+  return picture;
+}
+
+class Composer : public gpu::DeviceTest {
+ protected:
+  std::vector<std::uint8_t> composed_on_device(const CameraUpload& camera, const capture::FrameSet& frame,
+                                               const Inputs& inputs) {
+    Screen screen(*device_, kWidth, kHeight, 1, 1, 1, 1);
+    camera.upload(*device_, frame, true, screen);
+    shader::FrameParams params{};
+    params.camera.y() = camera.exposure();
+    params.picture << kWidth, kHeight, 1, 1;
+    screen.tiles->choose(*device_, params, {{}, nullptr, *camera.coded()}, {}, {.glossy = {}, .all = true});
+    device_->upload(*screen.indirect, 0, std::as_bytes(std::span(inputs.irradiance)));
+    device_->upload(*screen.object_radiance, 0, std::as_bytes(std::span(inputs.radiance)));
+    device_->upload(*screen.object_surface, 0, std::as_bytes(std::span(inputs.surface)));
+    const Compose pass(*device_);
+    const auto list = device_->begin();
+    list->begin_pass("compose");
+    list->clear(*screen.real_normal, {0, 0, 1, 1});
+    list->clear(*screen.real_albedo, {kAlbedo, kAlbedo, kAlbedo, 0});
+    for (const auto* unused : {&screen.direct_lost, &screen.mirror_gained_smooth, &screen.mirror_share_smooth,
+                               &screen.object_normal, &screen.object_other}) {
+      list->clear(**unused, {});
+    }
+    pass.record(*list, params, screen);
+    device_->submit(*list);
+    return gpu::values_of<std::uint8_t>(device_->download(*screen.picture));
+  }
+};
+ON_BOTH_DEVICES(Composer);
+
+TEST_P(Composer, IsTheSameOnCpuAndDevice) {
+  std::mt19937 random(3);
+  for (const bool encoded : {true, false}) {
+    SCOPED_TRACE(encoded);
+    const Inputs inputs = random_inputs(random);
+    const capture::FrameSet frame = random_frame(random, encoded);
+    CameraUpload camera{capture::ColorCamera{}};
+    camera.take(frame.color);
+    const capture::Image<std::uint8_t> cpu = composed_on_cpu(camera, inputs);
+    const std::vector<std::uint8_t> device = composed_on_device(camera, frame, inputs);
+    int differing = 0;
+    for (std::size_t i = 0; i < kPixels; ++i) {
+      const Kind kind = kind_of(i);
+      const bool kept = kind == untouched || kind == nan_change || kind == infinite_change;
+      for (std::size_t c = 0; c < 3; ++c) {
+        const int on_cpu = cpu.data[3 * i + c], on_device = device[4 * i + c];
+        if (kept) ASSERT_EQ(on_cpu, camera.coded()->data[3 * i + c]) << i;
+        if (kept || kind == darkened) ASSERT_EQ(on_cpu, on_device) << i;
+        ASSERT_LE(std::abs(on_cpu - on_device), 1) << i;
+        differing += on_cpu != on_device;
+      }
+    }
+    EXPECT_LT(differing, static_cast<int>(kPixels) / 100) << "pow() of a device is not exact";
+  }
+}
+
+}  // namespace
+}  // namespace lumigraft::relight
