@@ -12,6 +12,13 @@ class InputError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// For checks of input: throws it where `wrong`.
+inline void refuse_if(bool wrong, const std::string& found_and_allowed) {
+  if (wrong) {
+    throw InputError(found_and_allowed);
+  }
+}
+
 /// A camera that cannot be opened now but may be later: absent, in use, or without permission.
 class CameraFault : public InputError {
  public:

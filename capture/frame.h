@@ -1,6 +1,7 @@
 #pragma once
 // Frames of colour, fish-eye and depth cameras. They are immutable once published; stages share them through
 // shared_ptr<const ...>.
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -12,6 +13,7 @@
 namespace lumigraft::capture {
 
 enum class Stream { color, depth, fisheye };
+inline constexpr std::array kStreams = {Stream::color, Stream::depth, Stream::fisheye};
 
 struct Stamp {
   std::int64_t time_ns = 0;       ///< device clock; in recordings the recorded time

@@ -31,11 +31,15 @@ struct Wanted {
   bool same_place(const Wanted& other) const { return uri.kind == other.uri.kind && uri.rest == other.uri.rest; }
 };
 
-Wanted wanted(const std::string& key, const std::string& uri, const StreamSpec& spec) {
-  const std::optional<SourceUri> source = parse_source(uri);
-  if (!source) {
-    throw InputError(key + ".source: found \"" + uri + "\", allowed in this build: " + kSourceKinds);
-  }
+/// `spec` holds what not all cameras have.
+template <typename Camera>
+Wanted wanted(const std::string& key, Stream stream, const Camera& camera, StreamSpec spec) {
+  const std::optional<SourceUri> source = parse_source(camera.source);
+  refuse_if(!source, key + ".source: found \"" + camera.source + "\", allowed in this build: " + kSourceKinds);
+  spec.stream = stream;
+  spec.width = camera.model.width;
+  spec.height = camera.model.height;
+  spec.serial = camera.serial;
   return {key, *source, spec};
 }
 
@@ -119,32 +123,14 @@ void check(const std::vector<Wanted>& all) {
 
 PairedSources open_sources(const Session& session) {
   const ColorCamera& color = session.color;
-  std::vector<Wanted> all = {wanted("color", color.source,
-                                    {.stream = Stream::color,
-                                     .width = color.model.width,
-                                     .height = color.model.height,
-                                     .exposure = color.exposure,
-                                     .settings = color.settings,
-                                     .serial = color.serial})};
-  if (session.depth) {
-    const DepthCamera& depth = *session.depth;
-    all.push_back(wanted("depth", depth.source,
-                         {.stream = Stream::depth,
-                          .width = depth.model.width,
-                          .height = depth.model.height,
-                          .unit_m = depth.unit_m,
-                          .registered = depth.registered,
-                          .serial = depth.serial}));
+  std::vector<Wanted> all = {
+      wanted("color", Stream::color, color, {.exposure = color.exposure, .settings = color.settings})};
+  if (const auto& depth = session.depth) {
+    all.push_back(wanted("depth", Stream::depth, *depth, {.unit_m = depth->unit_m, .registered = depth->registered}));
   }
-  if (session.fisheye) {
-    const FisheyeCamera& fisheye = *session.fisheye;
-    all.push_back(wanted("fisheye", fisheye.source,
-                         {.stream = Stream::fisheye,
-                          .width = fisheye.model.width,
-                          .height = fisheye.model.height,
-                          .exposure = fisheye.exposure,
-                          .settings = fisheye.settings,
-                          .serial = fisheye.serial}));
+  if (const auto& fisheye = session.fisheye) {
+    all.push_back(
+        wanted("fisheye", Stream::fisheye, *fisheye, {.exposure = fisheye->exposure, .settings = fisheye->settings}));
   }
   check(all);
 

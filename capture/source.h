@@ -47,6 +47,23 @@ class Source {
   virtual bool bracket_incomplete() const { return false; }
 };
 
+/// Passes on what another source gives.
+class ForwardingSource : public Source {
+ public:
+  std::optional<SourceItem> next(std::chrono::milliseconds timeout) override { return source_->next(timeout); }
+  bool finished() const override { return source_->finished(); }
+  void rewind() override { source_->rewind(); }
+  std::string fault() const override { return source_->fault(); }
+  std::string take_warning() override { return source_->take_warning(); }
+  std::string serial() const override { return source_->serial(); }
+  bool on_host_clock() const override { return source_->on_host_clock(); }
+  bool bracket_incomplete() const override { return source_->bracket_incomplete(); }
+
+ protected:
+  explicit ForwardingSource(std::shared_ptr<Source> source) : source_(std::move(source)) {}
+  const std::shared_ptr<Source> source_;
+};
+
 /// FrameSets in order.
 class FrameReader {
  public:

@@ -4,7 +4,6 @@
 // After a solution that changed little the wait is doubled, up to kMaxPatience times, as long as neither the room nor
 // the light changes. The error of waiting is what another solution would have changed: less than kLittle of the albedo,
 // kLittle of the light, and kMoved of the room's bricks.
-#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>

@@ -81,7 +81,7 @@ struct SceneBuilder::State {
         registration(session),
         pose(session.tag, session.color.model, session.color.response),
         lamp_tags(session),
-        light(session, LightSettings{}),
+        light(session),
         fusion(session, FusionSettings{}),
         albedo(session),
         schedule(std::move(pace)) {}

@@ -45,11 +45,9 @@ AlbedoDelta compare_albedo(const AlbedoField& now, const AlbedoField& before) {
       sigma_before += was->second->sigma[i];
     }
   }
-  AlbedoDelta news;
-  news.change = sum > 0 ? static_cast<float>(change / sum) : 1;
-  news.newly_known = known > 0 ? static_cast<float>(fresh) / static_cast<float>(known) : 0;
-  news.surer = sigma_before > 0 ? static_cast<float>(1 - sigma / sigma_before) : 0;
-  return news;
+  return {.change = sum > 0 ? static_cast<float>(change / sum) : 1,
+          .newly_known = known > 0 ? static_cast<float>(fresh) / static_cast<float>(known) : 0,
+          .surer = sigma_before > 0 ? static_cast<float>(1 - sigma / sigma_before) : 0};
 }
 
 }  // namespace lumigraft::reconstruct

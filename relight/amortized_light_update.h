@@ -6,6 +6,7 @@
 // fade after the last change it equals the result of an update at once. Rounds count frames, not time: the same input
 // gives the same output.
 #include "relight/light_volume_builder.h"
+#include "relight/upload/light_set.h"
 
 namespace lumigraft::relight {
 

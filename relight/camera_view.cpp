@@ -14,10 +14,8 @@ CameraView::CameraView(gpu::Device& device, const capture::ColorCamera& camera)
       real_view_(device),
       shadow_(device),
       trace_(device),
-      upsample_(device),
       reflect_(device),
-      ambient_(device),
-      shade_(device),
+      object_shading_(device),
       compose_(device),
       live_view_(device),
       still_(camera.model) {}
@@ -115,17 +113,17 @@ void CameraView::draw_full(gpu::CommandList& list, const View& view, const Light
   list.begin_pass("shadow");
   shadow_.record(list, params, glossy, glossy && !view.live, light.maps, volumes, *screen_);
   if (screen_->shadow_scale > 1)
-    upsample_.record(list, params, *screen_, screen_->tiles->shaded(), *screen_->shadowed, *screen_->direct_lost,
-                     screen_->shadow_scale, 1);
+    trace_.upsample(list, params, *screen_, screen_->tiles->shaded(), *screen_->shadowed, *screen_->direct_lost,
+                    screen_->shadow_scale, 1);
   if (!quality.cells && lpv) {
     list.begin_pass("look up");
     lpv->look_up(list, params, volumes, *screen_);
   } else if (!quality.cells) {
     list.begin_pass("trace");
-    trace_.record(list, params, quality.change_cones, volumes, *screen_);
+    trace_.trace(list, params, quality.change_cones, volumes, *screen_);
     list.begin_pass("upsample");
-    upsample_.record(list, params, *screen_, screen_->tiles->changed(), *screen_->traced, *screen_->indirect,
-                     view.plan.trace_scale, quality.window);
+    trace_.upsample(list, params, *screen_, screen_->tiles->changed(), *screen_->traced, *screen_->indirect,
+                    view.plan.trace_scale, quality.window);
   }
   if (glossy) {
     list.begin_pass("reflect");
@@ -171,9 +169,9 @@ void CameraView::draw_live(gpu::CommandList& list, const View& view, const Light
 
 void CameraView::light_objects(gpu::CommandList& list, const shader::FrameParams& params, const Light& light) const {
   list.begin_pass("ambient");
-  ambient_.record(list, params, light.rounds.room().volumes, *screen_);
+  object_shading_.ambient(list, params, light.rounds.room().volumes, *screen_);
   list.begin_pass("shade");
-  shade_.record(list, params, light.maps, light.rounds.room().volumes, *screen_);
+  object_shading_.shade(list, params, light.maps, light.rounds.room().volumes, *screen_);
 }
 
 const capture::Image<float>* CameraView::depth_of(const capture::FrameSet& frame) const {

@@ -5,18 +5,16 @@
 
 #include "relight/amortized_light_update.h"
 #include "relight/cpu_compositor.h"
-#include "relight/passes/screen/ambient.h"
 #include "relight/passes/screen/camera_upload.h"
 #include "relight/passes/screen/compose.h"
 #include "relight/passes/screen/lamp_shadows.h"
 #include "relight/passes/screen/live_view.h"
+#include "relight/passes/screen/object_shading.h"
 #include "relight/passes/screen/object_view.h"
 #include "relight/passes/screen/real_view.h"
 #include "relight/passes/screen/reflect.h"
-#include "relight/passes/screen/shade.h"
 #include "relight/passes/screen/shadow.h"
 #include "relight/passes/screen/trace.h"
-#include "relight/passes/screen/upsample.h"
 #include "relight/quality.h"
 #include "relight/renderer.h"
 #include "relight/static_view_cache.h"
@@ -80,10 +78,8 @@ class CameraView {
   RealView real_view_;
   Shadow shadow_;
   Trace trace_;
-  Upsample upsample_;
   Reflect reflect_;
-  Ambient ambient_;
-  Shade shade_;
+  ObjectShading object_shading_;
   Compose compose_;
   LiveView live_view_;
   // State kept between frames.

@@ -1,6 +1,7 @@
 #pragma once
 // Composites the live frame on the CPU: the camera's pixel values, multiplied by a gain where the light on real
 // surfaces changes, behind the objects. A frame in which only the camera's pixel values changed needs no GPU work.
+#include <Eigen/Core>
 #include <cstdint>
 #include <vector>
 

@@ -13,9 +13,6 @@ LightVolumeBuilder::LightVolumeBuilder(gpu::Device& device)
     : device_(device),
       real_fill_(device),
       virtual_fill_(device),
-      virtual_area_(device),
-      voxel_list_(device),
-      resolve_(device),
       filter_(device),
       bounce_(device),
       enclosure_(device),
@@ -41,7 +38,7 @@ std::vector<LightStep> LightVolumeBuilder::steps(const Work& work, const BrickPo
   add_chunks(work, bricks, surfaces, room, &steps);
   if (surfaces) add_surfaces(work, bricks, room, &steps);
   steps.push_back({"volumes", 20, [this, work, &volumes](gpu::CommandList& list) {
-                     virtual_area_.record(list, work.params, work.key.objects, volumes);
+                     virtual_fill_.areas(list, work.params, work.key.objects, volumes);
                      bounce_.list_cells(list, work.params, kMinHemisphereFraction, volumes);
                    }});
   steps.push_back({"inject", 5, [&volumes](gpu::CommandList& list) {
@@ -104,12 +101,10 @@ void LightVolumeBuilder::add_chunks(const Work& work, const BrickPool& bricks, b
   if (real) {
     steps->push_back({"volumes", 60, [this, work, &bricks, &volumes](gpu::CommandList& list) {
                         real_fill_.distances(list, work.params, bricks, volumes);
-                        voxel_list_.near_real(list, work.params, volumes);
                       }});
   }
   steps->push_back({"volumes", 20, [this, work, &volumes](gpu::CommandList& list) {
-                      virtual_fill_.record(device_, list, work.params, work.key.objects, volumes);
-                      voxel_list_.near_virtual(list, work.params, volumes);
+                      virtual_fill_.distances(device_, list, work.params, work.key.objects, volumes);
                     }});
   steps->push_back({"volumes", 0, {}, [this, real, &volumes] {
                       if (real) volumes.fit_chunks(device_, Surfaces::real);
@@ -131,7 +126,7 @@ void LightVolumeBuilder::add_surfaces(const Work& work, const BrickPool& bricks,
 void LightVolumeBuilder::add_resolve(const Work& work, const LightVolumeState& room, std::vector<LightStep>* steps) {
   const Volumes& volumes = room.volumes;
   steps->push_back(
-      {"resolve", 20, [this, work, &volumes](gpu::CommandList& list) { resolve_.record(list, work.params, volumes); }});
+      {"resolve", 20, [this, work, &volumes](gpu::CommandList& list) { bounce_.resolve(list, work.params, volumes); }});
   steps->push_back({"resolve", 20, [this, work, &volumes](gpu::CommandList& list) {
                       filter_.record(list, work.params, volumes.virtual_chunks, *volumes.virtual_radiance, volumes);
                       filter_.record(list, work.params, volumes.real_chunks, *volumes.real_change, volumes);

@@ -13,12 +13,8 @@
 #include "relight/passes/volume/light_volume_state.h"
 #include "relight/passes/volume/object_light.h"
 #include "relight/passes/volume/real_fill.h"
-#include "relight/passes/volume/resolve.h"
-#include "relight/passes/volume/virtual_area.h"
 #include "relight/passes/volume/virtual_fill.h"
-#include "relight/passes/volume/voxel_list.h"
 #include "relight/upload/brick_pool.h"
-#include "relight/upload/light_set.h"
 
 namespace lumigraft::relight {
 
@@ -27,8 +23,7 @@ struct LightStep {
   const char* pass;
   float cost;  ///< relative to the other steps
   std::function<void(gpu::CommandList&)> record;
-  std::function<void()> on_host = {};  ///< runs on the CPU in place of `record`, after all commands recorded before
-                                       ///< have finished
+  std::function<void()> on_host = {};  ///< runs on the CPU in place of `record`, after all commands before it
 };
 
 class LightVolumeBuilder {
@@ -39,8 +34,7 @@ class LightVolumeBuilder {
   struct Work {
     shader::FrameParams params;
     LightKey key;
-    bool live = false;  ///< also gather at the vertices of matt objects, and include light that reaches real surfaces
-                        ///< by mirrors
+    bool live = false;  ///< also light that mirrors send to real surfaces, and at vertices of matt objects
     const LampMaps* maps = nullptr;
     float brightest = 0;  ///< highest radiance of the environment and of the camera's range, W/sr/m²
     int slices = 1;       ///< number of slices that long passes are split into
@@ -67,11 +61,8 @@ class LightVolumeBuilder {
   gpu::Device& device_;
   RealFill real_fill_;
   VirtualFill virtual_fill_;
-  VirtualArea virtual_area_;
-  VoxelList voxel_list_;
   std::unique_ptr<Inject> inject_;
   int rsm_ = 0;
-  Resolve resolve_;
   Filter filter_;
   Bounce bounce_;
   EnclosureLight enclosure_;

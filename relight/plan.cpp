@@ -1,7 +1,6 @@
 #include "relight/plan.h"
 
 #include <algorithm>
-#include <string_view>
 
 #include "relight/shaders/common/interop.h"
 

@@ -1,7 +1,6 @@
 #include "relight/planner.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace lumigraft::relight {
 namespace {

@@ -15,7 +15,6 @@
 //
 // Hysteresis: a value is raised at once when the bound is exceeded, and lowered only after the smaller value would have
 // kept to half the bound for kCalmFrames frames. The first scene's values are taken directly.
-#include <array>
 #include <memory>
 #include <string>
 #include <unordered_map>

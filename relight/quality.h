@@ -5,11 +5,9 @@
 namespace lumigraft::relight {
 
 struct Quality {
-  float min_code_change;  ///< pixel values (8 bit) by which the objects must be able to change a pixel, by a
-                          ///< conservative bound
+  float min_code_change;  ///< pixel values (8 bit), conservative, by which the objects must change a pixel
   int delta_cones;        ///< cones towards the objects, per real pixel; unused with `cells`
-  int change_cones;       ///< cones over the hemisphere of real pixels, for the change of other real surfaces; unused
-                          ///< with `cells`
+  int change_cones;       ///< cones over the hemisphere of real pixels, for other real surfaces; unused with `cells`
   int hemisphere_cones;   ///< cones over the hemisphere of virtual surfaces
   int shadow_cones;       ///< per lamp
   int lamp_maps;          ///< light sample points with a shadow map, all lamps together

@@ -1,7 +1,6 @@
 #include "relight/quality_warnings.h"
 
-#include <algorithm>
-#include <cstdio>
+#include "capture/message_text.h"
 
 namespace lumigraft::relight {
 namespace {
@@ -9,12 +8,6 @@ namespace {
 constexpr float kMinVoxels = 6;  // along an object's longest edge
 
 std::string quoted(const VirtualObject& object) { return "object \"" + object.name + "\""; }
-
-std::string rounded(float value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.2g", static_cast<double>(value));
-  return text;
-}
 
 }  // namespace
 
@@ -38,7 +31,7 @@ std::vector<std::string> quality_warnings(const Exhibit& exhibit, const std::vec
     if (const auto line = left_out(object)) lines.push_back(*line);
     const float voxels = box.sizes().maxCoeff() / placement.cascade[0].w();
     if (voxels < kMinVoxels) {
-      lines.push_back(quoted(object) + " is " + rounded(voxels) +
+      lines.push_back(quoted(object) + " is " + capture::formatted("%.2g", voxels) +
                       " voxels long, because objects are far apart: its light on nearby surfaces is coarse");
     }
     if (box.contains(eye_m)) {

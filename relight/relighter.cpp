@@ -5,7 +5,6 @@
 #include <numbers>
 #include <optional>
 
-#include "capture/camera/radiance.h"
 #include "reconstruct/math/tag_family.h"
 #include "relight/amortized_light_update.h"
 #include "relight/camera_view.h"
@@ -84,8 +83,7 @@ struct Relighter::State {
   Plan made_for;
   int max_voxels = 1 << 30;  ///< maximum edge of the volumes; larger ones did not fit in device memory
   std::string why_not_more;
-  std::optional<LightKey> directly_lit;  ///< state that the lamp maps and everything derived from them were computed
-                                         ///< for
+  std::optional<LightKey> directly_lit;  ///< of which the lamp maps and all derived from them are
   SceneUpdateThrottle room;
   std::shared_ptr<const reconstruct::Illumination> illumination;
   int illumination_lights = -1;

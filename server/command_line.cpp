@@ -22,7 +22,11 @@ void check_overrides(const std::vector<std::string>& overrides) {
   }
 }
 
-std::string one_line(std::string text) {
+void need(bool there, const std::string& command, const std::string& what) {
+  capture::refuse_if(!there, command + ": " + what + " must be there (lumigraft " + command + " --help)");
+}
+
+std::string without_line_breaks(std::string text) {
   std::replace(text.begin(), text.end(), '\n', ' ');
   return text;
 }
@@ -42,7 +46,9 @@ CommandLine parse_command_line(int argc, const char* const* argv) {
   CalibrateCommand calibrate;
   BenchCommand bench;
   std::string oracle, backend;
-  const auto add_set = [](CLI::App& command, std::vector<std::string>& overrides) {
+  std::vector<const std::vector<std::string>*> set;
+  const auto add_set = [&set](CLI::App& command, std::vector<std::string>& overrides) {
+    set.push_back(&overrides);
     command.add_option("--set", overrides, "KEY=VALUE over any key of the session or configuration; help lists them")
         ->allow_extra_args(false);
   };
@@ -147,7 +153,7 @@ CommandLine parse_command_line(int argc, const char* const* argv) {
   } catch (const CLI::CallForVersion&) {
     return PrintCommand{version_line() + "\n"};
   } catch (const CLI::ParseError& e) {
-    throw capture::InputError(one_line(e.what()) + " (lumigraft --help)");
+    throw capture::InputError(without_line_breaks(e.what()) + " (lumigraft --help)");
   }
 
   if (doctor_app.parsed()) {
@@ -156,89 +162,61 @@ CommandLine parse_command_line(int argc, const char* const* argv) {
   if (devices_app.parsed()) {
     return devices;
   }
+  for (const auto* overrides : set) {
+    if (asks_for_keys(*overrides)) {
+      return PrintCommand{settable_keys()};
+    }
+    check_overrides(*overrides);
+  }
   for (auto* overrides : {&serve.files.overrides, &replay.files.overrides}) {
     if (!backend.empty()) {
       overrides->push_back("server.backend=" + backend);
     }
   }
   if (serve_app.parsed()) {
-    if (asks_for_keys(serve.files.overrides)) {
-      return PrintCommand{settable_keys()};
-    }
-    check_overrides(serve.files.overrides);
-    if (serve.files.config.empty() && serve.files.session.empty()) {
-      throw capture::InputError("serve: --config FILE or --session DIR must be there (lumigraft serve --help)");
-    }
+    need(!serve.files.config.empty() || !serve.files.session.empty(), "serve", "--config FILE or --session DIR");
     return serve;
   }
   if (replay_app.parsed()) {
-    if (asks_for_keys(replay.files.overrides)) {
-      return PrintCommand{settable_keys()};
-    }
-    check_overrides(replay.files.overrides);
-    if (replay.files.session.empty() || replay.out.empty()) {
-      throw capture::InputError("replay: SESSION and --out DIR must be there (lumigraft replay --help)");
-    }
+    need(!replay.files.session.empty() && !replay.out.empty(), "replay", "SESSION and --out DIR");
     replay.oracle = parse_oracle_parts(oracle);
     return replay;
   }
   if (record_app.parsed()) {
-    if (asks_for_keys(record.files.overrides)) {
-      return PrintCommand{settable_keys()};
-    }
-    check_overrides(record.files.overrides);
-    if ((record.files.session.empty() && record.files.config.empty()) || record.out.empty()) {
-      throw capture::InputError(
-          "record: SESSION or --config FILE, and --out DIR must be there (lumigraft record --help)");
-    }
+    need((!record.files.session.empty() || !record.files.config.empty()) && !record.out.empty(), "record",
+         "SESSION or --config FILE, and --out DIR");
     return record;
   }
   if (import_app.parsed()) {
     check_overrides(import.overrides);
-    if (import.from.empty() || import.out.empty()) {
-      throw capture::InputError("import: RECORDING and --out DIR must be there (lumigraft import --help)");
-    }
+    need(!import.from.empty() && !import.out.empty(), "import", "RECORDING and --out DIR");
     return import;
   }
   if (export_app.parsed()) {
-    check_overrides(exported.overrides);
-    if (exported.session.empty() || exported.out.empty()) {
-      throw capture::InputError("export: SESSION and --out DIR must be there (lumigraft export --help)");
-    }
+    need(!exported.session.empty() && !exported.out.empty(), "export", "SESSION and --out DIR");
     return exported;
   }
   if (calibrate_app.parsed()) {
-    if (asks_for_keys(calibrate.files.overrides)) {
-      return PrintCommand{settable_keys()};
-    }
-    check_overrides(calibrate.files.overrides);
     const bool pictures = !calibrate.files.session.empty() || !calibrate.files.config.empty() ||
                           !calibrate.color.empty() || !calibrate.fisheye.empty();
     const bool sweep = !calibrate.sweep.empty();
     if (!calibrate.listen.empty() && calibrate.files.session.empty() && calibrate.files.config.empty()) {
       throw capture::InputError("calibrate: --listen goes with SESSION or --config FILE (lumigraft calibrate --help)");
     }
-    const bool good =
-        sweep ? calibrate.board.empty() && !pictures && !calibrate.out.empty()
-              : !calibrate.board.empty() && pictures != calibrate.out.empty() && (pictures || !calibrate.draw.empty());
-    if (!good) {
-      throw capture::InputError(
-          "calibrate: --board FILE, and --draw FILE or pictures (SESSION, --config FILE, --color DIR, --fisheye DIR) "
-          "with --out FILE, or --sweep LIST with --out FILE must be there (lumigraft calibrate --help)");
-    }
+    need(sweep ? calibrate.board.empty() && !pictures && !calibrate.out.empty()
+               : !calibrate.board.empty() && pictures != calibrate.out.empty() && (pictures || !calibrate.draw.empty()),
+         "calibrate",
+         "--board FILE, and --draw FILE or pictures (SESSION, --config FILE, --color DIR, --fisheye DIR) with --out "
+         "FILE, or --sweep LIST with --out FILE");
     return calibrate;
   }
   if (bench_app.parsed()) {
-    if (bench.sessions.empty() || bench.out.empty()) {
-      throw capture::InputError("bench: SESSION... and --out DIR must be there (lumigraft bench --help)");
-    }
+    need(!bench.sessions.empty() && !bench.out.empty(), "bench", "SESSION... and --out DIR");
     bench.oracle = parse_oracle_parts(oracle);
     bench.backend = relight::gpu::backend_named(backend).value_or(relight::gpu::Backend::best);
     return bench;
   }
-  if (argc > 1) {
-    throw capture::InputError("found no command (lumigraft --help)");
-  }
+  capture::refuse_if(argc > 1, "found no command (lumigraft --help)");
   return PrintCommand{app.help("", CLI::AppFormatMode::Normal)};
 }
 

@@ -1,10 +1,7 @@
 #pragma once
 // Parses the command line into a value; main() only dispatches it.
-#include <filesystem>
-#include <optional>
 #include <string>
 #include <variant>
-#include <vector>
 
 #include "server/bench/bench.h"
 #include "server/commands/calibrate.h"

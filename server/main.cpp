@@ -13,6 +13,7 @@
 #include "server/commands/doctor.h"
 #include "server/commands/serve.h"
 
+namespace lumigraft::server {
 namespace {
 
 std::atomic<bool> interrupted = false;
@@ -27,21 +28,21 @@ std::string one_line(std::string text) {
 }
 
 int run(int argc, char** argv) {
-  const lumigraft::server::CommandLine command = lumigraft::server::parse_command_line(argc, argv);
-  if (const auto* print = std::get_if<lumigraft::server::PrintCommand>(&command)) {
+  const CommandLine command = parse_command_line(argc, argv);
+  if (const auto* print = std::get_if<PrintCommand>(&command)) {
     std::cout << print->text;
     return 0;
   }
-  if (std::holds_alternative<lumigraft::server::DoctorCommand>(command)) {
-    return lumigraft::server::write_doctor_report(std::cout) ? 0 : 1;
+  if (std::holds_alternative<DoctorCommand>(command)) {
+    return write_doctor_report(std::cout) ? 0 : 1;
   }
-  if (const auto* devices = std::get_if<lumigraft::server::DevicesCommand>(&command)) {
-    const auto write = devices->json ? lumigraft::server::write_devices_json : lumigraft::server::write_devices_text;
-    write(std::cout, lumigraft::capture::list_cameras());
+  if (const auto* devices = std::get_if<DevicesCommand>(&command)) {
+    const auto write = devices->json ? write_devices_json : write_devices_text;
+    write(std::cout, capture::list_cameras());
     return 0;
   }
-  if (const auto* serve = std::get_if<lumigraft::server::ServeCommand>(&command)) {
-    lumigraft::server::run_serve(serve->files, serve->listen);
+  if (const auto* serve = std::get_if<ServeCommand>(&command)) {
+    run_serve(serve->files, serve->listen);
     return 0;
   }
   const auto interrupt = [](int number) {
@@ -50,30 +51,24 @@ int run(int argc, char** argv) {
   };
   std::signal(SIGINT, interrupt);
   std::signal(SIGTERM, interrupt);
-  if (const auto* bench = std::get_if<lumigraft::server::BenchCommand>(&command)) {
-    if (!lumigraft::server::run_bench(*bench, interrupted)) {
+  if (const auto* bench = std::get_if<BenchCommand>(&command)) {
+    if (!run_bench(*bench, interrupted)) {
       std::cerr << "lumigraft: interrupted, what was measured is in " << bench->out.string() << '\n';
       return 1;
     }
     return 0;
   }
-  if (const auto* record = std::get_if<lumigraft::server::RecordCommand>(&command)) {
-    lumigraft::server::run_record(*record, interrupted, std::cout);
+  const auto reported = [](const auto* given, auto run) {
+    if (given != nullptr) run(*given, interrupted, std::cout);
+    return given != nullptr;
+  };
+  if (reported(std::get_if<RecordCommand>(&command), run_record) ||
+      reported(std::get_if<ImportCommand>(&command), run_import) ||
+      reported(std::get_if<ExportCommand>(&command), run_export) ||
+      reported(std::get_if<CalibrateCommand>(&command), run_calibrate)) {
     return 0;
   }
-  if (const auto* import = std::get_if<lumigraft::server::ImportCommand>(&command)) {
-    lumigraft::server::run_import(*import, interrupted, std::cout);
-    return 0;
-  }
-  if (const auto* exported = std::get_if<lumigraft::server::ExportCommand>(&command)) {
-    lumigraft::server::run_export(*exported, interrupted, std::cout);
-    return 0;
-  }
-  if (const auto* calibrate = std::get_if<lumigraft::server::CalibrateCommand>(&command)) {
-    lumigraft::server::run_calibrate(*calibrate, interrupted, std::cout);
-    return 0;
-  }
-  if (!lumigraft::server::run_replay(std::get<lumigraft::server::ReplayCommand>(command), interrupted)) {
+  if (!run_replay(std::get<ReplayCommand>(command), interrupted)) {
     std::cerr << "lumigraft: interrupted, nothing was written\n";
     return 1;
   }
@@ -81,15 +76,16 @@ int run(int argc, char** argv) {
 }
 
 }  // namespace
+}  // namespace lumigraft::server
 
 int main(int argc, char** argv) {
   try {
-    return run(argc, argv);
+    return lumigraft::server::run(argc, argv);
   } catch (const lumigraft::capture::InputError& e) {
-    std::cerr << "lumigraft: " << one_line(e.what()) << '\n';
+    std::cerr << "lumigraft: " << lumigraft::server::one_line(e.what()) << '\n';
     return 2;
   } catch (const std::exception& e) {
-    std::cerr << "lumigraft: " << one_line(e.what()) << '\n';
+    std::cerr << "lumigraft: " << lumigraft::server::one_line(e.what()) << '\n';
     return 1;
   }
 }

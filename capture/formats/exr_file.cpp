@@ -37,12 +37,7 @@ PictureHeader header_of(const Imf::InputFile& file) {
   if (width < 1 || height < 1 || width > kMaxSide_px || height > kMaxSide_px) {
     throw InputError("found an OpenEXR file of impossible size");
   }
-  PictureHeader header;
-  header.format = PictureHeader::Format::exr;
-  header.bits = 32;
-  header.width = static_cast<int>(width);
-  header.height = static_cast<int>(height);
-  return header;
+  return {PictureHeader::Format::exr, static_cast<int>(width), static_cast<int>(height), 32};
 }
 
 }  // namespace

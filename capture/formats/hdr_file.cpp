@@ -24,9 +24,7 @@ Start read_start(const std::vector<std::uint8_t>& bytes) {
   std::size_t at = 0;
   const auto next_line = [&] {
     const void* end = at < bytes.size() ? std::memchr(&bytes[at], '\n', bytes.size() - at) : nullptr;
-    if (end == nullptr) {
-      throw InputError("found an HDR file that ends in its header");
-    }
+    refuse_if(end == nullptr, "found an HDR file that ends in its header");
     const std::size_t length = static_cast<std::size_t>(static_cast<const std::uint8_t*>(end) - &bytes[at]);
     std::string line(reinterpret_cast<const char*>(&bytes[at]), length);
     at += length + 1;

@@ -13,45 +13,8 @@
 namespace lumigraft::capture {
 namespace {
 
+using namespace matroska;
 using Bytes = std::vector<std::uint8_t>;
-
-// Element IDs of RFC 8794 (EBML) and RFC 9559 (Matroska).
-enum Id : std::uint32_t {
-  kEbml = 0x1A45DFA3,
-  kEbmlVersion = 0x4286,
-  kEbmlReadVersion = 0x42F7,
-  kEbmlMaxIdLength = 0x42F2,
-  kEbmlMaxSizeLength = 0x42F3,
-  kDocType = 0x4282,
-  kDocTypeVersion = 0x4287,
-  kDocTypeReadVersion = 0x4285,
-  kSegment = 0x18538067,
-  kInfo = 0x1549A966,
-  kTimestampScale = 0x2AD7B1,
-  kMuxingApp = 0x4D80,
-  kWritingApp = 0x5741,
-  kTracks = 0x1654AE6B,
-  kTrackEntry = 0xAE,
-  kTrackNumber = 0xD7,
-  kTrackUid = 0x73C5,
-  kTrackType = 0x83,
-  kFlagLacing = 0x9C,
-  kCodecId = 0x86,
-  kCodecPrivate = 0x63A2,
-  kVideo = 0xE0,
-  kPixelWidth = 0xB0,
-  kPixelHeight = 0xBA,
-  kUncompressedFourCc = 0x2EB524,
-  kCluster = 0x1F43B675,
-  kTimestamp = 0xE7,
-  kMaxBlockAdditionId = 0x55EE,
-  kBlockGroup = 0xA0,
-  kBlock = 0xA1,
-  kBlockAdditions = 0x75A1,
-  kBlockMore = 0xA6,
-  kBlockAddId = 0xEE,
-  kBlockAdditional = 0xA5,
-};
 
 void add_big_endian(Bytes& out, std::uint64_t value, int bytes) {
   for (int i = bytes - 1; i >= 0; --i) {

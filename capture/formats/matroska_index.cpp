@@ -5,21 +5,13 @@
 #include <fstream>
 #include <limits>
 
+#include "capture/formats/matroska_file.h"
+
 namespace lumigraft::capture {
 namespace {
 
-// Element IDs of RFC 8794 (EBML) and RFC 9559 (Matroska).
-enum Id : std::uint64_t {
-  kSegment = 0x18538067,
-  kInfo = 0x1549A966,
-  kTimestampScale = 0x2AD7B1,
-  kCluster = 0x1F43B675,
-  kTimestamp = 0xE7,
-  kSimpleBlock = 0xA3,
-  kBlockGroup = 0xA0,
-  kBlock = 0xA1,
-  kReferenceBlock = 0xFB,
-};
+using namespace matroska;
+
 constexpr std::uint64_t kUnknown = std::numeric_limits<std::uint64_t>::max();
 
 struct Element {

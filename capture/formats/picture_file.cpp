@@ -14,9 +14,7 @@ namespace {
 std::ifstream open(const std::filesystem::path& path) {
   std::error_code error;
   std::ifstream in(path, std::ios::binary);
-  if (!in || !std::filesystem::is_regular_file(path, error)) {
-    throw InputError("found no readable file");
-  }
+  refuse_if(!in || !std::filesystem::is_regular_file(path, error), "found no readable file");
   return in;
 }
 

@@ -81,9 +81,7 @@ std::vector<ListedPicture> read_picture_list(const std::filesystem::path& list, 
     }
     pictures.push_back(std::move(picture));
   }
-  if (pictures.empty()) {
-    throw InputError(list.string() + ": found no picture in the list" + allowed);
-  }
+  refuse_if(pictures.empty(), list.string() + ": found no picture in the list" + allowed);
   return pictures;
 }
 

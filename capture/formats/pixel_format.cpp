@@ -14,25 +14,25 @@ extern "C" {
 namespace lumigraft::capture {
 namespace {
 
-struct FormatInfo {
+struct LibavFormat {
   PixelFormat format;
   AVPixelFormat libav;
 };
 
-constexpr std::array<FormatInfo, 10> kFormats = {{{PixelFormat::rgb8, AV_PIX_FMT_RGB24},
-                                                  {PixelFormat::bgr8, AV_PIX_FMT_BGR24},
-                                                  {PixelFormat::grey8, AV_PIX_FMT_GRAY8},
-                                                  {PixelFormat::grey16, AV_PIX_FMT_GRAY16LE},
-                                                  {PixelFormat::bayer_rggb8, AV_PIX_FMT_BAYER_RGGB8},
-                                                  {PixelFormat::bayer_bggr8, AV_PIX_FMT_BAYER_BGGR8},
-                                                  {PixelFormat::bayer_gbrg8, AV_PIX_FMT_BAYER_GBRG8},
-                                                  {PixelFormat::bayer_grbg8, AV_PIX_FMT_BAYER_GRBG8},
-                                                  {PixelFormat::yuyv, AV_PIX_FMT_YUYV422},
-                                                  {PixelFormat::nv12, AV_PIX_FMT_NV12}}};
+constexpr std::array<LibavFormat, 10> kLibavFormats = {{{PixelFormat::rgb8, AV_PIX_FMT_RGB24},
+                                                        {PixelFormat::bgr8, AV_PIX_FMT_BGR24},
+                                                        {PixelFormat::grey8, AV_PIX_FMT_GRAY8},
+                                                        {PixelFormat::grey16, AV_PIX_FMT_GRAY16LE},
+                                                        {PixelFormat::bayer_rggb8, AV_PIX_FMT_BAYER_RGGB8},
+                                                        {PixelFormat::bayer_bggr8, AV_PIX_FMT_BAYER_BGGR8},
+                                                        {PixelFormat::bayer_gbrg8, AV_PIX_FMT_BAYER_GBRG8},
+                                                        {PixelFormat::bayer_grbg8, AV_PIX_FMT_BAYER_GRBG8},
+                                                        {PixelFormat::yuyv, AV_PIX_FMT_YUYV422},
+                                                        {PixelFormat::nv12, AV_PIX_FMT_NV12}}};
 
-const FormatInfo* find(PixelFormat format) {
-  const auto* found = std::ranges::find(kFormats, format, &FormatInfo::format);
-  return found != kFormats.end() ? found : nullptr;
+const LibavFormat* find_libav(PixelFormat format) {
+  const auto* found = std::ranges::find(kLibavFormats, format, &LibavFormat::format);
+  return found != kLibavFormats.end() ? found : nullptr;
 }
 
 bool is_bayer(PixelFormat format) {
@@ -53,7 +53,7 @@ Image<std::uint8_t> grey_to_rgb(int width, int height, std::span<const std::uint
 }  // namespace
 
 std::optional<std::size_t> bytes_of(PixelFormat format, int width, int height) {
-  const FormatInfo* info = find(format);
+  const LibavFormat* info = find_libav(format);
   const bool pairs = is_bayer(format) || format == PixelFormat::nv12;  // width and height must be even
   const bool odd = (width % 2 != 0 && (pairs || format == PixelFormat::yuyv)) || (height % 2 != 0 && pairs);
   if (info == nullptr || odd || width <= 0 || height <= 0) return std::nullopt;
@@ -160,7 +160,7 @@ std::optional<Image<std::uint8_t>> PixelConverter::to_rgb(PixelFormat format, in
     const bool wide = format == PixelFormat::grey16;
     return grey_to_rgb(width, height, bytes, wide ? 1 : 0, wide ? 2 : 1);
   }
-  return libav_->uncompressed(find(format)->libav, width, height, bytes);
+  return libav_->uncompressed(find_libav(format)->libav, width, height, bytes);
 }
 
 }  // namespace lumigraft::capture

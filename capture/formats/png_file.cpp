@@ -9,13 +9,13 @@
 namespace lumigraft::capture {
 namespace {
 
-struct Bytes {
+struct PngBytes {
   const std::uint8_t* at;
   std::size_t left;
 };
 
 void read(png_structp png, png_bytep out, std::size_t count) {
-  auto* bytes = static_cast<Bytes*>(png_get_io_ptr(png));
+  auto* bytes = static_cast<PngBytes*>(png_get_io_ptr(png));
   if (count > bytes->left) {
     png_error(png, "cut short");
   }
@@ -29,7 +29,7 @@ void on_warning(png_structp, png_const_charp) {}
 
 /// Decodes into `rows`, which point to rows of `row_bytes` bytes. libpng leaves by longjmp, so no object in this
 /// function may have a destructor.
-bool decode(png_structp png, png_infop info, Bytes* bytes, std::uint8_t** rows, std::size_t row_bytes, bool rgb8) {
+bool decode(png_structp png, png_infop info, PngBytes* bytes, std::uint8_t** rows, std::size_t row_bytes, bool rgb8) {
   if (setjmp(png_jmpbuf(png)) != 0) return false;
   png_set_read_fn(png, bytes, read);
   png_read_info(png, info);
@@ -49,21 +49,22 @@ bool decode(png_structp png, png_infop info, Bytes* bytes, std::uint8_t** rows, 
 }
 
 template <typename T>
-void decode_into(const std::vector<std::uint8_t>& file, Image<T>& image) {
+Image<T> decoded(const std::vector<std::uint8_t>& file, int channels) {
+  const PictureHeader header = png_header(file);
+  Image<T> image(header.width, header.height, channels);
   std::vector<std::uint8_t*> rows;
   rows.reserve(static_cast<std::size_t>(image.height));
   for (int y = 0; y < image.height; ++y) {
     rows.push_back(reinterpret_cast<std::uint8_t*>(&image.at(0, y)));
   }
-  Bytes bytes{file.data(), file.size()};
+  PngBytes bytes{file.data(), file.size()};
   png_structp png = png_create_read_struct(PNG_LIBPNG_VER_STRING, nullptr, on_error, on_warning);
   png_infop info = png_create_info_struct(png);
   const std::size_t row_bytes = sizeof(T) * static_cast<std::size_t>(image.width) * image.channels;
   const bool good = decode(png, info, &bytes, rows.data(), row_bytes, sizeof(T) == 1);
   png_destroy_read_struct(&png, &info, nullptr);
-  if (!good) {
-    throw InputError("found a picture that is damaged or cut short");
-  }
+  refuse_if(!good, "found a picture that is damaged or cut short");
+  return image;
 }
 
 std::uint32_t big_endian(const std::uint8_t* at) {
@@ -78,34 +79,18 @@ bool is_png(const std::vector<std::uint8_t>& start) {
 
 /// The IHDR chunk (PNG specification, 11.2.2).
 PictureHeader png_header(const std::vector<std::uint8_t>& start) {
-  if (start.size() < 33 || std::memcmp(start.data() + 12, "IHDR", 4) != 0) {
-    throw InputError("found a PNG that ends in its header");
-  }
+  refuse_if(start.size() < 33 || std::memcmp(start.data() + 12, "IHDR", 4) != 0, "found a PNG that ends in its header");
   const std::uint32_t width = big_endian(&start[16]);
   const std::uint32_t height = big_endian(&start[20]);
-  if (width == 0 || height == 0 || width > kMaxSide_px || height > kMaxSide_px) {
-    throw InputError("found a PNG of impossible size");
-  }
-  PictureHeader header;
-  header.width = static_cast<int>(width);
-  header.height = static_cast<int>(height);
-  header.bits = start[24];
-  header.gray = start[25] == PNG_COLOR_TYPE_GRAY;
-  return header;
+  refuse_if(width == 0 || height == 0 || width > kMaxSide_px || height > kMaxSide_px, "found a PNG of impossible size");
+  return {.width = static_cast<int>(width),
+          .height = static_cast<int>(height),
+          .bits = start[24],
+          .gray = start[25] == PNG_COLOR_TYPE_GRAY};
 }
 
-Image<std::uint8_t> decode_png8(const std::vector<std::uint8_t>& bytes) {
-  const PictureHeader header = png_header(bytes);
-  Image<std::uint8_t> image(header.width, header.height, 3);
-  decode_into(bytes, image);
-  return image;
-}
+Image<std::uint8_t> decode_png8(const std::vector<std::uint8_t>& bytes) { return decoded<std::uint8_t>(bytes, 3); }
 
-Image<std::uint16_t> decode_png16(const std::vector<std::uint8_t>& bytes) {
-  const PictureHeader header = png_header(bytes);
-  Image<std::uint16_t> image(header.width, header.height, 1);
-  decode_into(bytes, image);
-  return image;
-}
+Image<std::uint16_t> decode_png16(const std::vector<std::uint8_t>& bytes) { return decoded<std::uint16_t>(bytes, 1); }
 
 }  // namespace lumigraft::capture

@@ -1,6 +1,5 @@
 #pragma once
 // Lists the connected cameras with their formats, controls and inputs.
-#include <optional>
 #include <string>
 #include <vector>
 

@@ -1,14 +1,11 @@
 #include "capture/live/live_source.h"
 
 #include <algorithm>
-#include <array>
 #include <iterator>
-#include <optional>
 #include <utility>
 
 #include "capture/error.h"
 #include "capture/live/thread_priority.h"
-#include "capture/session/stream_spec.h"
 
 namespace lumigraft::capture {
 namespace {

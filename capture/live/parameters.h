@@ -29,8 +29,7 @@ struct V4l2Parameters {
   /// Before an unplugged camera is closed: closing it while the kernel still removes it makes two kernel threads use
   /// the same media entity, and one that finds it freed crashes the machine's kernel (6.1).
   std::chrono::milliseconds unplug_delay{300};
-  int old_exposures = 4;  ///< frames after a change of exposure that may still have the old one: 2 or 3 in the sensor
-                          ///< and one in transfer
+  int old_exposures = 4;                 ///< frames after a change of exposure that may still have the old one
   double sufficient_rate_hz = 25.0;      ///< formats of at least this rate are chosen by preference, others by rate
   double default_rate_hz = 30.0;         ///< if the session states none; drivers otherwise keep the last program's rate
   double rate_rounding = 0.99;           ///< of the wanted rate: 29.97 Hz counts as 30 Hz

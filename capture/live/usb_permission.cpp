@@ -9,6 +9,8 @@
 #include <fstream>
 #include <iomanip>
 
+#include "capture/message_text.h"
+
 namespace lumigraft::capture {
 namespace {
 
@@ -23,9 +25,8 @@ int number_in(const fs::path& file, int base) {
 }
 
 bool is_forbidden(int bus, int address) {
-  char node[40];
-  std::snprintf(node, sizeof node, "/dev/bus/usb/%03d/%03d", bus, address);
-  return faccessat(AT_FDCWD, node, R_OK | W_OK, AT_EACCESS) != 0 && errno == EACCES;
+  const std::string node = formatted("/dev/bus/usb/%03d/%03d", bus, address);
+  return faccessat(AT_FDCWD, node.c_str(), R_OK | W_OK, AT_EACCESS) != 0 && errno == EACCES;
 }
 
 }  // namespace

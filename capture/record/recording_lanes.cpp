@@ -9,7 +9,6 @@ namespace lumigraft::capture {
 namespace {
 
 constexpr std::size_t kMaxQueued = kRecordParameters.queue_frames;
-constexpr std::array kStreams = {Stream::color, Stream::depth, Stream::fisheye};
 
 }  // namespace
 

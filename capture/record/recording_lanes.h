@@ -2,7 +2,6 @@
 // Queues between the threads that receive frames and the threads that write them, one lane per stream, so that a live
 // camera loses nothing while the disk stalls for a second.
 #include <array>
-#include <atomic>
 #include <condition_variable>
 #include <cstdint>
 #include <deque>

@@ -1,18 +1,17 @@
 #include "capture/record/session_recorder.h"
 
-#include <fstream>
-#include <stdexcept>
+#include <sstream>
 
 #include "capture/error.h"
 #include "capture/recorded/mkv_source.h"
 #include "capture/session/config_override.h"
+#include "capture/text_file.h"
 
 namespace lumigraft::capture {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array kStreams = {Stream::color, Stream::depth, Stream::fisheye};
 constexpr std::array kTables = {"color", "depth", "fisheye"};
 
 std::size_t at(Stream stream) { return static_cast<std::size_t>(stream); }
@@ -77,14 +76,7 @@ SessionRecorder::SessionRecorder(const SessionText& text, const Session& session
       serials_{session.color.serial, session.depth ? session.depth->serial : "",
                session.fisheye ? session.fisheye->serial : ""},
       folder_(std::move(folder)) {
-  std::error_code error;
-  if (fs::exists(folder_) && (!fs::is_directory(folder_) || !fs::is_empty(folder_, error))) {
-    throw InputError("--out: found " + folder_.string() + " in use, allowed: a folder that is new or empty");
-  }
-  fs::create_directories(folder_, error);
-  if (error) {
-    throw InputError("--out: " + folder_.string() + ": " + error.message());
-  }
+  make_out_folder(folder_);
   for (const Stream stream : kStreams) {
     if (stream == Stream::color ||
         (stream == Stream::depth ? session.depth.has_value() : session.fisheye.has_value())) {
@@ -163,16 +155,9 @@ void SessionRecorder::write_session_text() {
     }
     out.insert("real_surface", *surfaces);
   }
-  const fs::path partial = folder_ / "session.toml.partial";
-  {
-    std::ofstream file(partial);
-    file << toml::toml_formatter(out, toml::toml_formatter::default_flags & ~toml::format_flags::indentation) << '\n';
-    file.close();
-    if (!file) {
-      throw std::runtime_error(partial.string() + ": cannot be written, the disk may be full");
-    }
-  }
-  fs::rename(partial, folder_ / "session.toml");
+  std::ostringstream text;
+  text << toml::toml_formatter(out, toml::toml_formatter::default_flags & ~toml::format_flags::indentation) << '\n';
+  write_text(folder_ / "session.toml", text.str());
 }
 
 }  // namespace lumigraft::capture

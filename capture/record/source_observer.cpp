@@ -5,10 +5,10 @@
 
 namespace lumigraft::capture {
 
-class SourceObserver::ObservedSource : public Source {
+class SourceObserver::ObservedSource : public ForwardingSource {
  public:
   ObservedSource(std::shared_ptr<Source> source, std::shared_ptr<Shared> shared)
-      : source_(std::move(source)), shared_(std::move(shared)) {}
+      : ForwardingSource(std::move(source)), shared_(std::move(shared)) {}
 
   std::optional<SourceItem> next(std::chrono::milliseconds timeout) override {
     std::optional<SourceItem> item = source_->next(timeout);
@@ -20,15 +20,8 @@ class SourceObserver::ObservedSource : public Source {
     }
     return item;
   }
-  bool finished() const override { return source_->finished(); }
-  void rewind() override { source_->rewind(); }
-  std::string fault() const override { return source_->fault(); }
-  std::string take_warning() override { return source_->take_warning(); }
-  bool on_host_clock() const override { return source_->on_host_clock(); }
-  bool bracket_incomplete() const override { return source_->bracket_incomplete(); }
 
  private:
-  std::shared_ptr<Source> source_;
   std::shared_ptr<Shared> shared_;
 };
 

@@ -77,9 +77,7 @@ class StreamRecorder::DepthEncoder {
 
 StreamRecorder::StreamRecorder(std::filesystem::path file, const StreamSpec& spec, DepthCoding coding)
     : file_(std::move(file)), spec_(spec), coding_(coding) {
-  if (std::filesystem::exists(file_)) {
-    throw InputError(file_.string() + ": found a recording, allowed: a new file");
-  }
+  refuse_if(std::filesystem::exists(file_), file_.string() + ": found a recording, allowed: a new file");
 }
 
 StreamRecorder::~StreamRecorder() = default;

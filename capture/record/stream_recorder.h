@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
-#include <optional>
 
 #include "capture/frame.h"
 #include "capture/session/stream_spec.h"

@@ -1,7 +1,6 @@
 #include "capture/recorded/image_source.h"
 
 #include "capture/error.h"
-#include "capture/formats/picture_file.h"
 #include "capture/recorded/parameters.h"
 
 namespace lumigraft::capture {
@@ -35,10 +34,8 @@ ImageSource::ImageSource(const std::filesystem::path& list, const StreamSpec& sp
 }
 
 void ImageSource::require(const PictureHeader& header) const {
-  if (header.width != spec_.width || header.height != spec_.height) {
-    throw InputError("found " + size_text(header.width, header.height) +
-                     ", allowed: " + size_text(spec_.width, spec_.height));
-  }
+  refuse_if(header.width != spec_.width || header.height != spec_.height,
+            "found " + size_text(header.width, header.height) + ", allowed: " + size_text(spec_.width, spec_.height));
   if (spec_.stream == Stream::depth) {
     if (header.holds_radiance() || header.bits != 16 || !header.gray) {
       throw InputError("found " + std::to_string(header.bits) + " bits a channel" + (header.gray ? "" : " in colour") +

@@ -9,14 +9,12 @@ extern "C" {
 
 #include <array>
 #include <bit>
-#include <cmath>
 #include <cstring>
 #include <limits>
 
 #include "capture/error.h"
 #include "capture/formats/libav_pointers.h"
 #include "capture/formats/matroska_file.h"
-#include "capture/formats/matroska_index.h"
 #include "capture/formats/pixel_format.h"
 #include "capture/formats/rgb_frame.h"
 #include "capture/session/parameters.h"
@@ -55,13 +53,9 @@ class MkvSource::Reader {
       throw InputError("found no readable Matroska file");
     }
     format_.reset(format);
-    if (avformat_find_stream_info(format, nullptr) < 0) {
-      throw InputError("found a Matroska file whose streams cannot be read");
-    }
+    refuse_if(avformat_find_stream_info(format, nullptr) < 0, "found a Matroska file whose streams cannot be read");
     stream_ = av_find_best_stream(format, AVMEDIA_TYPE_VIDEO, -1, -1, nullptr, 0);
-    if (stream_ < 0) {
-      throw InputError("found a Matroska file without video");
-    }
+    refuse_if(stream_ < 0, "found a Matroska file without video");
     const AVCodecParameters* parameters = format->streams[stream_]->codecpar;
     const bool depth = spec.stream == Stream::depth;
     const bool camera_format =
@@ -89,9 +83,7 @@ class MkvSource::Reader {
       throw InputError("found a stream that cannot be decoded");
     }
     codec_->err_recognition = AV_EF_CRCCHECK | AV_EF_BITSTREAM | AV_EF_BUFFER | AV_EF_EXPLODE;
-    if (avcodec_open2(codec_.get(), codec, nullptr) < 0) {
-      throw InputError("found a stream that cannot be decoded");
-    }
+    refuse_if(avcodec_open2(codec_.get(), codec, nullptr) < 0, "found a stream that cannot be decoded");
     if (!frame_ || !packet_) {
       throw std::bad_alloc();
     }
@@ -299,9 +291,7 @@ MkvSource::MkvSource(const std::filesystem::path& file, const StreamSpec& spec) 
   try {
     reader_ = std::make_unique<Reader>(file, spec);
     ahead_ = reader_->next();
-    if (!ahead_) {
-      throw InputError("found a Matroska file without a picture");
-    }
+    refuse_if(!ahead_, "found a Matroska file without a picture");
     if (const auto* lost = std::get_if<LostFrame>(&*ahead_)) {
       throw InputError("first picture: " + lost->reason);
     }

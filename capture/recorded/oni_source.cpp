@@ -4,7 +4,6 @@
 #include <poll.h>
 #include <unistd.h>
 
-#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -12,6 +11,7 @@
 
 #include "capture/error.h"
 #include "capture/live/helper_process.h"
+#include "capture/message_text.h"
 #include "capture/recorded/oni_messages.h"
 #include "capture/recorded/parameters.h"
 
@@ -47,10 +47,8 @@ struct Pipe {
 std::vector<std::string> helper_arguments(const std::string& file, const std::vector<StreamSpec>& specs) {
   std::vector<std::string> arguments = {file};
   for (const StreamSpec& spec : specs) {
-    char unit[32];
-    std::snprintf(unit, sizeof unit, "%.17g", spec.unit_m);
     arguments.insert(arguments.end(), {spec.stream == Stream::depth ? "depth" : "color", std::to_string(spec.width),
-                                       std::to_string(spec.height), unit});
+                                       std::to_string(spec.height), formatted("%.17g", spec.unit_m)});
   }
   return arguments;
 }

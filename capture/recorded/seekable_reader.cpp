@@ -69,9 +69,7 @@ std::unique_ptr<SeekableReader> seekable_frames(PairedSources sources) {
 
 std::unique_ptr<FrameReader> open_frames_from(const Session& session, std::int64_t from_ns) {
   PairedSources sources = open_sources(session);
-  if (sources.live) {
-    throw InputError("found live cameras, allowed: a recording");
-  }
+  refuse_if(sources.live, "found live cameras, allowed: a recording");
   auto reader = seekable_frames(std::move(sources));
   reader->seek(from_ns);
   return reader;

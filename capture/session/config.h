@@ -12,7 +12,6 @@
 //
 // All functions throw InputError: "session.toml:7: color.width: found \"wide\", allowed: an integer from 1 to 16384".
 #include <filesystem>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <string>

@@ -92,9 +92,7 @@ toml::node* descend(toml::node* at, const std::string& part, const std::string& 
 
 void apply_override(toml::table& root, const std::string& line, std::set<std::string>& overridden) {
   const std::size_t equals = line.find('=');
-  if (equals == std::string::npos) {
-    throw InputError("--set " + in_quotes(line) + ": found no '=', allowed: KEY=VALUE");
-  }
+  refuse_if(equals == std::string::npos, "--set " + in_quotes(line) + ": found no '=', allowed: KEY=VALUE");
   const std::string key = line.substr(0, equals);
   const std::vector<std::string> parts = split_key(key);
   toml::node* at = &root;

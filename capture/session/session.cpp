@@ -199,10 +199,7 @@ void finish_calibration(const ConfigTable& calibration, const Session& session) 
 }
 
 ColorCamera read_color(const ConfigTable& table, const ConfigTable& lens) {
-  ColorCamera camera;
-  camera.source = source_uri(table);
-  camera.serial = read_serial(table, lens);
-  camera.model = read_pinhole(lens);
+  ColorCamera camera{.source = source_uri(table), .serial = read_serial(table, lens), .model = read_pinhole(lens)};
   camera.model.width = read_size(table).width;
   camera.model.height = read_size(table).height;
   camera.exposure = read_exposure(table);

@@ -212,29 +212,36 @@ std::optional<std::int64_t> PairingReader::newest_ns(const StreamLane& lane, std
   return newest;
 }
 
-std::shared_ptr<const RawDepth> PairingReader::take_depth(std::int64_t time_ns, std::int64_t bound,
-                                                          Warnings& warnings) {
-  const std::optional<std::int64_t> best_ns = nearest_ns(depth_, false, time_ns, bound);
-  const std::optional<std::int64_t> lost_ns = best_ns ? best_ns : nearest_ns(depth_, true, time_ns, bound);
-  std::shared_ptr<const RawDepth> out;
+/// Takes the items of a lane up to those of `best_ns`, or to the loss nearest to `time_ns` where there are none, and
+/// returns those of `best_ns`. False where neither is within the bound.
+template <typename Item>
+bool PairingReader::take(StreamLane& lane, std::optional<std::int64_t> best_ns, std::int64_t time_ns,
+                         std::int64_t bound, std::vector<std::shared_ptr<const Item>>& out, Warnings& warnings) {
+  const std::optional<std::int64_t> lost_ns = best_ns ? best_ns : nearest_ns(lane, true, time_ns, bound);
   const std::int64_t drop_to = lost_ns.value_or(time_ns - bound - 1);
-  int alone = std::exchange(depth_.dropped, 0);
-  while (!depth_.queue.empty() && time_of(depth_.queue.front().item) <= drop_to) {
-    SourceItem item = depth_.pop(warnings);
-    auto* raw = std::get_if<RawDepth>(&item);
-    if (raw != nullptr && raw->stamp.time_ns == best_ns) {
-      out = std::make_shared<const RawDepth>(std::move(*raw));
-    } else if (raw != nullptr) {
+  int alone = std::exchange(lane.dropped, 0);
+  while (!lane.queue.empty() && time_of(lane.queue.front().item) <= drop_to) {
+    SourceItem item = lane.pop(warnings);
+    auto* taken = std::get_if<Item>(&item);
+    if (taken != nullptr && taken->stamp.time_ns == best_ns) {
+      out.push_back(std::make_shared<const Item>(std::move(*taken)));
+    } else if (taken != nullptr) {
       ++alone;
     }
   }
   if (alone > 0) {
-    warnings.push_back(alone_text(Stream::depth, alone));
+    warnings.push_back(alone_text(&lane == &depth_ ? Stream::depth : Stream::fisheye, alone));
   }
-  if (!lost_ns) {
+  return lost_ns.has_value();
+}
+
+std::shared_ptr<const RawDepth> PairingReader::take_depth(std::int64_t time_ns, std::int64_t bound,
+                                                          Warnings& warnings) {
+  std::vector<std::shared_ptr<const RawDepth>> out;
+  if (!take(depth_, nearest_ns(depth_, false, time_ns, bound), time_ns, bound, out, warnings)) {
     warnings.push_back("no depth picture within " + ms_text(bound) + " of the colour picture");
   }
-  return out;
+  return out.empty() ? nullptr : out.front();
 }
 
 std::vector<std::shared_ptr<const Frame>> PairingReader::take_fisheye(std::int64_t time_ns, std::int64_t bound,
@@ -243,22 +250,8 @@ std::vector<std::shared_ptr<const Frame>> PairingReader::take_fisheye(std::int64
   if (!best_ns && sources_.live) {
     best_ns = newest_ns(fisheye_, time_ns - kLongestLiveBound_ns, time_ns);
   }
-  const std::optional<std::int64_t> lost_ns = best_ns ? best_ns : nearest_ns(fisheye_, true, time_ns, bound);
   std::vector<std::shared_ptr<const Frame>> out;
-  const std::int64_t drop_to = lost_ns.value_or(time_ns - bound - 1);
-  int alone = std::exchange(fisheye_.dropped, 0);
-  while (!fisheye_.queue.empty() && time_of(fisheye_.queue.front().item) <= drop_to) {
-    SourceItem item = fisheye_.pop(warnings);
-    auto* frame = std::get_if<Frame>(&item);
-    if (frame != nullptr && frame->stamp.time_ns == best_ns) {
-      out.push_back(std::make_shared<const Frame>(std::move(*frame)));
-    } else if (frame != nullptr) {
-      ++alone;
-    }
-  }
-  if (alone > 0) {
-    warnings.push_back(alone_text(Stream::fisheye, alone));
-  }
+  take(fisheye_, best_ns, time_ns, bound, out, warnings);
   return out;
 }
 

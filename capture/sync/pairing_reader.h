@@ -59,6 +59,9 @@ class PairingReader : public FrameReader {
   static std::optional<std::int64_t> nearest_ns(const StreamLane& lane, bool lost, std::int64_t time_ns,
                                                 std::int64_t bound);
   static std::optional<std::int64_t> newest_ns(const StreamLane& lane, std::int64_t from_ns, std::int64_t to_ns);
+  template <typename Item>
+  bool take(StreamLane& lane, std::optional<std::int64_t> best_ns, std::int64_t time_ns, std::int64_t bound,
+            std::vector<std::shared_ptr<const Item>>& out, Warnings& warnings);
   std::shared_ptr<const RawDepth> take_depth(std::int64_t time_ns, std::int64_t bound, Warnings& warnings);
   std::vector<std::shared_ptr<const Frame>> take_fisheye(std::int64_t time_ns, std::int64_t bound, Warnings& warnings);
 

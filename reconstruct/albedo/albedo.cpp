@@ -2,10 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <map>
-#include <optional>
 
+#include "capture/message_text.h"
 #include "reconstruct/albedo/albedo_bricks.h"
 #include "reconstruct/albedo/gather_cache.h"
 #include "reconstruct/albedo/incremental_solver.h"
@@ -29,11 +28,9 @@
 namespace lumigraft::reconstruct {
 namespace {
 
-constexpr const AlbedoParameters::Stage& kParameters = kAlbedoParameters.stage;
+constexpr const AlbedoParameters::Stage& kStage = kAlbedoParameters.stage;
 
-bool is_known(const LampEstimate& estimate) {
-  return !estimate.far && estimate.distance_m < kParameters.max_distance_m;
-}
+bool is_known(const LampEstimate& estimate) { return !estimate.far && estimate.distance_m < kStage.max_distance_m; }
 
 std::vector<PointLight> placed(const Illumination& illumination, const std::vector<LampEstimate>& estimates) {
   std::vector<PointLight> lights = illumination.lights;
@@ -66,7 +63,7 @@ struct Located {
   std::vector<PointLight> lights;
   int solves = 0;
 
-  bool grown(double points_now) const { return points_now > kParameters.locate_growth * static_cast<double>(points); }
+  bool grown(double points_now) const { return points_now > kStage.locate_growth * static_cast<double>(points); }
   bool holds(const Illumination& illumination) const {
     const std::vector<PointLight>& now = illumination.lights;
     if (now.size() != lights.size()) return false;
@@ -74,11 +71,11 @@ struct Located {
       const auto was =
           std::find_if(lights.begin(), lights.end(), [&](const PointLight& other) { return other.id == light.id; });
       return was != lights.end() && was->clipped == light.clipped &&
-             was->direction.dot(light.direction) > kParameters.same_direction &&
-             (was->irradiance - light.irradiance).norm() < kParameters.same_irradiance * was->irradiance.norm() &&
+             was->direction.dot(light.direction) > kStage.same_direction &&
+             (was->irradiance - light.irradiance).norm() < kStage.same_irradiance * was->irradiance.norm() &&
              light.visibility == PointLight::Visibility::visible && was->distance_known == light.distance_known &&
              (was->position_m - light.position_m).norm() <=
-                 kParameters.same_position * (light.position_m - illumination.probe_position_m).norm();
+                 kStage.same_position * (light.position_m - illumination.probe_position_m).norm();
     });
   }
 };
@@ -92,9 +89,8 @@ std::string distance_warning(const std::vector<PointLight>& lights) {
 }
 
 std::string power_warning(const std::vector<PointLight>& lights) {
-  const auto guessed = std::count_if(lights.begin(), lights.end(), [](const PointLight& l) {
-    return l.power_log_sigma > kParameters.guess_log_sigma;
-  });
+  const auto guessed = std::count_if(lights.begin(), lights.end(),
+                                     [](const PointLight& l) { return l.power_log_sigma > kStage.guess_log_sigma; });
   if (guessed == 0) return "";
   return "the power of " + std::to_string(guessed) + (guessed == 1 ? " clipped lamp" : " clipped lamps") +
          " is a guess: neither white paper nor shadows determine it, and albedo may be higher or lower than estimated";
@@ -123,12 +119,10 @@ constexpr const char* kNoSurface =
     "no surface of the room is known: the depth frames contain no measurements, or none within range";
 
 std::string extrinsics_warning(const ExtrinsicsError& error) {
-  char line[160];
-  std::snprintf(line, sizeof line,
-                "T_tag_fisheye is wrong: rotated by about %.0f degrees and moved by about %.0f cm the fish-eye would "
-                "agree with the colour camera",
-                error.turn_degrees, 100 * error.shift_m);
-  return line;
+  return capture::formatted(
+      "T_tag_fisheye is wrong: rotated by about %.0f degrees and moved by about %.0f cm the fish-eye would agree with "
+      "the colour camera",
+      error.turn_degrees, 100 * error.shift_m);
 }
 
 }  // namespace
@@ -189,13 +183,13 @@ std::vector<LampEstimate> AlbedoStage::State::locate(const IrradianceModel& room
                                                      const std::vector<Eigen::Vector3f>& gathered) {
   const std::size_t points = surface.points.size();
   std::vector<LampEstimate> result;
-  if (located.solves < kParameters.locate_solves && !located.grown(static_cast<double>(points)) &&
+  if (located.solves < kStage.locate_solves && !located.grown(static_cast<double>(points)) &&
       located.holds(illumination)) {
     ++located.solves;
     for (const PointLight& light : illumination.lights) result.push_back(estimates.at(light.id));
     return result;
   }
-  if (static_cast<double>(points) > kParameters.search_growth * static_cast<double>(searched_points)) {
+  if (static_cast<double>(points) > kStage.search_growth * static_cast<double>(searched_points)) {
     estimates.clear();
     searched_points = points;
   }
@@ -227,8 +221,8 @@ void AlbedoStage::State::check_extrinsics(const DistanceField& field, const Fiel
                                           const Illumination& illumination, std::size_t points) {
   const bool hidden = std::any_of(illumination.lights.begin(), illumination.lights.end(),
                                   [](const PointLight& light) { return light.hidden > 0; });
-  const bool grown = static_cast<double>(points) > kParameters.search_growth * static_cast<double>(checked_points);
-  if (fisheye && !hidden && (grown || ++check_solves >= kParameters.check_solves)) {
+  const bool grown = static_cast<double>(points) > kStage.search_growth * static_cast<double>(checked_points);
+  if (fisheye && !hidden && (grown || ++check_solves >= kStage.check_solves)) {
     checked_points = points;
     check_solves = 0;
     const std::optional<ExtrinsicsError> error = extrinsics_error(field, rays, metal, illumination, *fisheye);
@@ -244,11 +238,10 @@ std::optional<AlbedoStage::Result> AlbedoStage::State::solve_incremental(const D
                                                                          bool even_if_due) {
   if (!solved) return std::nullopt;
   if (field_version == field.version && illumination_version == illumination.version) return last;
-  if (environment_change(illumination.environment, environment) > kParameters.max_environment_change)
-    return std::nullopt;
+  if (environment_change(illumination.environment, environment) > kStage.max_environment_change) return std::nullopt;
   const IncrementalSolver::Change change = incremental.change(field);
-  const bool due = change.fraction > kParameters.max_changed_fraction || located.grown(change.points) ||
-                   located.solves >= kParameters.incremental_solves;
+  const bool due = change.fraction > kStage.max_changed_fraction || located.grown(change.points) ||
+                   located.solves >= kStage.incremental_solves;
   if (due && !even_if_due) return std::nullopt;
   const FieldRays rays(field);
   auto lit = std::make_shared<Illumination>(without_reflections(illumination, field, rays));
@@ -272,7 +265,7 @@ std::optional<AlbedoStage::Result> AlbedoStage::State::solve_incremental(const D
   last.due = due;
   const IrradianceModel room(field, rays, metal, closed.get(), surroundings);
   auto albedo = std::make_shared<AlbedoField>(*last.albedo);
-  last.samples = incremental.solve(field, rays, metal, {room, *last.illumination, floor_grid, kParameters.gather_rays},
+  last.samples = incremental.solve(field, rays, metal, {room, *last.illumination, floor_grid, kStage.gather_rays},
                                    change, albedo->bricks);
   if (!change.bricks.empty()) {
     albedo->version = ++version;
@@ -321,9 +314,8 @@ std::vector<PointLight> AlbedoStage::State::light_surface(const DistanceField& f
     closed = now_closed;
     rough = first && closed;  // a second pass follows
     room.emplace(field, rays, metal, lit, closed.get());
-    const std::vector<IrradianceModel::Gathered> light =
-        gather_cache.gather(*room, lit, surface.samples, surface.points.size(),
-                            rough ? kParameters.rough_gather_rays : kParameters.gather_rays);
+    const std::vector<IrradianceModel::Gathered> light = gather_cache.gather(
+        *room, lit, surface.samples, surface.points.size(), rough ? kStage.rough_gather_rays : kStage.gather_rays);
     const auto add_floor = [&] {
       floor_grid = room->lamp_irradiance_on_floor(lamps);
       for (std::size_t i = 0; i < light.size(); ++i)
@@ -331,7 +323,7 @@ std::vector<PointLight> AlbedoStage::State::light_surface(const DistanceField& f
     };
     bool floor = false;
     for (std::size_t i = 0; i < light.size(); ++i) {
-      surface.samples[i].usable = smooth[i] && light[i].metal_fraction < kParameters.max_metal_fraction;
+      surface.samples[i].usable = smooth[i] && light[i].metal_fraction < kStage.max_metal_fraction;
       floor |= !light[i].floor_hits.empty();
     }
     add_floor();
@@ -351,7 +343,7 @@ AlbedoStage::Result AlbedoStage::solve_complete(const DistanceField& field, cons
   const FieldRays rays(field);
   auto lit = std::make_shared<Illumination>(without_reflections(illumination, field, rays));
   const OutOfViewLamps unseen(*lit, rays);
-  Surface surface = find_surface(field, rays, s.metal, kParameters.max_samples, s.sample_m);
+  Surface surface = find_surface(field, rays, s.metal, kStage.max_samples, s.sample_m);
   s.sample_m = surface.sample_m;
   Illumination merged = *lit;
   merged.lights = merge_pieces(lit->lights);

@@ -46,7 +46,7 @@ class Writer {
   AlbedoBrick* brick_ = nullptr;
 };
 
-constexpr const AlbedoParameters::Bricks& kParameters = kAlbedoParameters.bricks;
+constexpr const AlbedoParameters::Bricks& kBricks = kAlbedoParameters.bricks;
 
 /// Whether `old` can replace `now`: it is known where `now` is, and the difference is not visible.
 bool visually_equal(const AlbedoBrick& now, const AlbedoBrick& old) {
@@ -56,11 +56,11 @@ bool visually_equal(const AlbedoBrick& now, const AlbedoBrick& old) {
     if (now.sigma[i] < 0) continue;
     if (old.sigma[i] < 0) return false;
     const float squared = (now.albedo[i] - old.albedo[i]).squaredNorm() / 3;
-    if (squared > kParameters.same_max * kParameters.same_max) return false;
+    if (squared > kBricks.same_max * kBricks.same_max) return false;
     sum += squared;
     ++known;
   }
-  return sum <= kParameters.same_rms * kParameters.same_rms * static_cast<float>(known);
+  return sum <= kBricks.same_rms * kBricks.same_rms * static_cast<float>(known);
 }
 
 }  // namespace
@@ -75,7 +75,7 @@ BrickMap<AlbedoBrick> albedo_bricks(const std::vector<SurfacePoint>& points, con
                                 p.brick[2] * kBrickEdge + (p.index >> 6));
     if (writer.claim(voxel, albedo[i])) front.push_back({voxel, static_cast<int>(i)});
   }
-  for (int step = 0; step < kParameters.reach; ++step) {
+  for (int step = 0; step < kBricks.reach; ++step) {
     next.clear();
     for (const Front& from : front) {
       for (int side = 0; side < 6; ++side) {

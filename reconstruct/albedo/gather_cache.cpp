@@ -9,7 +9,7 @@
 namespace lumigraft::reconstruct {
 namespace {
 
-constexpr const AlbedoParameters::Gather& kParameters = kAlbedoParameters.gather;
+constexpr const AlbedoParameters::Gather& kGather = kAlbedoParameters.gather;
 
 BrickKey cell_of(const Eigen::Vector3f& position, float edge_m) {
   const Eigen::Vector3i cell = (position / edge_m).array().floor().cast<int>();
@@ -32,14 +32,14 @@ std::vector<IrradianceModel::Gathered> GatherCache::gather(const IrradianceModel
                                                            const std::vector<SurfaceSample>& samples,
                                                            std::size_t surface_points, int rays) {
   const float light = light_of(illumination);
-  const bool grown = static_cast<double>(surface_points) > kParameters.growth * static_cast<double>(points_);
-  if (grown || std::abs(light - light_) > kParameters.max_light_change * light_) {
+  const bool grown = static_cast<double>(surface_points) > kGather.growth * static_cast<double>(points_);
+  if (grown || std::abs(light - light_) > kGather.max_light_change * light_) {
     forget();
     light_ = light;
     points_ = surface_points;
   }
   float edge_m = 1e-3f;
-  for (const SurfaceSample& sample : samples) edge_m = std::max(edge_m, kParameters.near_cells * sample.size_m);
+  for (const SurfaceSample& sample : samples) edge_m = std::max(edge_m, kGather.near_cells * sample.size_m);
   std::unordered_map<BrickKey, std::vector<std::size_t>, BrickKeyHash> cells;
   for (std::size_t i = 0; i < entries_.size(); ++i) cells[cell_of(entries_[i].position, edge_m)].push_back(i);
 
@@ -47,22 +47,22 @@ std::vector<IrradianceModel::Gathered> GatherCache::gather(const IrradianceModel
   std::vector<IrradianceModel::Gathered> result;
   for (const SurfaceSample& sample : samples) {
     const Entry* best = nullptr;
-    float nearest = std::pow(kParameters.near_cells * sample.size_m, 2.0f);
+    float nearest = std::pow(kGather.near_cells * sample.size_m, 2.0f);
     const BrickKey cell = cell_of(sample.position, edge_m);
     for (int k = 0; k < 27; ++k) {
       const auto found = cells.find({cell[0] + k % 3 - 1, cell[1] + k / 3 % 3 - 1, cell[2] + k / 9 - 1});
       if (found == cells.end()) continue;
       for (const std::size_t i : found->second) {
         const float away = (entries_[i].position - sample.position).squaredNorm();
-        if (away >= nearest || entries_[i].normal.dot(sample.normal) < kParameters.same_normal) continue;
+        if (away >= nearest || entries_[i].normal.dot(sample.normal) < kGather.same_normal) continue;
         nearest = away;
         best = &entries_[i];
       }
     }
-    if (best && best->turn != solves_ % kParameters.refresh) {
+    if (best && best->turn != solves_ % kGather.refresh) {
       next.push_back(*best);
     } else {
-      const std::uint32_t turn = best ? best->turn : ++turns_ % kParameters.refresh;
+      const std::uint32_t turn = best ? best->turn : ++turns_ % kGather.refresh;
       next.push_back({sample.position, sample.normal, room.gather(sample.position, sample.normal, rays), turn});
     }
     result.push_back(next.back().light);

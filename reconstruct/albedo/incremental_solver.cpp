@@ -11,7 +11,7 @@
 namespace lumigraft::reconstruct {
 namespace {
 
-constexpr const AlbedoParameters::Incremental& kParameters = kAlbedoParameters.incremental;
+constexpr const AlbedoParameters::Incremental& kIncremental = kAlbedoParameters.incremental;
 constexpr int kReach = kAlbedoParameters.bricks.reach;
 
 template <typename Visit>
@@ -69,10 +69,10 @@ IncrementalSolver::BrickSummary IncrementalSolver::summarize(const FieldBrick& b
 }
 
 bool IncrementalSolver::BrickSummary::differs(const BrickSummary& other) const {
-  return std::abs(count - other.count) > kParameters.same_summary * std::max(count, other.count) + 1 ||
+  return std::abs(count - other.count) > kIncremental.same_summary * std::max(count, other.count) + 1 ||
          (radiance - other.radiance).norm() >
-             kParameters.same_summary * std::max(radiance.norm(), other.radiance.norm()) ||
-         (centroid - other.centroid).cwiseAbs().maxCoeff() > kParameters.same_centroid_voxels;
+             kIncremental.same_summary * std::max(radiance.norm(), other.radiance.norm()) ||
+         (centroid - other.centroid).cwiseAbs().maxCoeff() > kIncremental.same_centroid_voxels;
 }
 
 void IncrementalSolver::keep(const DistanceField& field, const Surface& surface,

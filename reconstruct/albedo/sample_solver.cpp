@@ -13,7 +13,7 @@ namespace lumigraft::reconstruct {
 namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
-constexpr const AlbedoParameters::Solver& kParameters = kAlbedoParameters.solver;
+constexpr const AlbedoParameters::Solver& kSolver = kAlbedoParameters.solver;
 
 /// (π B - a E) / σ, per channel.
 struct Data {
@@ -58,11 +58,11 @@ void add_smoothness(ceres::Problem& problem, const std::vector<SurfaceSample>& s
       // At a shadow's edge the light is uncertain, so that a step of B / E is not an edge of albedo.
       const Eigen::Array3f step =
           (direct(samples[i], light[i], noise_floor) / direct(samples[other], light[other], noise_floor)).log();
-      const double sigma = std::hypot(kParameters.edge_sigma, light[i].relative_sigma, light[other].relative_sigma);
-      const double weight = std::exp(-0.5 * step.square().mean() / (sigma * sigma)) / kParameters.smooth_sigma;
-      if (weight * kParameters.smooth_sigma < kParameters.min_weight) continue;
+      const double sigma = std::hypot(kSolver.edge_sigma, light[i].relative_sigma, light[other].relative_sigma);
+      const double weight = std::exp(-0.5 * step.square().mean() / (sigma * sigma)) / kSolver.smooth_sigma;
+      if (weight * kSolver.smooth_sigma < kSolver.min_weight) continue;
       problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Smooth, 3, 3, 3>(new Smooth{weight}),
-                               new ceres::HuberLoss(kParameters.huber), albedo[i].data(), albedo[other].data());
+                               new ceres::HuberLoss(kSolver.huber), albedo[i].data(), albedo[other].data());
       // A neighbour adds at most its own information.
       const double link = weight * weight;
       information[i] += link * data_information[other] / (link + data_information[other]);
@@ -74,9 +74,9 @@ void add_smoothness(ceres::Problem& problem, const std::vector<SurfaceSample>& s
 void minimise(ceres::Problem& problem) {
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::CGNR;
-  options.max_num_iterations = kParameters.iterations;
-  options.max_linear_solver_iterations = kParameters.linear_iterations;
-  options.function_tolerance = kParameters.tolerance;
+  options.max_num_iterations = kSolver.iterations;
+  options.max_linear_solver_iterations = kSolver.linear_iterations;
+  options.function_tolerance = kSolver.tolerance;
   options.num_threads = 1;
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
@@ -94,10 +94,10 @@ std::vector<std::vector<int>> neighbours(const std::vector<SurfaceSample>& sampl
     for (std::size_t j = 0; j < samples.size(); ++j) {
       const float squared = (samples[i].position - samples[j].position).squaredNorm();
       if (i == j || squared > reach * reach) continue;
-      if (samples[i].normal.dot(samples[j].normal) < kParameters.same_orientation) continue;
+      if (samples[i].normal.dot(samples[j].normal) < kSolver.same_orientation) continue;
       near.emplace_back(squared, static_cast<int>(j));
     }
-    const auto count = std::min<std::ptrdiff_t>(kParameters.neighbours, static_cast<std::ptrdiff_t>(near.size()));
+    const auto count = std::min<std::ptrdiff_t>(kSolver.neighbours, static_cast<std::ptrdiff_t>(near.size()));
     std::partial_sort(near.begin(), near.begin() + count, near.end());
     for (std::ptrdiff_t k = 0; k < count; ++k) result[i].push_back(near[static_cast<std::size_t>(k)].second);
   }
@@ -125,7 +125,7 @@ std::vector<SampleAlbedo> solve_albedo(const std::vector<SurfaceSample>& samples
       information[i] += std::pow(data->irradiance[c] / data->sigma[c], 2) / 3;
       if (i >= open) albedo[i][c] = held[i - open].albedo[k];
     }
-    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Data, 3, 3>(data), new ceres::HuberLoss(kParameters.huber),
+    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Data, 3, 3>(data), new ceres::HuberLoss(kSolver.huber),
                              albedo[i].data());
     for (int c = 0; c < 3; ++c) {
       problem.SetParameterLowerBound(albedo[i].data(), c, 0.0);
@@ -142,9 +142,9 @@ std::vector<SampleAlbedo> solve_albedo(const std::vector<SurfaceSample>& samples
     for (std::size_t c = 0; c < 3; ++c)
       result[i].albedo[static_cast<Eigen::Index>(c)] = static_cast<float>(albedo[i][c]);
     const double misfit = (result[i].albedo.array() - direct(samples[i], light[i], noise_floor)).abs().mean() *
-                          std::min(1.0, kParameters.trusted_error / std::max(light[i].relative_sigma, 0.01f));
-    const double sigma = std::hypot(1 / std::sqrt(std::max(information[i], 1e-9)), kParameters.misfit_sigma * misfit);
-    result[i].sigma = sigma < kParameters.max_sigma ? static_cast<float>(sigma) : -1;
+                          std::min(1.0, kSolver.trusted_error / std::max(light[i].relative_sigma, 0.01f));
+    const double sigma = std::hypot(1 / std::sqrt(std::max(information[i], 1e-9)), kSolver.misfit_sigma * misfit);
+    result[i].sigma = sigma < kSolver.max_sigma ? static_cast<float>(sigma) : -1;
   }
   return result;
 }

@@ -10,7 +10,7 @@
 namespace lumigraft::reconstruct {
 namespace {
 
-constexpr const AlbedoParameters::Lighting& kParameters = kAlbedoParameters.lighting;
+constexpr const AlbedoParameters::Lighting& kLighting = kAlbedoParameters.lighting;
 
 /// ∂ log E / ∂ log d of a lamp's irradiance at a point; d: distance from the probe, at which its irradiance is fixed.
 float distance_slope(const PointLight& light, const Eigen::Vector3f& probe, const Eigen::Vector3f& position,
@@ -22,7 +22,7 @@ float distance_slope(const PointLight& light, const Eigen::Vector3f& probe, cons
   if (light.flat && light.normal.dot(offset) < 0) {
     slope += light.normal.dot(step) / light.normal.dot(offset) - step.dot(offset) / squared;
   }
-  return std::clamp(slope, -kParameters.max_distance_slope, kParameters.max_distance_slope);
+  return std::clamp(slope, -kLighting.max_distance_slope, kLighting.max_distance_slope);
 }
 
 }  // namespace
@@ -35,7 +35,7 @@ SurfaceLighting::SurfaceLighting(const Surface& surface, const IrradianceModel& 
       illumination_(illumination),
       gathered_(gathered),
       noise_floor_(noise_floor),
-      neighbours_(lumigraft::reconstruct::neighbours(surface.samples, kParameters.neighbour_reach)) {
+      neighbours_(lumigraft::reconstruct::neighbours(surface.samples, kLighting.neighbour_reach)) {
   const std::vector<SurfaceSample>& samples = surface.samples;
   for (std::size_t i = 0; i < samples.size(); ++i) sample_light_.push_back({gathered[i], 0});
   std::vector<Eigen::Vector3f> edge_error(samples.size(), Eigen::Vector3f::Zero());
@@ -47,7 +47,7 @@ SurfaceLighting::SurfaceLighting(const Surface& surface, const IrradianceModel& 
     for (std::size_t i = 0; i < samples.size(); ++i) {
       const float distance =
           light.distance_known ? (light.position_m - illumination.probe_position_m).norm() : kInfinitelyFar;
-      visible[i] = room.visibility(light, distance, samples[i].position, samples[i].normal, kParameters.sample_rays);
+      visible[i] = room.visibility(light, distance, samples[i].position, samples[i].normal, kLighting.sample_rays);
       irradiance[i] = lamp_irradiance(lamp, samples[i].position, samples[i].normal, visible[i]);
       sample_light_[i].irradiance += irradiance[i];
     }
@@ -68,13 +68,13 @@ SurfaceLighting::SurfaceLighting(const Surface& surface, const IrradianceModel& 
         contrast[i] = std::max(contrast[i], std::abs(visible[i] - visible[static_cast<std::size_t>(j)]));
       }
       edge_error[i] +=
-          kParameters.edge_error * contrast[i] * lamp_irradiance(lamp, samples[i].position, samples[i].normal, 1);
+          kLighting.edge_error * contrast[i] * lamp_irradiance(lamp, samples[i].position, samples[i].normal, 1);
     }
     contrast_.push_back(std::move(contrast));
   }
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const float edge = edge_error[i].mean() / std::max(sample_light_[i].irradiance.mean(), 1e-9f);
-    sample_light_[i].relative_sigma = std::hypot(kParameters.model_error, edge);
+    sample_light_[i].relative_sigma = std::hypot(kLighting.model_error, edge);
   }
 }
 
@@ -94,7 +94,7 @@ float SurfaceLighting::visibility(std::size_t lamp, const SurfacePoint& point) c
   const PointLight& light = illumination_.lights[lamp];
   const float distance =
       light.distance_known ? (light.position_m - illumination_.probe_position_m).norm() : kInfinitelyFar;
-  return left_[lamp][sample] * room_.visibility(light, distance, point.position, point.normal, kParameters.point_rays);
+  return left_[lamp][sample] * room_.visibility(light, distance, point.position, point.normal, kLighting.point_rays);
 }
 
 SurfaceLighting::Interpolated SurfaceLighting::interpolate(const SurfacePoint& point,
@@ -106,7 +106,7 @@ SurfaceLighting::Interpolated SurfaceLighting::interpolate(const SurfacePoint& p
     const SurfaceSample& sample = surface_.samples[j];
     const float facing = std::max(0.0f, point.normal.dot(sample.normal));
     const float squared = (point.position - sample.position).squaredNorm() / (sample.size_m * sample.size_m);
-    const float w = facing * facing * facing * facing / (kParameters.weight_softening + squared) + 1e-6f;
+    const float w = facing * facing * facing * facing / (kLighting.weight_softening + squared) + 1e-6f;
     gathered += w * gathered_[j];
     weights += w;
     if (samples[j].sigma < 0) return;
@@ -123,7 +123,7 @@ SurfaceLighting::Interpolated SurfaceLighting::interpolate(const SurfacePoint& p
   result.known = known_weights > 0;
   if (!result.known) return result;
   result.albedo = around / known_weights;
-  result.texture_sigma = kParameters.texture_factor * texture / known_weights;  // texture continues within voxels
+  result.texture_sigma = kLighting.texture_factor * texture / known_weights;  // texture continues within voxels
   // With texture the surroundings say less about a point.
   result.sigma = std::hypot(sigma / known_weights, spread / known_weights * result.albedo.mean());
   return result;
@@ -144,7 +144,7 @@ std::vector<PointAlbedo> SurfaceLighting::albedo(const std::vector<SampleAlbedo>
   for (std::size_t i = 0; i < surface_.points.size(); ++i) {
     const SurfacePoint& point = surface_.points[i];
     if (point.metal) {
-      result[i].sigma = kParameters.metal_sigma;
+      result[i].sigma = kLighting.metal_sigma;
       continue;
     }
     const auto own = static_cast<std::size_t>(point.sample);
@@ -165,13 +165,13 @@ std::vector<PointAlbedo> SurfaceLighting::albedo(const std::vector<SampleAlbedo>
             distance_slope(light, illumination_.probe_position_m, point.position, point.normal);
       }
       edge_error +=
-          kParameters.edge_error * contrast_[lamp][own] * lamp_irradiance(lamp, point.position, point.normal, 1).mean();
+          kLighting.edge_error * contrast_[lamp][own] * lamp_irradiance(lamp, point.position, point.normal, 1).mean();
     }
     float lamp_error = 0;
     for (std::size_t lamp = 0; lamp < lights.size(); ++lamp)
       lamp_error = std::hypot(lamp_error, power_error[lamp], distance_error[lamp]);
     const Eigen::Array3f direct = lambertian_albedo(point.radiance, irradiance, noise_floor_).min(1.0f);
-    const float relative = std::hypot(kParameters.point_error, edge_error / std::max(irradiance.mean(), 1e-9f));
+    const float relative = std::hypot(kLighting.point_error, edge_error / std::max(irradiance.mean(), 1e-9f));
     const float direct_sigma =
         std::hypot(relative * direct.mean(), noise_floor_sigma(noise_floor_) / std::max(irradiance.mean(), 1e-9f));
     if (!around.known) continue;
@@ -181,8 +181,7 @@ std::vector<PointAlbedo> SurfaceLighting::albedo(const std::vector<SampleAlbedo>
     // Errors of the model and of lamps are common to the point and its surroundings: averaging does not reduce them.
     const float total = std::max(irradiance.mean(), 1e-9f);
     const float by_model =
-        std::hypot(kParameters.lamp_error * (total - gathered_mean), kParameters.gathered_error * gathered_mean) /
-        total;
+        std::hypot(kLighting.lamp_error * (total - gathered_mean), kLighting.gathered_error * gathered_mean) / total;
     const float common = std::hypot(by_model, lamp_error / total, around.texture_sigma);
     result[i].sigma = std::hypot(1 / std::sqrt(w_direct + w_around), common * result[i].albedo.mean());
   }

@@ -1,7 +1,9 @@
 #include "reconstruct/calibrate/board.h"
 
 #include <algorithm>
-#include <cstdio>
+
+#include "capture/message_text.h"
+#include "reconstruct/pose/planar_pose.h"
 
 namespace lumigraft::reconstruct {
 namespace {
@@ -13,11 +15,7 @@ constexpr double kLargest_m = 10.0;
 
 int tags_in(const std::string& family) { return family == "tag36h11" ? 587 : family == "tag25h9" ? 35 : 30; }
 
-std::string millimetres(double m) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4f", 1e3 * m);
-  return text;
-}
+std::string millimetres(double m) { return capture::formatted("%.4f", 1e3 * m); }
 
 /// Writes the black runs of every row as one path: printers draw hairlines between separate paths.
 void write_cells(std::ostream& out, const TagPattern& pattern, const Vector2d& top_left_m, double cell_m) {
@@ -49,10 +47,9 @@ Vector3d Board::place_m(int index) const {
 }
 
 std::array<Vector3d, 4> Board::corners_m(int tag) const {
-  const Vector3d centre = place_m(tag);
-  const double h = 0.5 * size_m;
-  return {centre + Vector3d(-h, -h, 0), centre + Vector3d(h, -h, 0), centre + Vector3d(h, h, 0),
-          centre + Vector3d(-h, h, 0)};
+  std::array<Vector3d, 4> corners = tag_corners(size_m);
+  for (Vector3d& corner : corners) corner += place_m(tag);
+  return corners;
 }
 
 capture::Tag Board::tag_list() const {

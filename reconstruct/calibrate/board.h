@@ -13,7 +13,6 @@
 #include <Eigen/Core>
 #include <ostream>
 #include <string>
-#include <vector>
 
 #include "capture/session/config.h"
 #include "reconstruct/pose/tag.h"

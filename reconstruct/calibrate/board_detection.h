@@ -2,7 +2,6 @@
 // Detection of the board's points in a picture.
 #include <Eigen/Core>
 #include <memory>
-#include <optional>
 #include <vector>
 
 #include "capture/camera/camera_model.h"
@@ -23,6 +22,12 @@ struct SeenPoints {
 
 struct BoardView {
   std::vector<SeenPoints> seen;
+
+  std::size_t points() const {
+    std::size_t points = 0;
+    for (const SeenPoints& one : seen) points += one.pixels.size();
+    return points;
+  }
 };
 
 class BoardFinder {

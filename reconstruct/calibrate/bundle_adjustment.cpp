@@ -7,7 +7,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <memory>
+
+#include "reconstruct/math/median.h"
+#include "reconstruct/math/rotation_vector.h"
 
 namespace lumigraft::reconstruct {
 namespace {
@@ -18,22 +20,20 @@ using Eigen::Vector3d;
 using Pose = std::array<double, 6>;  // rotation as axis times angle, then translation
 
 Pose pose_of(const Isometry3d& T) {
-  const Eigen::AngleAxisd turn(T.linear());
-  const Vector3d w = turn.angle() * turn.axis(), t = T.translation();
+  const Vector3d w = rotation_vector(T.linear()), t = T.translation();
   return {w.x(), w.y(), w.z(), t.x(), t.y(), t.z()};
 }
 
 Isometry3d isometry_of(const Pose& pose) {
-  const Vector3d w(pose[0], pose[1], pose[2]);
   Isometry3d T = Isometry3d::Identity();
-  if (w.norm() > 0) T.linear() = Eigen::AngleAxisd(w.norm(), w.normalized()).toRotationMatrix();
+  T.linear() = rotation_by({pose[0], pose[1], pose[2]});
   T.translation() = Vector3d(pose[3], pose[4], pose[5]);
   return T;
 }
 
 /// Whitened errors of N correlated points.
 template <int N>
-struct Cost {
+struct PointsCost {
   bool pinhole;
   const SeenPoints* seen;
 
@@ -115,9 +115,7 @@ class Adjuster {
       scales.push_back(block.error / std::sqrt(chi_square_median(static_cast<double>(error.size()))));
     }
     if (scales.empty()) return false;
-    const auto middle = scales.begin() + static_cast<std::ptrdiff_t>(scales.size() / 2);
-    std::nth_element(scales.begin(), middle, scales.end());
-    scale_ = std::max(*middle, 1e-9);
+    scale_ = std::max(median(scales), 1e-9);
     return std::isfinite(scale_);
   }
 
@@ -145,9 +143,10 @@ class Adjuster {
       const bool pinhole = rig_.cameras[block.camera].kind == capture::CameraModel::Kind::pinhole;
       ceres::CostFunction* cost =
           block.seen->pixels.size() == 4
-              ? static_cast<ceres::CostFunction*>(
-                    new ceres::AutoDiffCostFunction<Cost<4>, 8, kLensNumbers, 6, 6>(new Cost<4>{pinhole, block.seen}))
-              : new ceres::AutoDiffCostFunction<Cost<1>, 2, kLensNumbers, 6, 6>(new Cost<1>{pinhole, block.seen});
+              ? static_cast<ceres::CostFunction*>(new ceres::AutoDiffCostFunction<PointsCost<4>, 8, kLensNumbers, 6, 6>(
+                    new PointsCost<4>{pinhole, block.seen}))
+              : new ceres::AutoDiffCostFunction<PointsCost<1>, 2, kLensNumbers, 6, 6>(
+                    new PointsCost<1>{pinhole, block.seen});
       problem.AddResidualBlock(cost, final ? nullptr : new ceres::HuberLoss(scale_ * (block.width() + 1.5)),
                                lenses_[block.camera].data(), camera_poses_[block.camera].data(),
                                boards_[block.moment].data());

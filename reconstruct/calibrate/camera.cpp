@@ -14,8 +14,6 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kPi = std::numbers::pi;
-
 /// The quantile of the values at `fraction`, 0 to 1.
 double quantile(std::vector<double> values, double fraction) {
   if (values.empty()) return 0;
@@ -55,7 +53,7 @@ double widest_sigma_px(const CameraCalibration& calibration) {
         const auto d = model.unproject({i * (model.width - 1.0) / kSteps, k * (model.height - 1.0) / kSteps});
         if (d) widest = std::max(widest, place_sigma_px(calibration, *d));
       } else {
-        const double theta = (0.001 + 0.499 * i / kSteps) * model.fov_rad, phi = 2 * kPi * k / kSteps;
+        const double theta = (0.001 + 0.499 * i / kSteps) * model.fov_rad, phi = 2 * std::numbers::pi * k / kSteps;
         const Vector3d d(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta));
         const auto pixel = model.project(d);
         if (pixel && model.inside(*pixel)) widest = std::max(widest, place_sigma_px(calibration, d));

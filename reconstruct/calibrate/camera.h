@@ -2,7 +2,6 @@
 // Intrinsic calibration of one camera from pictures of a board.
 #include <Eigen/Core>
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <vector>
 

@@ -8,6 +8,7 @@
 
 #include "reconstruct/calibrate/linear_picture.h"
 #include "reconstruct/pose/gray_regions.h"
+#include "reconstruct/pose/planar_pose.h"
 #include "reconstruct/pose/tag_print.h"
 
 namespace lumigraft::reconstruct {
@@ -17,9 +18,8 @@ using Eigen::Matrix2d;
 using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-using Homography = Eigen::Matrix<double, 8, 1>;  // row by row; the last entry is 1
 
-constexpr double kCornerX[4] = {-1, 1, 1, -1}, kCornerY[4] = {-1, -1, 1, 1};  // TagCorners, in half edges
+constexpr double kPrintSize = 2;  // homographies map the print in half edges
 
 /// The plane in front of the camera that homographies map to; origin at the tag's centre, unit about one pixel.
 class Chart {
@@ -68,20 +68,6 @@ struct ChartPixel {
   bool cut = false;  ///< clipped: a lower bound
 };
 
-std::optional<Homography> homography_to(const std::array<Vector2d, 4>& corners) {
-  Eigen::Matrix<double, 8, 8> a;
-  Homography b;
-  for (int i = 0; i < 4; ++i) {
-    const double x = kCornerX[i], y = kCornerY[i], u = corners[i].x(), v = corners[i].y();
-    a.row(2 * i) << x, y, 1, 0, 0, 0, -u * x, -u * y;
-    a.row(2 * i + 1) << 0, 0, 0, x, y, 1, -v * x, -v * y;
-    b[2 * i] = u;
-    b[2 * i + 1] = v;
-  }
-  const Eigen::FullPivLU<Eigen::Matrix<double, 8, 8>> lu(a);
-  return lu.isInvertible() ? std::optional<Homography>(lu.solve(b)) : std::nullopt;
-}
-
 Matrix3d matrix_of(const Homography& h) {
   Matrix3d m;
   m << h[0], h[1], h[2], h[3], h[4], h[5], h[6], h[7], 1;
@@ -104,16 +90,16 @@ Vector2d mapped(const Homography& h, double x, double y) {
 
 // Unknowns: the homography (8); ink, paper and the gradient of paper across the tag (4); width of the blur in pixels
 // (1).
-constexpr int kUnknowns = 13;
-using Row = Eigen::Matrix<double, kUnknowns, 1>;
-using Square = Eigen::Matrix<double, kUnknowns, kUnknowns>;
+constexpr int kCornerUnknowns = 13;
+using CornerVector = Eigen::Matrix<double, kCornerUnknowns, 1>;
+using CornerMatrix = Eigen::Matrix<double, kCornerUnknowns, kCornerUnknowns>;
 
 // As in pose_alignment for clipped paper.
 constexpr double kBlurHold = 0.04;
 
 struct Fit {
-  Square jtj = Square::Zero();
-  Row jtr = Row::Zero();
+  CornerMatrix jtj = CornerMatrix::Zero();
+  CornerVector jtr = CornerVector::Zero();
   double error = 0;     ///< Σ ρ(r), Huber's ρ
   int pixels_used = 0;  ///< unclipped, or clipped and darker in the model
   bool folded = false;
@@ -126,7 +112,7 @@ class Problem {
 
   /// A clipped pixel counts only where the model is darker than it (Tobin 1958): otherwise its value would move edges
   /// into the ink. `hold` is the weight of a prior that keeps the blur near one pixel.
-  Fit linearise(const Row& p, double limit, double hold) const {
+  Fit linearise(const CornerVector& p, double limit, double hold) const {
     Fit fit;
     fit.jtj(12, 12) = hold * hold;
     fit.jtr[12] = hold * hold * (p[12] - 1);
@@ -157,7 +143,7 @@ class Problem {
       const double size = std::abs(residual), weight = size <= limit ? 1 : limit / size;
       fit.error += size <= limit ? residual * residual : limit * (2 * size - limit);
 
-      Row j;
+      CornerVector j;
       j.tail<5>() << 1 - white, white, white * x, white * y, 0;
       if (mean.flat) {  // uniform footprint: no information about positions
         fit.jtj.block<4, 4>(8, 8) += weight * j.segment<4>(8) * j.segment<4>(8).transpose();
@@ -180,10 +166,7 @@ class Problem {
   /// corner at 13 px.
   PrintIntegral::Mean blurred(double x, double y, double width, double height) const {
     constexpr double kWide = 1.342, kNarrow = 0.447;  // their squares: 1 ± 0.8
-    const auto a = print_.mean(x, y, kWide * width, kWide * height);
-    if (a.flat) return a;
-    const auto b = print_.mean(x, y, kNarrow * width, kNarrow * height);
-    return {(a.white + b.white) / 2, false, (a.by_centre + b.by_centre) / 2, (a.by_scale + b.by_scale) / 2};
+    return print_.mean_of_two(x, y, width, height, kWide, kNarrow);
   }
 
   const std::vector<ChartPixel>& pixels_;
@@ -194,13 +177,7 @@ class Problem {
 /// Pixels up to half a cell outside the black square: includes its edges and excludes neighbouring tags.
 std::vector<ChartPixel> pixels_on_print(const capture::Image<std::uint16_t>& light, const TagPattern& pattern,
                                         const TagCorners& corners, const Chart& chart, const Homography& h) {
-  Vector2d low = corners[0], high = corners[0];
-  for (const Vector2d& corner : corners) {
-    low = low.cwiseMin(corner);
-    high = high.cwiseMax(corner);
-  }
-  const Vector2d around = (high - low) / pattern.square_cells + Vector2d::Constant(3);
-  const PixelRegion region = region_around(low - around, high + around, light.width, light.height);
+  const PixelRegion region = region_of_print(corners, pattern, light.width, light.height);
   std::vector<std::optional<Vector2d>> chart_of;
   chart_of.reserve(static_cast<std::size_t>(region.width) * region.height);
   for (int v = region.top; v < region.top + region.height; ++v)
@@ -224,16 +201,13 @@ std::vector<ChartPixel> pixels_on_print(const capture::Image<std::uint16_t>& lig
   return pixels;
 }
 
-/// Initial values: ink and paper from the darkest and brightest tenth of the pixels; a small blur.
-std::optional<Row> initial_values(const Homography& h, const std::vector<ChartPixel>& pixels) {
+/// Initial values: ink and paper from the pixels; a small blur.
+std::optional<CornerVector> initial_values(const Homography& h, const std::vector<ChartPixel>& pixels) {
   std::vector<double> light;
   for (const ChartPixel& pixel : pixels) light.push_back(pixel.light);
-  const auto tenth = static_cast<std::ptrdiff_t>(light.size() / 10);
-  std::nth_element(light.begin(), light.begin() + tenth, light.end());
-  const double ink = light[static_cast<std::size_t>(tenth)];
-  std::nth_element(light.begin(), light.end() - tenth, light.end());
-  Row p;
-  p << h, ink, *(light.end() - tenth), 0, 0, 1;
+  const auto [ink, paper] = ink_and_paper(std::move(light));
+  CornerVector p;
+  p << h, ink, paper, 0, 0, 1;
   return p[9] > p[8] ? std::optional(p) : std::nullopt;
 }
 
@@ -242,8 +216,10 @@ std::optional<PrintCorners> corners_of(const Homography& h, const Eigen::Matrix<
                                        const Chart& chart) {
   PrintCorners result;
   Eigen::Matrix<double, 8, 8> j;
+  const auto print = tag_corners(kPrintSize);
   for (int i = 0; i < 4; ++i) {
-    const Vector2d q = mapped(h, kCornerX[i], kCornerY[i]);
+    const double x = print[i].x(), y = print[i].y();
+    const Vector2d q = mapped(h, x, y);
     constexpr double kStep = 0.5;
     const auto pixel = chart.to_pixel(q), right = chart.to_pixel(q + Vector2d(kStep, 0)),
                below = chart.to_pixel(q + Vector2d(0, kStep));
@@ -251,7 +227,7 @@ std::optional<PrintCorners> corners_of(const Homography& h, const Eigen::Matrix<
     Matrix2d to_pixels;
     to_pixels << (*right - *pixel) / kStep, (*below - *pixel) / kStep;
     result.pixels[static_cast<std::size_t>(i)] = *pixel;
-    j.middleRows<2>(2 * i) = to_pixels * by_homography(h, kCornerX[i], kCornerY[i], q);
+    j.middleRows<2>(2 * i) = to_pixels * by_homography(h, x, y, q);
   }
   result.covariance = j * covariance * j.transpose();
   return result;
@@ -272,7 +248,7 @@ std::optional<PrintCorners> print_corners(const capture::Image<std::uint16_t>& l
     if (!on_chart) return std::nullopt;
     q[i] = *on_chart;
   }
-  const auto h = homography_to(q);
+  const auto h = square_homography(kPrintSize, q);
   if (!h) return std::nullopt;
   const std::vector<ChartPixel> pixels = pixels_on_print(light, pattern, start, *chart, *h);
   if (pixels.size() < 100) return std::nullopt;
@@ -280,17 +256,17 @@ std::optional<PrintCorners> print_corners(const capture::Image<std::uint16_t>& l
   if (!initial) return std::nullopt;
 
   const Problem problem(pixels, pattern);
-  Row p = *initial;
+  CornerVector p = *initial;
   const bool cut = std::any_of(pixels.begin(), pixels.end(), [](const ChartPixel& pixel) { return pixel.cut; });
   const double contrast = p[9] - p[8], limit = 0.15 * contrast, hold = cut ? kBlurHold * contrast : 0;
   Fit fit = problem.linearise(p, limit, hold);
   double damping = 1e-4;
   for (int iteration = 0; iteration < 30 && !fit.folded; ++iteration) {
-    Square damped = fit.jtj;
+    CornerMatrix damped = fit.jtj;
     damped.diagonal() *= 1 + damping;
-    const Row step = damped.ldlt().solve(-fit.jtr);
+    const CornerVector step = damped.ldlt().solve(-fit.jtr);
     if (!step.allFinite()) return std::nullopt;
-    Row next = p + step;
+    CornerVector next = p + step;
     next[12] = std::clamp(next[12], 0.5, 4.0);
     const Fit next_fit = problem.linearise(next, limit, hold);
     const bool settled = std::abs(fit.error - next_fit.error) < 1e-5 * fit.error;
@@ -304,9 +280,9 @@ std::optional<PrintCorners> print_corners(const capture::Image<std::uint16_t>& l
     damping /= 10;
     if (settled) break;
   }
-  if (fit.pixels_used <= 2 * kUnknowns) return std::nullopt;
-  const double variance = fit.error / (fit.pixels_used - kUnknowns);
-  const Square covariance = variance * fit.jtj.ldlt().solve(Square::Identity());
+  if (fit.pixels_used <= 2 * kCornerUnknowns) return std::nullopt;
+  const double variance = fit.error / (fit.pixels_used - kCornerUnknowns);
+  const CornerMatrix covariance = variance * fit.jtj.ldlt().solve(CornerMatrix::Identity());
   auto result = corners_of(p.head<8>(), covariance.topLeftCorner<8, 8>(), *chart);
   if (fit.folded || !result || !result->covariance.allFinite()) return std::nullopt;
   result->paper = p[9];

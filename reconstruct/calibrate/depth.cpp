@@ -6,7 +6,9 @@
 #include <numbers>
 
 #include "reconstruct/calibrate/acceptance.h"
+#include "reconstruct/math/median.h"
 #include "reconstruct/math/pose_covariance.h"
+#include "reconstruct/math/rotation_vector.h"
 #include "reconstruct/pose/gray_regions.h"
 
 namespace lumigraft::reconstruct {
@@ -21,8 +23,7 @@ constexpr double kInner = 0.9;         // fraction of the board that is used: de
 constexpr double kFirstGate_m = 0.15;  // maximum distance from the board in the first round
 constexpr std::size_t kFewestPixels = 100;  // per view
 constexpr double kPixelsOfView = 400;
-constexpr double kNoise =
-    0.0015;  // 1σ over z², 1/m, of depth by triangulation (Khoshelham & Elberink 2012); ratios count
+constexpr double kNoise = 0.0015;  // 1σ over z², 1/m, by triangulation (Khoshelham & Elberink 2012); ratios count
 
 struct Point {
   Vector3d depth_m;  ///< in the depth camera's frame
@@ -79,17 +80,16 @@ class DepthFit {
   /// Image region of the board and of the space within `gate_m` of its plane; the whole picture where it cannot be
   /// determined.
   PixelRegion around(const Isometry3d& T_depth_board, double gate_m) const {
-    Eigen::Vector2d low(1e9, 1e9), high(-1e9, -1e9);
+    Eigen::AlignedBox2d box;
     for (int corner = 0; corner < 8; ++corner) {
       const Vector3d p(corner & 1 ? half_.x() : -half_.x(), corner & 2 ? half_.y() : -half_.y(),
                        corner & 4 ? gate_m : -gate_m);
       const Vector3d there = T_depth_board * p;
       const auto pixel = there.z() > 0.05 ? depth_.project(there) : std::nullopt;
       if (!pixel) return {0, 0, depth_.width, depth_.height};
-      low = low.cwiseMin(*pixel);
-      high = high.cwiseMax(*pixel);
+      box.extend(*pixel);
     }
-    return region_around(low, high, depth_.width, depth_.height);
+    return region_around(box.min(), box.max(), depth_.width, depth_.height);
   }
 
   capture::CameraModel depth_;
@@ -98,28 +98,22 @@ class DepthFit {
   std::vector<Vector3d> rays_;
 };
 
-double median_of(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 double median_distance_m(const std::vector<Point>& points) {
   std::vector<double> distances;
   for (const Point& point : points) distances.push_back(std::abs(point.distance_m));
-  return median_of(std::move(distances));
+  return median(distances);
 }
 
-struct Normal {
+struct NormalEquations {
   Square jtj = Square::Zero();
   Row jtr = Row::Zero();
   std::vector<Row> by_view;  ///< Jᵀr per view
 };
 
 /// Normal equations with Huber weights; `limit` is a multiple of the noise.
-Normal normal_equations(const DepthFit& fit, const std::vector<Point>& points, const Isometry3d& T_color_depth,
-                        double limit, std::size_t views) {
-  Normal n;
+NormalEquations normal_equations(const DepthFit& fit, const std::vector<Point>& points, const Isometry3d& T_color_depth,
+                                 double limit, std::size_t views) {
+  NormalEquations n;
   n.by_view.assign(views, Row::Zero());
   for (const Point& point : points) {
     const double whitened = std::abs(point.distance_m) * std::sqrt(point.weight);
@@ -158,20 +152,19 @@ DepthCalibration calibrate_depth(const capture::CameraModel& depth, const Isomet
   const DepthFit fit(depth, board, views);
   double gate_m = kFirstGate_m, limit = 2;
   std::vector<Point> points;
-  Normal normal;
+  NormalEquations normal;
   for (int round = 0; round < 25; ++round) {
     points = fit.points(result.T_color_depth, gate_m);
     result.views = views_in(points);
     if (result.views < kMinViews) break;
     std::vector<double> whitened;
     for (const Point& point : points) whitened.push_back(std::abs(point.distance_m) * std::sqrt(point.weight));
-    limit = 2 * median_of(std::move(whitened)) / 0.6745;
+    limit = 2 * median(whitened) / 0.6745;
     normal = normal_equations(fit, points, result.T_color_depth, limit, views.size());
     if (!well_posed(normal.jtj)) break;
     const Row step = solved(normal.jtj, -normal.jtr);
     Isometry3d T = Isometry3d::Identity();
-    const double angle = step.head<3>().norm();
-    if (angle > 0) T.linear() = Eigen::AngleAxisd(angle, step.head<3>() / angle).toRotationMatrix();
+    T.linear() = rotation_by(step.head<3>());
     T.translation() = step.tail<3>();
     result.T_color_depth = T * result.T_color_depth;
     gate_m = std::clamp(10 * median_distance_m(points), 0.02, gate_m);

@@ -1,12 +1,11 @@
 #include "reconstruct/calibrate/extrinsics.h"
 
-#include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include "reconstruct/calibrate/acceptance.h"
 #include "reconstruct/calibrate/initial_guess.h"
 #include "reconstruct/math/median.h"
+#include "reconstruct/math/rotation_vector.h"
 
 namespace lumigraft::reconstruct {
 namespace {
@@ -26,8 +25,7 @@ Isometry3d middle_of(const std::vector<Isometry3d>& guesses) {
   for (const Isometry3d& guess : guesses) {
     std::vector<double> apart;  // metres and radians, of similar magnitude here
     for (const Isometry3d& other : guesses)
-      apart.push_back((guess.translation() - other.translation()).norm() +
-                      Eigen::AngleAxisd(Eigen::Matrix3d(guess.linear().transpose() * other.linear())).angle());
+      apart.push_back((guess.translation() - other.translation()).norm() + angle_between(guess, other));
     if (const double middle = median(apart); middle < min_distance) {
       min_distance = middle;
       best = guess;

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "reconstruct/math/median.h"
+
 namespace lumigraft::reconstruct {
 namespace {
 
@@ -13,23 +15,15 @@ using Eigen::Isometry3d;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-std::size_t points_in(const BoardView& view) {
-  std::size_t points = 0;
-  for (const SeenPoints& seen : view.seen) points += seen.pixels.size();
-  return points;
-}
-
 /// Median reprojection error in pixels of the board at this pose.
-double median_error_px(const BoardView& view, const capture::CameraModel& camera, const Isometry3d& T_camera_board) {
+double view_error_px(const BoardView& view, const capture::CameraModel& camera, const Isometry3d& T_camera_board) {
   std::vector<double> errors;
   for (const SeenPoints& seen : view.seen)
     for (std::size_t i = 0; i < seen.pixels.size(); ++i) {
       const auto pixel = camera.project(T_camera_board * seen.points_m[i]);
       errors.push_back(pixel ? (*pixel - seen.pixels[i]).norm() : 1e6);
     }
-  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
-  std::nth_element(errors.begin(), middle, errors.end());
-  return *middle;
+  return median(errors);
 }
 
 /// Mean of the views' median reprojection errors with this lens; views without a pose count as kNone_px.
@@ -39,7 +33,7 @@ double fit_px(const capture::CameraModel& camera, const std::vector<BoardView>& 
   double sum = 0;
   for (const std::size_t i : few) {
     const auto pose = board_pose(views[i], camera);
-    sum += pose ? std::min(kNone_px, median_error_px(views[i], camera, *pose)) : kNone_px;
+    sum += pose ? std::min(kNone_px, view_error_px(views[i], camera, *pose)) : kNone_px;
   }
   return sum / static_cast<double>(few.size());
 }
@@ -106,7 +100,7 @@ std::optional<Rig> start_camera(const capture::CameraModel& camera, const std::v
   std::vector<std::size_t> few(views.size());
   std::iota(few.begin(), few.end(), 0u);
   std::stable_sort(few.begin(), few.end(),
-                   [&](std::size_t a, std::size_t b) { return points_in(views[a]) > points_in(views[b]); });
+                   [&](std::size_t a, std::size_t b) { return views[a].points() > views[b].points(); });
   few.resize(std::min(few.size(), kFew));
   if (few.empty()) return std::nullopt;
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cctype>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 #include <string>
 
 #include "capture/error.h"
@@ -47,9 +48,7 @@ capture::Frame read_any_picture(const fs::path& file) {
                               ": found no picture that can be decoded, allowed: PNG, JPEG, TIFF or BMP");
   capture::Frame picture;
   picture.encoded = capture::Image<std::uint8_t>(bgr.cols, bgr.rows, 3);
-  for (int y = 0; y < bgr.rows; ++y)
-    for (int x = 0; x < bgr.cols; ++x)
-      for (int c = 0; c < 3; ++c) picture.encoded.at(x, y, c) = bgr.at<cv::Vec3b>(y, x)[2 - c];
+  cv::cvtColor(bgr, cv::Mat(bgr.rows, bgr.cols, CV_8UC3, picture.encoded.data.data()), cv::COLOR_BGR2RGB);
   return picture;
 }
 

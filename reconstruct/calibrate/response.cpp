@@ -2,13 +2,13 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 
 #include "capture/camera/srgb.h"
 #include "capture/error.h"
+#include "capture/message_text.h"
+#include "reconstruct/math/median.h"
 
 namespace lumigraft::reconstruct {
 namespace {
@@ -196,10 +196,7 @@ class Channel {
         for (const Reading& r : readings) mean += r.weight * off(r) / sum;
         for (const Reading& r : readings) residuals.push_back(static_cast<float>(std::abs(off(r) - mean)));
       });
-    if (residuals.empty()) return 0;
-    const auto middle = residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2);
-    std::nth_element(residuals.begin(), middle, residuals.end());
-    return *middle;
+    return median(residuals);
   }
 
  private:
@@ -339,14 +336,11 @@ ResponseCalibration calibrate_response(const std::vector<ExposedPicture>& pictur
     shortest = shortest > 0 ? std::min(shortest, picture.exposure) : picture.exposure;
     longest = std::max(longest, picture.exposure);
   }
-  char line[200];
   if (pictures.size() < 3 || !(longest >= kMinRatio * shortest)) {
-    std::snprintf(
-        line, sizeof line,
+    result.refusal = capture::formatted(
         "exposures: found %zu pictures, the longest exposure %.1f times the shortest, allowed: at least 3 and "
         "%.0f times",
         pictures.size(), shortest > 0 ? longest / shortest : 0.0, kMinRatio);
-    result.refusal = line;
     return result;
   }
   result.darkest = 0;
@@ -392,19 +386,15 @@ ResponseCalibration calibrate_response(const std::vector<ExposedPicture>& pictur
     for (std::size_t z = 1; z < kCodes; ++z) linear[z] = std::clamp(linear[z], linear[z - 1], 1.0);
   }
   if (result.darkest > 24 || result.brightest < 235) {
-    std::snprintf(
-        line, sizeof line,
+    result.refusal = capture::formatted(
         "coverage: found code values %d to %d alone at two exposures or more, allowed: at most 24 to at least "
         "235; show dark and bright things, and more exposures",
         result.darkest, result.brightest);
-    result.refusal = line;
   } else if (!(result.residual <= kLargestResidual)) {
-    std::snprintf(
-        line, sizeof line,
+    result.refusal = capture::formatted(
         "residual: found exposures that differ by %.0f %% in the median from what they are said to be, allowed: "
         "at most %.0f %%; did something move, or is a control automatic?",
         100 * result.residual, 100 * kLargestResidual);
-    result.refusal = line;
   }
   return result;
 }
@@ -412,10 +402,8 @@ ResponseCalibration calibrate_response(const std::vector<ExposedPicture>& pictur
 void write_response_file(std::ostream& out, const ResponseCalibration& calibration) {
   out << "# Written by lumigraft calibrate: linear values of R, G and B by code value\n";
   for (std::size_t z = 0; z < kCodes; ++z) {
-    char line[80];
-    std::snprintf(line, sizeof line, "%.7f %.7f %.7f\n", calibration.linear[0][z], calibration.linear[1][z],
-                  calibration.linear[2][z]);
-    out << line;
+    out << capture::formatted("%.7f %.7f %.7f\n", calibration.linear[0][z], calibration.linear[1][z],
+                              calibration.linear[2][z]);
   }
 }
 

@@ -8,11 +8,12 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <optional>
 
 #include "reconstruct/calibrate/acceptance.h"
 #include "reconstruct/calibrate/initial_guess.h"
 #include "reconstruct/calibrate/lens.h"
+#include "reconstruct/math/median.h"
+#include "reconstruct/math/rotation_vector.h"
 
 namespace lumigraft::reconstruct {
 namespace {
@@ -70,8 +71,7 @@ std::vector<Stretch> stretches_of(const std::vector<TimedPose>& path) {
     for (std::size_t k = 0; k < 4; ++k) {
       const TimedPose& pose = path[i - 1 + k];
       s.time_s[k] = pose.time_s - s.from_s;
-      const Eigen::AngleAxisd turn(Eigen::Matrix3d(s.T_first_board.linear().transpose() * pose.T_first_board.linear()));
-      s.turn[k] = turn.angle() * turn.axis();
+      s.turn[k] = rotation_vector(s.T_first_board.linear().transpose() * pose.T_first_board.linear());
       s.shift[k] = pose.T_first_board.translation() - s.T_first_board.translation();
     }
   }
@@ -182,8 +182,8 @@ class TimeFit {
 /// independent, so the covariance is cluster-robust (Liang & Zeger 1986).
 void find_sigma(const std::vector<TimeFit::Pair>& pairs, const std::array<double, kUnknowns>& x,
                 TimeOffsetCalibration& result) {
-  using Square = Eigen::Matrix<double, kUnknowns, kUnknowns>;
-  Square bread = Square::Zero(), meat = Square::Zero();
+  using Matrix = Eigen::Matrix<double, kUnknowns, kUnknowns>;
+  Matrix bread = Matrix::Zero(), meat = Matrix::Zero();
   std::vector<double> errors;
   double speed = 0, corners = 0;
   for (const TimeFit::Pair& pair : pairs) {
@@ -204,13 +204,11 @@ void find_sigma(const std::vector<TimeFit::Pair>& pairs, const std::array<double
     }
     meat += pull * pull.transpose();
   }
-  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
-  std::nth_element(errors.begin(), middle, errors.end());
-  result.median_px = *middle;
+  result.median_px = median(errors);
   result.speed_px = speed / corners;
   const double count = static_cast<double>(pairs.size());
-  const Square inverse = bread.ldlt().solve(Square::Identity());
-  const Square covariance = inverse * meat * inverse * (count / std::max(1.0, count - kUnknowns));
+  const Matrix inverse = bread.ldlt().solve(Matrix::Identity());
+  const Matrix covariance = inverse * meat * inverse * (count / std::max(1.0, count - kUnknowns));
   result.sigma_s = std::hypot(std::sqrt(covariance(0, 0)), kCubic_s);
 }
 
@@ -231,8 +229,7 @@ TimeOffsetCalibration calibrate_time(const capture::CameraModel& first, const ca
       path.push_back({1e-9 * static_cast<double>(timed.time_ns - origin_ns), *pose});
   const TimeFit fit(second, stretches_of(path), second_views, origin_ns);
 
-  const Eigen::AngleAxisd turn(T_second_first.linear());
-  const Vector3d w = turn.angle() * turn.axis(), t = T_second_first.translation();
+  const Vector3d w = rotation_vector(T_second_first.linear()), t = T_second_first.translation();
   std::array<double, kUnknowns> x{0, w.x(), w.y(), w.z(), t.x(), t.y(), t.z()};
   const std::array<double, kUnknowns> start = x;
   double min_px = std::numeric_limits<double>::infinity();

@@ -1,7 +1,7 @@
 #include "reconstruct/calibrate/view_selection.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include "reconstruct/calibrate/linear_picture.h"
@@ -16,12 +16,6 @@ constexpr double kSequenceGap_s = 0.5;  ///< motion is not estimated across long
 constexpr std::size_t kLongestPath = 300;
 constexpr int kClipped = 250;  ///< as in radiance.cpp: pixel values from here on are lower bounds
 constexpr double kMaxClipped = 0.01;
-
-std::size_t corners_in(const BoardView& view) {
-  std::size_t corners = 0;
-  for (const SeenPoints& seen : view.seen) corners += seen.pixels.size();
-  return corners;
-}
 
 /// Mean image motion in pixels of the points in both views; infinite where fewer than half are in both.
 double moved_px(const BoardView& a, const BoardView& b) {
@@ -45,14 +39,12 @@ double moved_px(const BoardView& a, const BoardView& b) {
 void forget_clipped_paper(const capture::Frame& picture, BoardView& view) {
   if (picture.encoded.empty()) return;
   for (SeenPoints& seen : view.seen) {
-    Eigen::Vector2d low = seen.pixels[0], high = seen.pixels[0];
-    for (const Eigen::Vector2d& pixel : seen.pixels) {
-      low = low.cwiseMin(pixel);
-      high = high.cwiseMax(pixel);
-    }
+    Eigen::AlignedBox2d box;
+    for (const Eigen::Vector2d& pixel : seen.pixels) box.extend(pixel);
+    const Eigen::Vector2i low = box.min().cast<int>().cwiseMax(0);
     int clipped = 0, all = 0;
-    for (int v = std::max(0, static_cast<int>(low.y())); v <= high.y() && v < picture.encoded.height; ++v)
-      for (int u = std::max(0, static_cast<int>(low.x())); u <= high.x() && u < picture.encoded.width; ++u, ++all)
+    for (int v = low.y(); v <= box.max().y() && v < picture.encoded.height; ++v)
+      for (int u = low.x(); u <= box.max().x() && u < picture.encoded.width; ++u, ++all)
         for (int c = 0; c < 3; ++c)
           if (picture.encoded.at(u, v, c) >= kClipped) {
             ++clipped;
@@ -151,7 +143,7 @@ ViewSelector::Seen ViewSelector::add(std::int64_t time_ns, const capture::Frame*
   bool moving = false;
   for (std::size_t c = 0; c < 2; ++c) {
     const BoardPicture& now = moment.by_camera[c];
-    seen.corners[c] = corners_in(now.view);
+    seen.corners[c] = now.view.points();
     const double moved = moved_px(last_[c], now.view);
     moving |= any_ && passed_s > 0 && passed_s < kSequenceGap_s && seen.corners[c] > 0 &&
               moved > kStill * passed_s * now.light.width;

@@ -16,8 +16,8 @@ using Eigen::VectorXd;
 constexpr int kTerms = 3;               // of the lens: θ², θ⁴, θ⁶
 constexpr int kSlopes = 2, kBends = 3;  // of the light on the board
 constexpr int kOwn = 1 + kSlopes + kBends;
-constexpr double kAlike = 4.0;      // moments with correlated illumination
-constexpr double kMinNoise = 1e-4;  // lower bound of the noise, for synthetic pictures
+constexpr double kAlike = 4.0;        // moments with correlated illumination
+constexpr double kNoiseFloor = 1e-4;  // lower bound of the noise, for synthetic pictures
 constexpr double kNoVariance = 1e-8;
 constexpr double kOutlier = 4.0;  // σ; for example a finger's shadow or a highlight
 
@@ -121,13 +121,13 @@ Variances next_variances(const std::vector<Moment>& moments, const Solution& s) 
       (k < kSlopes ? sum.slope : sum.bend) += s.own[i][1 + k] * s.own[i][1 + k] + s.own_spread[i](1 + k, 1 + k);
   }
   const double count = static_cast<double>(moments.size());
-  return {std::max(sum.noise / samples, kMinNoise * kMinNoise), std::max(sum.slope / (kSlopes * count), kNoVariance),
-          std::max(sum.bend / (kBends * count), kNoVariance)};
+  return {std::max(sum.noise / samples, kNoiseFloor * kNoiseFloor),
+          std::max(sum.slope / (kSlopes * count), kNoVariance), std::max(sum.bend / (kBends * count), kNoVariance)};
 }
 
 Solution fitted(const std::vector<Moment>& moments, Variances& v) {
-  constexpr int kRounds = 200;
-  for (int round = 0; round < kRounds; ++round) {
+  constexpr int kMaxRounds = 200;
+  for (int round = 0; round < kMaxRounds; ++round) {
     const Variances next = next_variances(moments, solve(moments, v));
     const double change = std::abs(std::log(next.noise / v.noise)) + std::abs(std::log(next.slope / v.slope)) +
                           std::abs(std::log(next.bend / v.bend));

@@ -6,7 +6,6 @@
 namespace lumigraft::reconstruct {
 namespace {
 
-int brick_of(int voxel) { return voxel >> 3; }  // rounds down, negative indices too
 /// Floor. std::floor is a library call without SSE 4.1, which baseline x86-64 lacks.
 int rounded_down(float x) {
   const int toward_zero = static_cast<int>(x);
@@ -15,8 +14,6 @@ int rounded_down(float x) {
 Eigen::Vector3i rounded_down(const Eigen::Vector3f& p) {
   return {rounded_down(p.x()), rounded_down(p.y()), rounded_down(p.z())};
 }
-int voxel_in_brick(int voxel) { return voxel & 7; }
-int index_in_brick(int x, int y, int z) { return x + kBrickEdge * (y + kBrickEdge * z); }
 
 /// The eight voxels around a point, and the position of the point between them.
 struct Cell {
@@ -39,7 +36,7 @@ class Reader {
   /// False if the brick of the cell's lowest corner does not exist: the cell is unknown. Other corners may be null.
   bool find(const Eigen::Vector3f& position_voxels, Cell& cell) {
     const Eigen::Vector3i voxel = rounded_down(position_voxels);
-    const BrickKey key{brick_of(voxel.x()), brick_of(voxel.y()), brick_of(voxel.z())};
+    const BrickKey key = brick_of(voxel);
     if (!has_key_ || key != key_) {
       key_ = key;
       has_key_ = true;
@@ -47,11 +44,11 @@ class Reader {
     }
     if (!neighbour(0)) return false;
     cell.fraction = position_voxels - voxel.cast<float>();
-    const int x = voxel_in_brick(voxel.x()), y = voxel_in_brick(voxel.y()), z = voxel_in_brick(voxel.z());
+    const int x = voxel.x() & 7, y = voxel.y() & 7, z = voxel.z() & 7;
     for (int corner = 0; corner < 8; ++corner) {
       const int cx = x + (corner & 1), cy = y + ((corner >> 1) & 1), cz = z + (corner >> 2);
       cell.bricks[corner] = neighbour((cx >> 3) | ((cy >> 3) << 1) | ((cz >> 3) << 2));
-      cell.index[corner] = index_in_brick(cx & 7, cy & 7, cz & 7);
+      cell.index[corner] = index_in_brick({cx, cy, cz});
     }
     return true;
   }
@@ -221,7 +218,7 @@ std::optional<RayHit> DistanceField::raycast(const Eigen::Vector3f& from_m, cons
     }
     last_distance.reset();
     const Eigen::Vector3i voxel = rounded_down(p);
-    const BrickKey key{brick_of(voxel.x()), brick_of(voxel.y()), brick_of(voxel.z())};
+    const BrickKey key = brick_of(voxel);
     if (brick(key)) {
       t += 0.5f;
       continue;

@@ -7,6 +7,7 @@
 // distance_m is positive in front of surfaces (in free space), negative behind, clamped to ± truncation_m.
 // A voxel with weight 0 was never observed: it is unknown, neither free nor solid.
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -27,14 +28,36 @@ struct FieldBrick {
 };
 
 struct BrickKeyHash {
-  std::size_t operator()(const std::array<int, 3>& k) const {
+  template <typename Integer>
+  std::size_t operator()(const std::array<Integer, 3>& k) const {
     return static_cast<std::size_t>(k[0]) * 73856093u ^ static_cast<std::size_t>(k[1]) * 19349663u ^
            static_cast<std::size_t>(k[2]) * 83492791u;  // Teschner et al. 2003
   }
 };
 using BrickKey = std::array<int, 3>;
+/// Of a voxel of the infinite grid: its brick, and its index in the brick. Shifts round down, negative indices too.
+inline BrickKey brick_of(const Eigen::Vector3i& voxel) { return {voxel.x() >> 3, voxel.y() >> 3, voxel.z() >> 3}; }
+inline int index_in_brick(const Eigen::Vector3i& voxel) {
+  return (voxel.x() & 7) + kBrickEdge * ((voxel.y() & 7) + kBrickEdge * (voxel.z() & 7));
+}
+inline Eigen::Vector3i first_voxel(const BrickKey& key) {
+  return kBrickEdge * Eigen::Map<const Eigen::Vector3i>(key.data());
+}
+/// The voxel with this index in the brick.
+inline Eigen::Vector3i voxel_in(const BrickKey& key, int index) {
+  return first_voxel(key) + Eigen::Vector3i(index & 7, index >> 3 & 7, index >> 6);
+}
 template <typename Brick>
 using BrickMap = std::unordered_map<BrickKey, std::shared_ptr<const Brick>, BrickKeyHash>;
+/// In ascending order, which unlike the map's does not depend on hashing.
+template <typename Brick>
+std::vector<BrickKey> sorted_keys(const BrickMap<Brick>& bricks) {
+  std::vector<BrickKey> keys;
+  keys.reserve(bricks.size());
+  for (const auto& [key, brick] : bricks) keys.push_back(key);
+  std::sort(keys.begin(), keys.end());
+  return keys;
+}
 
 struct FieldSample {
   float distance_m = 0;

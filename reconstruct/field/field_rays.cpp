@@ -18,24 +18,14 @@ Eigen::Vector3i nearest_voxel(const Eigen::Vector3f& p) {
           static_cast<int>(p.z() + (kShift + 0.5f)) - kShift};
 }
 
-/// Index of a voxel in its brick.
-int index_of(const Eigen::Vector3i& voxel) {
-  return (voxel.x() & 7) + kBrickEdge * ((voxel.y() & 7) + kBrickEdge * (voxel.z() & 7));
-}
-
 }  // namespace
 
 FieldRays::FieldRays(const DistanceField& field) : voxel_m_(field.voxel_m) {
   if (field.bricks.empty()) return;
-  Eigen::Vector3i high = Eigen::Vector3i::Zero();
-  bool first = true;
-  for (const auto& [key, brick] : field.bricks) {
-    const Eigen::Vector3i at(key[0], key[1], key[2]);
-    low_ = first ? at : low_.cwiseMin(at).eval();
-    high = first ? at : high.cwiseMax(at).eval();
-    first = false;
-  }
-  size_ = high - low_ + Eigen::Vector3i::Ones();
+  Eigen::AlignedBox3i box;
+  for (const auto& [key, brick] : field.bricks) box.extend(Eigen::Vector3i(key[0], key[1], key[2]));
+  low_ = box.min();
+  size_ = box.sizes() + Eigen::Vector3i::Ones();
   table_.assign(static_cast<std::size_t>(size_.x()) * size_.y() * size_.z(), nullptr);
   for (const auto& [key, brick] : field.bricks) {
     table_[static_cast<std::size_t>(brick_index(key[0], key[1], key[2]))] = brick.get();
@@ -72,14 +62,14 @@ void FieldRays::measure_gaps() {
   const int at = brick_index(voxel.x() >> 3, voxel.y() >> 3, voxel.z() >> 3);
   const FieldBrick* brick = at == kOutside ? nullptr : table_[static_cast<std::size_t>(at)];
   if (!brick) return std::nullopt;
-  const int index = index_of(voxel);
+  const int index = index_in_brick(voxel);
   if (brick->weight[static_cast<std::size_t>(index)] <= 0) return std::nullopt;
   return brick->distance_m[static_cast<std::size_t>(index)] / voxel_m_;
 }
 
 std::optional<float> FieldRays::distance_near(const Eigen::Vector3f& position, const Eigen::Vector3i& voxel,
                                               const FieldBrick& brick) const {
-  const auto at = static_cast<std::size_t>(index_of(voxel));
+  const auto at = static_cast<std::size_t>(index_in_brick(voxel));
   if (brick.weight[at] <= 0) return std::nullopt;
   const float nearest = brick.distance_m[at] / voxel_m_;
   if (std::abs(nearest) > kFieldParameters.interpolation_reach_voxels) return nearest;
@@ -97,7 +87,7 @@ std::optional<float> FieldRays::distance_near(const Eigen::Vector3f& position, c
   if (in_brick.maxCoeff() < kBrickEdge - 1) {
     // All eight are in one brick, the most frequent case; it is `brick`, since the nearest voxel is one of them.
     for (int z = 0; z < 2; ++z) {
-      const auto i = static_cast<std::size_t>(index_of(base) + kBrickEdge * kBrickEdge * z), j = i + kBrickEdge;
+      const auto i = static_cast<std::size_t>(index_in_brick(base) + kBrickEdge * kBrickEdge * z), j = i + kBrickEdge;
       const Simd4 known = {brick.weight[i], brick.weight[i + 1], brick.weight[j], brick.weight[j + 1]};
       const Simd4 distances =
           Simd4{brick.distance_m[i], brick.distance_m[i + 1], brick.distance_m[j], brick.distance_m[j + 1]} / voxel_m_;

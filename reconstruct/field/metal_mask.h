@@ -3,7 +3,6 @@
 // depends on the camera position.
 #include <Eigen/Core>
 #include <unordered_set>
-#include <vector>
 
 #include "capture/session/session.h"
 #include "reconstruct/field/distance_field.h"

@@ -9,11 +9,9 @@ struct FieldParameters {
   std::uint8_t max_gap_bricks = 8;       ///< limit of the map of empty space; bounds the time to build it
   float interpolation_reach_voxels = 2;  ///< beyond it the nearest voxel's distance is exact enough to step by
   float min_ray_step_voxels = 0.7f;      ///< less than a voxel, so that no layer of voxels is skipped
-  float max_distance_slope = 4;          ///< change of distance per length of a real surface whose distances have
-                                         ///< errors (exact: 1); chosen by hand, not swept
+  float max_distance_slope = 4;          ///< change of distance per length of a fused surface (exact: 1); not swept
   // Meshes to fields (real_surface_field).
-  float min_triangle_cosine = 0.6f;  ///< direction to the voxel against the normal; a voxel next to a corner of
-                                     ///< three right angles has 0.577 and stays unknown
+  float min_triangle_cosine = 0.6f;  ///< direction to the voxel to normal; next to a corner of a cube: 0.577, unknown
   float equal_distance_m = 1e-5f;    ///< triangles whose distances differ by less count as equally near
   // Metal (metal_mask).
   float min_metallic = 0.5f;    ///< `metallic` of a real surface from which it counts as metal

@@ -52,7 +52,7 @@ class BrickCubes : public pcl::MarchingCubes<pcl::PointNormal> {
       for (int y = 0; y <= kBrickEdge; ++y)
         for (int z = 0; z <= kBrickEdge; ++z) {
           const FieldBrick* brick = bricks[(x >> 3) | (y >> 3) << 1 | (z >> 3) << 2];
-          const int i = (x & 7) + kBrickEdge * ((y & 7) + kBrickEdge * (z & 7));
+          const int i = index_in_brick({x, y, z});
           // PCL skips cells with a NaN: unknown space has no surface.
           grid_[((x + 1) * kLayers + y + 1) * kLayers + z + 1] =
               brick && brick->weight[i] > 0 ? brick->distance_m[i] : std::numeric_limits<float>::quiet_NaN();
@@ -69,11 +69,6 @@ class BrickCubes : public pcl::MarchingCubes<pcl::PointNormal> {
 /// Exact, since marching cubes leaves at least two coordinates of every vertex on the grid. Merges the vertices of
 /// neighbouring cells.
 using GridVertex = std::array<std::int64_t, 3>;
-struct GridVertexHash {
-  std::size_t operator()(const GridVertex& p) const {
-    return static_cast<std::size_t>(p[0] * 73856093 ^ p[1] * 19349663 ^ p[2] * 83492791);
-  }
-};
 
 GridVertex grid_vertex_of(const Vector3f& in_brick, const BrickKey& key) {
   GridVertex vertex;
@@ -88,16 +83,12 @@ GridVertex grid_vertex_of(const Vector3f& in_brick, const BrickKey& key) {
 }  // namespace
 
 SurfaceMesh extract_surface(const DistanceField& field) {
-  std::vector<BrickKey> keys;
-  for (const auto& [key, brick] : field.bricks) keys.push_back(key);
-  std::sort(keys.begin(), keys.end());
-
   SurfaceMesh mesh;
-  std::unordered_map<GridVertex, int, GridVertexHash> vertex_at;
+  std::unordered_map<GridVertex, int, BrickKeyHash> vertex_at;
   BrickCubes cubes;
-  for (const BrickKey& key : keys) {
+  for (const BrickKey& key : sorted_keys(field.bricks)) {
     const auto& corners = cubes.run(field, key);
-    const Vector3f origin = Eigen::Map<const Eigen::Vector3i>(key.data()).cast<float>() * kBrickEdge;
+    const Vector3f origin = first_voxel(key).cast<float>();
     for (std::size_t t = 0; t + 2 < corners.size(); t += 3) {
       std::array<int, 3> triangle{};
       for (std::size_t c = 0; c < 3; ++c) {

@@ -6,7 +6,6 @@
 #include <limits>
 
 #include "reconstruct/fusion/parameters.h"
-#include "reconstruct/math/simd4.h"
 
 namespace lumigraft::reconstruct {
 namespace {
@@ -96,8 +95,7 @@ std::vector<BrickKey> bricks_on_surfaces(const PreparedDepth& view, const DepthP
 }
 
 Vector3f brick_centre(const BrickKey& key, float voxel_m) {
-  return voxel_m * (Eigen::Map<const Eigen::Vector3i>(key.data()).cast<float>() * kBrickEdge +
-                    Vector3f::Constant(0.5f * (kBrickEdge - 1)));
+  return voxel_m * (first_voxel(key).cast<float>() + Vector3f::Constant(0.5f * (kBrickEdge - 1)));
 }
 
 BrickVisibility brick_visibility(const BrickKey& key, const PreparedDepth& view, const PixelMap& map, float focal,

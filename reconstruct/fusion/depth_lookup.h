@@ -1,7 +1,6 @@
 #pragma once
 // The observation of one voxel in one depth image.
 #include <Eigen/Geometry>
-#include <cmath>
 
 #include "reconstruct/fusion/depth_preprocess.h"
 #include "reconstruct/fusion/parameters.h"

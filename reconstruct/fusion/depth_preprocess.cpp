@@ -1,6 +1,5 @@
 #include "reconstruct/fusion/depth_preprocess.h"
 
-#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <limits>

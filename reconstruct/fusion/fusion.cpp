@@ -2,12 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <unordered_map>
 #include <utility>
-#include <vector>
 
 #include "reconstruct/fusion/brick_pages.h"
 #include "reconstruct/fusion/brick_selection.h"

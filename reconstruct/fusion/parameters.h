@@ -29,8 +29,7 @@ struct UpdateSchedule {
   std::uint32_t patience_turns = 8;   ///< different values of it
   float other_view = 8;               ///< new views after which every brick is updated
   float same_view = 0.5f;             ///< new views below which rows that were not observed are not observed now
-  std::uint32_t frequent_frames = 2;  ///< rows take turns only in bricks whose last update is at most so long ago, else
-                                      ///< a visitor would remain in the brick's corners
+  std::uint32_t frequent_frames = 2;  ///< rows take turns only in bricks updated so recently, lest a visitor remains
   std::uint32_t row_turns = 4;        ///< a row that takes turns is updated in every fourth update
   float free_row = 0.99f;             ///< of the truncation distance, from which a row counts as free
 };
@@ -43,8 +42,7 @@ struct SearchSchedule {
   float other_view = 8;              ///< such motions after which the whole frame is searched
   int moving_subsets = 2;            ///< a moving camera's frames are searched by halves (12 to 19 % less time)
   int still_subsets = 4;             ///< those of a camera at rest by quarters
-  std::uint32_t initial_frames = 4;  ///< searched whole and published at once: with halves too little of the room was
-                                     ///< known to check the extrinsics (tilt of 28° for 15°)
+  std::uint32_t initial_frames = 4;  ///< searched whole and published at once, to know enough for the extrinsics check
 };
 inline constexpr SearchSchedule kSearchSchedule;
 
@@ -79,12 +77,11 @@ inline constexpr DepthPreprocessParameters kDepthPreprocess;
 
 /// The observation of one voxel next to a jump or the image border (depth_lookup).
 struct DepthLookupParameters {
-  float edge_weight = 0.25f;       ///< factor on the weight of an observation next to a jump or outside the image
-  float behind_grazing = 2.5f;     ///< truncation distances along a ray that a surface is solid, at grazing angles too
-  float rim_voxels = 1.5f;         ///< within it of a rim, a surface is solid only near itself; also the reach of
-                                   ///< extrapolated planes. Without it rims grew ledges of up to 60 mm
-  float min_depth_m = 0.3f;        ///< least depth for which the reach of extrapolation in pixels is computed
-  float occlusion_voxels = 2;      ///< within it of a jump, what one surface hides of the other is filled in
+  float edge_weight = 0.25f;    ///< factor on the weight of an observation next to a jump or outside the image
+  float behind_grazing = 2.5f;  ///< truncation distances along a ray that a surface is solid, at grazing angles too
+  float rim_voxels = 1.5f;      ///< reach of planes at rims, where surfaces are solid near themselves only: no ledges
+  float min_depth_m = 0.3f;     ///< least depth for which the reach of extrapolation in pixels is computed
+  float occlusion_voxels = 2;   ///< within it of a jump, what one surface hides of the other is filled in
   float rim_slack_voxels = 0.75f;  ///< a cell that the rim passes through needs a corner behind the surface
   float deep_voxels = 3;           ///< a voxel deeper than this behind the measured depth,
   float deep_ratio = 1.02f;        ///< and this ratio, is not observed: a plane differs less from its own pixel
@@ -99,8 +96,7 @@ struct BrickSelectionParameters {
   float near_m = 0.05f;          ///< nothing is fused closer to the camera
   float search_step_voxels = 3;  ///< spacing of the surface points at which bricks are searched; less than half a brick
   int block_stride = 4;          ///< largest spacing in blocks of 2 × 2 pixels; a power of two
-  float open_truncations = 4;    ///< a brick is in open space if everything along its rays is so much behind it: at
-                                 ///< least the truncation distance from planes inclined by up to 75°
+  float open_truncations = 4;    ///< a brick is in open space if all along its rays is so far behind: planes up to 75°
 };
 inline constexpr BrickSelectionParameters kBrickSelection;
 

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
+#include "capture/message_text.h"
 #include "reconstruct/field/real_surface_field.h"
 #include "reconstruct/fusion/parameters.h"
 #include "reconstruct/math/depth_noise.h"
@@ -21,10 +21,8 @@ bool is_mirror(const capture::RealSurface& surface) {
 }
 
 std::string offset_text(const Isometry3d& offset) {
-  char text[64];
-  std::snprintf(text, sizeof text, "%.0f mm and %.1f degrees", 1e3 * offset.translation().norm(),
-                Eigen::AngleAxisd(offset.linear()).angle() * 180 / M_PI);
-  return text;
+  return capture::formatted("%.0f mm and %.1f degrees", 1e3 * offset.translation().norm(),
+                            Eigen::AngleAxisd(offset.linear()).angle() * 180 / M_PI);
 }
 
 }  // namespace
@@ -48,11 +46,8 @@ RealSurfaces::RealSurfaces(const capture::Session& session, float voxel_m)
 }
 
 DepthGrid RealSurfaces::sample(const capture::Image<float>& depth_m) const {
-  DepthGrid grid;
-  grid.step = step_;
-  grid.columns = columns_;
-  grid.rows = rows_;
-  grid.points.resize(rays_.size());
+  DepthGrid grid{
+      .columns = columns_, .rows = rows_, .step = step_, .points = std::vector<DepthGrid::Point>(rays_.size())};
   for (std::size_t i = 0; i < rays_.size(); ++i) {
     const int at = static_cast<int>(i), u = at % columns_ * step_ + step_ / 2, v = at / columns_ * step_ + step_ / 2;
     const float depth = depth_m.at(u, v);

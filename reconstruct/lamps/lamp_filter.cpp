@@ -10,7 +10,7 @@
 namespace lumigraft::reconstruct {
 namespace {
 
-constexpr const LampParameters::Filter& kParameters = kLampParameters.filter;
+constexpr const LampParameters::Filter& kFilter = kLampParameters.filter;
 
 using Block = Eigen::Matrix<double, kUnknownsPerLamp, kUnknownsPerLamp>;
 
@@ -50,7 +50,7 @@ std::array<Eigen::Vector3f, 2> axes_across(const Eigen::Vector3f& direction) {
 }
 
 bool far_apart(const Eigen::Matrix<double, kUnknownsPerLamp, 1>& difference, const Block& covariance) {
-  return difference.dot(covariance.inverse() * difference) > kParameters.contradiction;
+  return difference.dot(covariance.inverse() * difference) > kFilter.contradiction;
 }
 
 }  // namespace
@@ -79,10 +79,10 @@ void LampFilter::follow(const PointLight& light, const LampEstimate& estimate, c
                         light.clipped,     light.direction, light.irradiance, axes_across(light.direction),
                         Parameters::Zero()};
   const auto was = std::find_if(tracks_.begin(), tracks_.end(), [&](const Track& t) { return t.id == light.id; });
-  bool goes_on = was != tracks_.end() && was->clipped == light.clipped &&
-                 was->direction.dot(light.direction) > kParameters.same_direction &&
-                 (light.clipped ||
-                  (was->irradiance - light.irradiance).norm() < kParameters.same_irradiance * was->irradiance.norm());
+  bool goes_on =
+      was != tracks_.end() && was->clipped == light.clipped &&
+      was->direction.dot(light.direction) > kFilter.same_direction &&
+      (light.clipped || (was->irradiance - light.irradiance).norm() < kFilter.same_irradiance * was->irradiance.norm());
   Track track = goes_on ? *was : new_track;
   Parameters value = parameters(track, light, estimate);
   bool counts = true;
@@ -132,14 +132,14 @@ void LampFilter::fuse(const Eigen::MatrixXd& before, const Step& step) {
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(size, size);
   Eigen::VectorXd product = Eigen::VectorXd::Zero(size);
   if (!step.kept.empty())
-    add(chosen(before, step.kept_from), values_at(mean_, step.kept_from), step.kept, kParameters.kept, information,
+    add(chosen(before, step.kept_from), values_at(mean_, step.kept_from), step.kept, kFilter.kept, information,
         product);
   add(chosen(step.covariance, step.counted), values_at(step.values, step.counted), step.counted, 1, information,
       product);
   information_ = std::move(information);
   const Eigen::MatrixXd after = information_.inverse();
   mean_ = after * product;
-  solves_ = step.kept.empty() ? 1 : kParameters.kept * solves_ + 1;
+  solves_ = step.kept.empty() ? 1 : kFilter.kept * solves_ + 1;
 }
 
 LampEstimate LampFilter::report(std::size_t lamp, const PointLight& light, LampEstimate estimate,

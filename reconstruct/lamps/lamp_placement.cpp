@@ -7,12 +7,11 @@
 #include "reconstruct/lamps/distant_lamps.h"
 #include "reconstruct/lamps/lamp_refinement.h"
 #include "reconstruct/lamps/parameters.h"
-#include "reconstruct/lamps/shading_model.h"
 
 namespace lumigraft::reconstruct {
 namespace {
 
-constexpr const LampParameters::Search& kParameters = kLampParameters.search;
+constexpr const LampParameters::Search& kSearch = kLampParameters.search;
 
 std::vector<double> spaced(double low, double high, int count) {
   std::vector<double> result;
@@ -22,13 +21,13 @@ std::vector<double> spaced(double low, double high, int count) {
 
 std::vector<SamplePair> thinned(const std::vector<SamplePair>& pairs) {
   std::vector<SamplePair> result;
-  for (std::size_t i = 0; i < pairs.size(); i += kParameters.pair_stride) result.push_back(pairs[i]);
+  for (std::size_t i = 0; i < pairs.size(); i += kSearch.pair_stride) result.push_back(pairs[i]);
   return result;
 }
 
 double outline_penalty(const PointLight& light, bool flat) {
-  return (light.squareness > kParameters.quadrilateral && !flat) || (light.squareness < kParameters.round && flat)
-             ? 1 + kParameters.outline_penalty
+  return (light.squareness > kSearch.quadrilateral && !flat) || (light.squareness < kSearch.round && flat)
+             ? 1 + kSearch.outline_penalty
              : 1;
 }
 
@@ -51,7 +50,7 @@ class LampSearch {
       start_gains();
       adopt(refine_lamps(model_, some_pairs_, paper_, shapes_, Search::rough));
     }
-    for (int round = 0; round < kParameters.rounds; ++round) {
+    for (int round = 0; round < kSearch.rounds; ++round) {
       bool changed = false;
       for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) changed |= descend(lamp);
       if (!changed) break;
@@ -79,7 +78,7 @@ class LampSearch {
     for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
       if (model_.placed(lamp)) continue;
       const double moved = std::log(found.lamps[lamp].distance_m / before[lamp]->distance_m);
-      if (std::abs(moved) > kParameters.fine_limit * kParameters.fine_reach) return std::nullopt;
+      if (std::abs(moved) > kSearch.fine_limit * kSearch.fine_reach) return std::nullopt;
     }
     return found;
   }
@@ -92,19 +91,17 @@ class LampSearch {
         model_.tabulate(lamp, {model_.log_distance_of(model_.light(lamp))}, 1);
       else
         model_.tabulate(
-            lamp,
-            spaced(std::log(kParameters.min_distance_m), std::log(kParameters.max_distance_m), kParameters.grid_steps),
-            1);
+            lamp, spaced(std::log(kSearch.min_distance_m), std::log(kSearch.max_distance_m), kSearch.grid_steps), 1);
       const Eigen::Vector3f& direction = model_.light(lamp).direction;
       facing_[lamp] = {-direction};
-      if (direction.z() > kParameters.facing_cosine) facing_[lamp].push_back(-Eigen::Vector3f::UnitZ());
+      if (direction.z() > kSearch.facing_cosine) facing_[lamp].push_back(-Eigen::Vector3f::UnitZ());
       const Eigen::Vector3f to_tag =
           -(probe + static_cast<float>(kLampParameters.usual_distance_m) * direction).normalized();
-      if (to_tag.dot(direction) < -kParameters.facing_cosine) facing_[lamp].push_back(to_tag);
+      if (to_tag.dot(direction) < -kSearch.facing_cosine) facing_[lamp].push_back(to_tag);
       LampShape& shape = shapes_[lamp];
       shape = {};
       shape.log_distance = std::log(kLampParameters.usual_distance_m);
-      shape.flat = model_.light(lamp).squareness > kParameters.quadrilateral;
+      shape.flat = model_.light(lamp).squareness > kSearch.quadrilateral;
       if (shape.flat) shape.tilt = model_.tilt_of(lamp, facing_[lamp].back());
       if (model_.placed(lamp)) set_from_tag(lamp);
       update(lamp);
@@ -133,7 +130,7 @@ class LampSearch {
     for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
       if (far[lamp]) {
         shapes_[lamp] = *far[lamp];
-        model_.tabulate(lamp, {shapes_[lamp].log_distance}, kParameters.fine_rays);
+        model_.tabulate(lamp, {shapes_[lamp].log_distance}, kSearch.fine_rays);
       } else {
         tabulate_near(lamp);
       }
@@ -148,10 +145,10 @@ class LampSearch {
   void tabulate_near(std::size_t lamp) {
     const double at = shapes_[lamp].log_distance;
     if (model_.placed(lamp))
-      model_.tabulate(lamp, {at}, kParameters.fine_rays);
+      model_.tabulate(lamp, {at}, kSearch.fine_rays);
     else
-      model_.tabulate(lamp, spaced(at - kParameters.fine_reach, at + kParameters.fine_reach, kParameters.fine_steps),
-                      kParameters.fine_rays);
+      model_.tabulate(lamp, spaced(at - kSearch.fine_reach, at + kSearch.fine_reach, kSearch.fine_steps),
+                      kSearch.fine_rays);
   }
 
   LampSolution solution(const Refinement& last) const {
@@ -165,7 +162,7 @@ class LampSearch {
       estimate.flat = shape.flat;
       estimate.beam = shape.beam;
       estimate.far = shape.far;
-      if (shape.beam) estimate.log_sigma = std::hypot(estimate.log_sigma, kParameters.beam_log_sigma);
+      if (shape.beam) estimate.log_sigma = std::hypot(estimate.log_sigma, kSearch.beam_log_sigma);
       if (shape.flat) estimate.normal = model_.normal(lamp, shape);
       for (std::size_t c = 0; c < 3; ++c) {
         estimate.gain[static_cast<Eigen::Index>(c)] = static_cast<float>(std::exp(shape.log_gain[c]));
@@ -200,14 +197,14 @@ class LampSearch {
       if (clipped(lamp) && !unseen(lamp)) all.push_back(lamp);
     }
     scan_gain(all);
-    for (int round = 0; round < kParameters.rounds; ++round) {
+    for (int round = 0; round < kSearch.rounds; ++round) {
       for (const std::size_t lamp : all) scan_gain({lamp});
     }
   }
 
   void scan_gain(const std::vector<std::size_t>& lamps) {
     double min_cost = std::numeric_limits<double>::infinity(), best = 0;
-    for (const double log_gain : spaced(0, std::log(kParameters.max_gain), kParameters.gain_steps)) {
+    for (const double log_gain : spaced(0, std::log(kSearch.max_gain), kSearch.gain_steps)) {
       for (const std::size_t lamp : lamps) set_gain(lamp, log_gain);
       const double here = cost();
       if (here >= min_cost) continue;
@@ -248,8 +245,8 @@ class LampSearch {
       }
     };
     const double octave = std::log(2.0);
-    const std::vector<double> gains = unseen(lamp) ? spaced(0, std::log(kParameters.max_gain), kParameters.gain_steps)
-                                      : clipped(lamp) ? spaced(-2 * octave, 2 * octave, kParameters.near_gain_steps)
+    const std::vector<double> gains = unseen(lamp)    ? spaced(0, std::log(kSearch.max_gain), kSearch.gain_steps)
+                                      : clipped(lamp) ? spaced(-2 * octave, 2 * octave, kSearch.near_gain_steps)
                                                       : std::vector{0.0};
     for (const double gain : gains) {
       std::array<double, 3> log_gain = before.log_gain;
@@ -286,9 +283,9 @@ class LampSearch {
       best = tried;
       min_cost = tried.cost * penalty(tried.shapes);
     }
-    for (std::size_t lamp = 0; lamp < std::min<std::size_t>(kParameters.shaped, model_.lamps()); ++lamp) {
+    for (std::size_t lamp = 0; lamp < std::min<std::size_t>(kSearch.shaped, model_.lamps()); ++lamp) {
       const float squareness = model_.light(lamp).squareness;
-      if (squareness < kParameters.round || squareness > kParameters.quadrilateral || shape_known(lamp)) continue;
+      if (squareness < kSearch.round || squareness > kSearch.quadrilateral || shape_known(lamp)) continue;
       std::vector<LampShape> other = best.shapes;
       other[lamp].flat = !other[lamp].flat;
       other[lamp].tilt = {};
@@ -306,17 +303,17 @@ class LampSearch {
   /// A lamp deep in a shade lights a patch, as a near isotropic lamp does. It is taken for a beam where that explains
   /// the room much better.
   void try_beams(Refinement& best, double min_cost) const {
-    for (std::size_t lamp = 0; lamp < std::min<std::size_t>(kParameters.shaped, model_.lamps()); ++lamp) {
+    for (std::size_t lamp = 0; lamp < std::min<std::size_t>(kSearch.shaped, model_.lamps()); ++lamp) {
       // Beyond the grid a lamp counts as distant: no beam.
-      if (model_.placed(lamp) || best.shapes[lamp].log_distance > std::log(kParameters.max_distance_m)) continue;
+      if (model_.placed(lamp) || best.shapes[lamp].log_distance > std::log(kSearch.max_distance_m)) continue;
       std::vector<LampShape> other = best.shapes;
       if (!other[lamp].flat) other[lamp].tilt = {};
       other[lamp].flat = other[lamp].beam = true;
-      other[lamp].log_distance += kParameters.beam_farther;
+      other[lamp].log_distance += kSearch.beam_farther;
       const Refinement tried = refine_lamps(model_, some_pairs_, paper_, other, Search::rough);
       const double cost = tried.cost * penalty(tried.shapes);
-      if (cost > kParameters.max_beam_cost * min_cost ||
-          min_cost - cost < kParameters.min_beam_gain * static_cast<double>(some_pairs_.size()))
+      if (cost > kSearch.max_beam_cost * min_cost ||
+          min_cost - cost < kSearch.min_beam_gain * static_cast<double>(some_pairs_.size()))
         continue;
       best = tried;
       min_cost = cost;
@@ -344,7 +341,7 @@ LampSolution locate_lamps(const IrradianceModel& room, const Illumination& illum
   const std::vector<SamplePair> pairs = choose_pairs(samples);
   if (paper) {
     samples.push_back(*paper);
-    gathered.push_back(room.gather(paper->position, paper->normal, kParameters.paper_rays).irradiance);
+    gathered.push_back(room.gather(paper->position, paper->normal, kSearch.paper_rays).irradiance);
   }
   ShadingModel model(room, illumination, samples, gathered);
   const int paper_index = paper ? static_cast<int>(samples.size()) - 1 : -1;

@@ -5,12 +5,11 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <memory>
 
 namespace lumigraft::reconstruct {
 namespace {
 
-constexpr const LampParameters::Refinement& kParameters = kLampParameters.refinement;
+constexpr const LampParameters::Refinement& kRefinement = kLampParameters.refinement;
 
 /// Log albedo of all samples and its derivatives, computed once per step for all pairs.
 class Evaluation : public ceres::EvaluationCallback {
@@ -81,13 +80,13 @@ class Evaluation : public ceres::EvaluationCallback {
         continue;
       }
       const double value = parameters_[p];
-      parameters_[p] = value + kParameters.step;
+      parameters_[p] = value + kRefinement.step;
       model_.factors(lamp, shape(lamp), ahead);
-      parameters_[p] = value - kParameters.step;
+      parameters_[p] = value - kRefinement.step;
       model_.factors(lamp, shape(lamp), behind);
       parameters_[p] = value;
       for (std::size_t i = 0; i < ahead.size(); ++i) {
-        const float change = (ahead[i] - behind[i]) / static_cast<float>(2 * kParameters.step);
+        const float change = (ahead[i] - behind[i]) / static_cast<float>(2 * kRefinement.step);
         if (change != 0) derivative[p][i] = change * powers_[lamp] * slope[i];
       }
     }
@@ -103,9 +102,9 @@ class Evaluation : public ceres::EvaluationCallback {
 };
 
 double albedo_scale_weight(const AlbedoScalePrior& prior) {
-  return std::sqrt(kParameters.scale_pairs / 3) / prior.log_sigma;
+  return std::sqrt(kRefinement.scale_pairs / 3) / prior.log_sigma;
 }
-const double kChannelScale = 1 / (kParameters.pair_scale * std::sqrt(3.0));
+const double kChannelScale = 1 / (kRefinement.pair_scale * std::sqrt(3.0));
 
 /// a s / (a + s) of a squared residual s.
 class GemanMcClure : public ceres::LossFunction {
@@ -184,15 +183,15 @@ struct Prior {
   std::array<double, 3> log_measured;  ///< irradiance, whose colour clipping changed
   template <typename T>
   bool operator()(const T* p, T* residuals) const {
-    residuals[0] = weight * kParameters.distance_prior * (p[0] - std::log(kLampParameters.usual_distance_m));
-    residuals[1] = weight * kParameters.tilt_prior * p[1];
-    residuals[2] = weight * kParameters.tilt_prior * p[2];
+    residuals[0] = weight * kRefinement.distance_prior * (p[0] - std::log(kLampParameters.usual_distance_m));
+    residuals[1] = weight * kRefinement.tilt_prior * p[1];
+    residuals[2] = weight * kRefinement.tilt_prior * p[2];
     const T colour[3] = {p[3] + log_measured[0], p[4] + log_measured[1], p[5] + log_measured[2]};
     const T mean = (colour[0] + colour[1] + colour[2]) / 3.0;
     T warmth = T(0);
-    for (int c = 0; c < 3; ++c) warmth += kParameters.warm[c] * colour[c];
-    for (int c = 0; c < 3; ++c) residuals[3 + c] = weight * (colour[c] - mean - warmth * kParameters.warm[c]);
-    residuals[6] = weight / kParameters.warmth_looseness * (warmth - kParameters.usual_warmth);
+    for (int c = 0; c < 3; ++c) warmth += kRefinement.warm[c] * colour[c];
+    for (int c = 0; c < 3; ++c) residuals[3 + c] = weight * (colour[c] - mean - warmth * kRefinement.warm[c]);
+    residuals[6] = weight / kRefinement.warmth_looseness * (warmth - kRefinement.usual_warmth);
     return true;
   }
 };
@@ -223,7 +222,7 @@ std::vector<AlikeLamps> alike_lamps(const ShadingModel& model, const std::vector
       for (std::size_t k = 0; k < i; ++k) {
         result.push_back(
             {kind[k], kind[i],
-             2 / (static_cast<double>(kind.size()) * kParameters.alike_log_sigma * kParameters.alike_log_sigma),
+             2 / (static_cast<double>(kind.size()) * kRefinement.alike_log_sigma * kRefinement.alike_log_sigma),
              log_measured(kind[k]) - log_measured(kind[i])});
       }
     }
@@ -261,7 +260,7 @@ Uncertainty uncertainty_of(const ShadingModel& model, const Evaluation& evaluati
     const LampShape shape = evaluation.shape(lamp);
     for (std::size_t c = 0; c < 3; ++c)
       scale[static_cast<Eigen::Index>(kUnknownsPerLamp * lamp + 3 + c)] =
-          std::exp(std::max(0.0, kParameters.log_dim - shape.log_gain[c]));
+          std::exp(std::max(0.0, kRefinement.log_dim - shape.log_gain[c]));
   }
   double squares = 0, weights = 0;
   for (const SamplePair& pair : pairs) {
@@ -281,8 +280,8 @@ Uncertainty uncertainty_of(const ShadingModel& model, const Evaluation& evaluati
     }
   }
   curvature = curvature.selfadjointView<Eigen::Lower>();
-  const double min_variance = std::pow(kParameters.model_error / kParameters.pair_scale, 2) / 3;
-  const double variance = kParameters.pairs_per_observation * std::max(min_variance, squares / std::max(weights, 1e-9));
+  const double min_variance = std::pow(kRefinement.model_error / kRefinement.pair_scale, 2) / 3;
+  const double variance = kRefinement.pairs_per_observation * std::max(min_variance, squares / std::max(weights, 1e-9));
   curvature /= variance;
   const AlbedoScalePrior prior = albedo_scale_prior(paper);
   for (int c = 0; with_scale_prior && c < 3; ++c) {
@@ -294,9 +293,9 @@ Uncertainty uncertainty_of(const ShadingModel& model, const Evaluation& evaluati
   }
   for (Eigen::Index p = 0; p < size; ++p) {
     const Eigen::Index unknown = p % kUnknownsPerLamp;
-    curvature(p, p) += unknown == 0  ? kParameters.distance_prior * kParameters.distance_prior
-                       : unknown < 3 ? kParameters.tilt_prior * kParameters.tilt_prior
-                                     : kParameters.gain_prior;
+    curvature(p, p) += unknown == 0  ? kRefinement.distance_prior * kRefinement.distance_prior
+                       : unknown < 3 ? kRefinement.tilt_prior * kRefinement.tilt_prior
+                                     : kRefinement.gain_prior;
   }
   for (const AlikeLamps& alike : alikes) {
     row.setZero();
@@ -335,8 +334,8 @@ bool needs_albedo_scale_prior(const ShadingModel& model, int paper) {
 }
 
 AlbedoScalePrior albedo_scale_prior(int paper) {
-  return paper >= 0 ? AlbedoScalePrior{paper, kParameters.paper_albedo, kParameters.paper_log_sigma}
-                    : AlbedoScalePrior{-1, kParameters.room_albedo, kParameters.room_log_sigma};
+  return paper >= 0 ? AlbedoScalePrior{paper, kRefinement.paper_albedo, kRefinement.paper_log_sigma}
+                    : AlbedoScalePrior{-1, kRefinement.room_albedo, kRefinement.room_log_sigma};
 }
 
 double albedo_scale_cost(const ShadingModel& model, const std::vector<Eigen::Array3f>& log_albedo, int paper) {
@@ -350,7 +349,7 @@ namespace {
 /// Prior and bounds of one lamp's unknowns.
 void add_lamp(ceres::Problem& problem, Evaluation& evaluation, const ShadingModel& model, std::size_t lamp) {
   double* p = evaluation.of_lamp(lamp);
-  auto* prior = new Prior{std::sqrt(kParameters.prior_pairs), {}};
+  auto* prior = new Prior{std::sqrt(kRefinement.prior_pairs), {}};
   for (int c = 0; c < 3; ++c) {
     prior->log_measured[static_cast<std::size_t>(c)] = std::log(std::max(model.light(lamp).irradiance[c], 1e-12f));
   }
@@ -362,12 +361,12 @@ void add_lamp(ceres::Problem& problem, Evaluation& evaluation, const ShadingMode
   }
   for (int i = 0; i < kUnknownsPerLamp; ++i) {
     if (std::count(known.begin(), known.end(), i)) continue;
-    const double max_tilt = kParameters.max_tilt;
-    problem.SetParameterLowerBound(p, i, i == 0 ? std::log(kParameters.min_distance_m) : i < 3 ? -max_tilt : 0);
+    const double max_tilt = kRefinement.max_tilt;
+    problem.SetParameterLowerBound(p, i, i == 0 ? std::log(kRefinement.min_distance_m) : i < 3 ? -max_tilt : 0);
     problem.SetParameterUpperBound(p, i,
-                                   i == 0  ? std::log(kParameters.max_distance_m)
+                                   i == 0  ? std::log(kRefinement.max_distance_m)
                                    : i < 3 ? max_tilt
-                                           : std::log(kParameters.max_gain));
+                                           : std::log(kRefinement.max_gain));
   }
   if (!known.empty()) problem.SetManifold(p, new ceres::SubsetManifold(kUnknownsPerLamp, known));
 }
@@ -375,8 +374,8 @@ void add_lamp(ceres::Problem& problem, Evaluation& evaluation, const ShadingMode
 void minimise(ceres::Problem& problem, Search how) {
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
-  options.max_num_iterations = how == Search::fine ? kParameters.fine_iterations : kParameters.rough_iterations;
-  options.function_tolerance = how == Search::fine ? kParameters.fine_tolerance : kParameters.rough_tolerance;
+  options.max_num_iterations = how == Search::fine ? kRefinement.fine_iterations : kRefinement.rough_iterations;
+  options.function_tolerance = how == Search::fine ? kRefinement.fine_tolerance : kRefinement.rough_tolerance;
   options.num_threads = 1;
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
@@ -395,14 +394,14 @@ Refinement refine_lamps(const ShadingModel& model, const std::vector<SamplePair>
   for (std::size_t lamp = 0; lamp < evaluation.lamps(); ++lamp) blocks.push_back(evaluation.of_lamp(lamp));
   for (const SamplePair& pair : pairs) {
     problem.AddResidualBlock(new PairCost(evaluation, pair),
-                             new GemanMcClure(how == Search::fine ? 1 : kParameters.wide_level), blocks);
+                             new GemanMcClure(how == Search::fine ? 1 : kRefinement.wide_level), blocks);
   }
   const bool with_scale_prior = needs_albedo_scale_prior(model, paper);
   if (with_scale_prior) problem.AddResidualBlock(new AlbedoScalePriorCost(model, evaluation, paper), nullptr, blocks);
   for (std::size_t lamp = 0; lamp < evaluation.lamps(); ++lamp) add_lamp(problem, evaluation, model, lamp);
   const std::vector<AlikeLamps> alikes = alike_lamps(model, start);
   for (const AlikeLamps& alike : alikes) {
-    auto* cost = new Alike{std::sqrt(alike.information * kParameters.scale_pairs / 3), alike.log_gain_ratio};
+    auto* cost = new Alike{std::sqrt(alike.information * kRefinement.scale_pairs / 3), alike.log_gain_ratio};
     problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Alike, 1, kUnknownsPerLamp, kUnknownsPerLamp>(cost),
                              nullptr, evaluation.of_lamp(alike.first), evaluation.of_lamp(alike.second));
   }

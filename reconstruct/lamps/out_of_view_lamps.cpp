@@ -9,9 +9,9 @@
 namespace lumigraft::reconstruct {
 namespace {
 
-constexpr const LampParameters::OutOfView& kParameters = kLampParameters.out_of_view;
+constexpr const LampParameters::OutOfView& kOutOfView = kLampParameters.out_of_view;
 /// Power that the uncertainty of weaker lamps is relative to, over all light at the probe.
-const float kDim = kParameters.min_power * std::exp(static_cast<float>(kLampParameters.refinement.log_dim));
+const float kDim = kOutOfView.min_power * std::exp(static_cast<float>(kLampParameters.refinement.log_dim));
 
 }  // namespace
 
@@ -22,13 +22,13 @@ OutOfViewLamps::OutOfViewLamps(Illumination& light, const FieldRays& rays) {
   const Eigen::Vector3f& probe = light.probe_position_m;
   std::erase_if(light.lights, [&](const PointLight& lamp) {
     if (lamp.visibility != PointLight::Visibility::dark) return false;
-    const float free_m = (lamp.position_m - probe).norm() - 2 * lamp.radius_m - kParameters.housing_m;
+    const float free_m = (lamp.position_m - probe).norm() - 2 * lamp.radius_m - kOutOfView.housing_m;
     return free_m <= 0 || !rays.first_crossing(probe, lamp.direction, free_m);
   });
   for (PointLight& lamp : light.lights) {
     if (lamp.visibility == PointLight::Visibility::visible) continue;
     priors_.push_back({lamp.id, lamp.irradiance, lamp.power_log_sigma});
-    lamp.irradiance = Eigen::Vector3f::Constant(std::max(kParameters.min_power * all_light_, 1e-9f));
+    lamp.irradiance = Eigen::Vector3f::Constant(std::max(kOutOfView.min_power * all_light_, 1e-9f));
     lamp.clipped = true;
   }
 }
@@ -44,11 +44,11 @@ void OutOfViewLamps::resolve(Illumination& light, const std::vector<capture::Tag
     const std::string text = "lamp " + (name < named.size() ? named[name].name : "") + ": ";
     const float irradiance = lamp->irradiance.mean();
     const float upper_bound = irradiance + lamp->power_log_sigma * std::max(irradiance, kDim * all_light_);
-    if (upper_bound < kParameters.off_power * all_light_) {
+    if (upper_bound < kOutOfView.off_power * all_light_) {
       light.lights.erase(lamp);
       continue;
     }
-    if (lamp->power_log_sigma <= kParameters.max_log_sigma) continue;
+    if (lamp->power_log_sigma <= kOutOfView.max_log_sigma) continue;
     if (prior.log_sigma >= kUnknownPowerLogSigma) {
       warnings.push_back(text +
                          "neither the fish-eye nor the shading determines its power, and none is configured: omitted");

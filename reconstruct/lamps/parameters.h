@@ -72,8 +72,7 @@ struct LampParameters {
     /// Drawn to white instead, the blue of a bulb was 26 % too strong.
     double warm[3] = {0.631, 0.134, -0.765};
     double usual_warmth = 0.8, warmth_looseness = 4;
-    double alike_log_sigma = 0.7;  ///< of log radiance of clipped lamps of one kind: four equal panels are found at 90
-                                   ///< to 136 % of their power instead of 2 to 260 %
+    double alike_log_sigma = 0.7;  ///< of log radiance of clipped lamps of a kind: panels 90 to 136 %, not 2 to 260 %
     double log_dim = 3.4;          ///< log gain at which an unseen lamp is dim but matters: 3 % of all light
   } refinement;
 

@@ -9,7 +9,7 @@
 namespace lumigraft::reconstruct {
 namespace {
 
-constexpr const LampParameters::Pairs& kParameters = kLampParameters.pairs;
+constexpr const LampParameters::Pairs& kPairs = kLampParameters.pairs;
 
 }  // namespace
 
@@ -28,15 +28,14 @@ std::vector<SamplePair> choose_pairs(const std::vector<SurfaceSample>& samples) 
     for (const int b : usable) {
       if (a != b) near.emplace_back((samples[static_cast<std::size_t>(b)].position - sample.position).squaredNorm(), b);
     }
-    const auto count = std::min<std::ptrdiff_t>(kParameters.neighbours, static_cast<std::ptrdiff_t>(near.size()));
+    const auto count = std::min<std::ptrdiff_t>(kPairs.neighbours, static_cast<std::ptrdiff_t>(near.size()));
     std::partial_sort(near.begin(), near.begin() + count, near.end());
     for (std::ptrdiff_t i = 0; i < count; ++i) pairs.push_back({a, near[static_cast<std::size_t>(i)].second});
-    for (int found = 0, i = 0; i < kParameters.far_tries && found < kParameters.far; ++i) {
+    for (int found = 0, i = 0; i < kPairs.far_tries && found < kPairs.far; ++i) {
       const int b = usable[random() % usable.size()];
       const SurfaceSample& other = samples[static_cast<std::size_t>(b)];
-      if (a == b || sample.normal.dot(other.normal) < kParameters.same_orientation) continue;
-      if ((sample.position - other.position).squaredNorm() > kParameters.far_reach_m * kParameters.far_reach_m)
-        continue;
+      if (a == b || sample.normal.dot(other.normal) < kPairs.same_orientation) continue;
+      if ((sample.position - other.position).squaredNorm() > kPairs.far_reach_m * kPairs.far_reach_m) continue;
       pairs.push_back({a, b});
       ++found;
     }

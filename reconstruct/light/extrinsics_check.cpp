@@ -1,7 +1,6 @@
 #include "reconstruct/light/extrinsics_check.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -14,9 +13,7 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr float kPi = std::numbers::pi_v<float>;
-constexpr float kDegree = kPi / 180;
-constexpr const LightParameters::ExtrinsicsCheck& kParameters = kLightParameters.extrinsics_check;
+constexpr const LightParameters::ExtrinsicsCheck& kExtrinsicsCheck = kLightParameters.extrinsics_check;
 
 struct PoseOffset {
   Eigen::Matrix3f turn = Eigen::Matrix3f::Identity();  ///< of the configured directions
@@ -25,7 +22,7 @@ struct PoseOffset {
 
 /// Fibonacci spiral on the sphere.
 Vector3f spiral(int i) {
-  const float z = 1 - (2 * static_cast<float>(i) + 1) / kParameters.directions,
+  const float z = 1 - (2 * static_cast<float>(i) + 1) / kExtrinsicsCheck.directions,
               phi = 2.39996323f * static_cast<float>(i);
   const float r = std::sqrt(1 - z * z);
   return {r * std::cos(phi), r * std::sin(phi), z};
@@ -41,14 +38,15 @@ class ExtrinsicsCheck {
                   const capture::FisheyeCamera& camera)
       : field_(field), rays_(rays), metal_(metal), light_(light) {
     axis_ = camera.T_tag_fisheye.linear().cast<float>().col(2);
-    end_ = std::cos(std::min(kPi, 0.5f * static_cast<float>(camera.model.fov_rad) - kParameters.margin_deg * kDegree));
+    end_ = std::cos(std::min(std::numbers::pi_v<float>,
+                             0.5f * static_cast<float>(camera.model.fov_rad) - kExtrinsicsCheck.margin_deg * kDegree));
     sample_field(Vector3f::Zero());
   }
 
   std::optional<ExtrinsicsError> find() {
     const PoseOffset configured;
     const auto now = cost(configured);
-    if (!now || *now < kParameters.agreement) return std::nullopt;
+    if (!now || *now < kExtrinsicsCheck.agreement) return std::nullopt;
     // Small turns and shifts look alike: refine the best turn, the configured pose, and the best shift. A shift must
     // explain much more to be accepted.
     PoseOffset best = coarse_turn(*now), near, shifted = coarse_shift(*now);
@@ -60,11 +58,11 @@ class ExtrinsicsCheck {
       best = offset;
     };
     take(near, 1);
-    take(shifted, kParameters.shift_over_turn);
+    take(shifted, kExtrinsicsCheck.shift_over_turn);
     const double turn = Eigen::AngleAxisf(best.turn).angle() / kDegree, shift = best.shift_m.norm();
-    const bool differs = turn > kParameters.min_turn_deg || shift > kParameters.min_shift_m;
-    return min_cost < kParameters.min_improvement * *now && differs ? std::optional(ExtrinsicsError{turn, shift})
-                                                                    : std::nullopt;
+    const bool differs = turn > kExtrinsicsCheck.min_turn_deg || shift > kExtrinsicsCheck.min_shift_m;
+    return min_cost < kExtrinsicsCheck.min_improvement * *now && differs ? std::optional(ExtrinsicsError{turn, shift})
+                                                                         : std::nullopt;
   }
 
  private:
@@ -80,9 +78,9 @@ class ExtrinsicsCheck {
     shift_m_ = shift_m;
     known_.clear();
     const Vector3f from = light_.probe_position_m + shift_m;
-    for (int i = 0; i < kParameters.directions; ++i) {
+    for (int i = 0; i < kExtrinsicsCheck.directions; ++i) {
       const Vector3f direction = spiral(i);
-      const auto hit = rays_.first_crossing(from, direction, kParameters.max_ray_m);
+      const auto hit = rays_.first_crossing(from, direction, kExtrinsicsCheck.max_ray_m);
       const auto radiance = hit ? field_.radiance(*hit) : std::nullopt;
       if (!radiance || !(radiance->mean() > 0) || metal_.contains(*hit)) continue;
       known_.push_back({direction, std::log(radiance->mean())});
@@ -93,7 +91,7 @@ class ExtrinsicsCheck {
     if (direction.dot(axis_) < end_) return false;
     return std::none_of(light_.lights.begin(), light_.lights.end(), [&](const PointLight& lamp) {
       return direction.dot(lamp.direction) >
-             std::cos(1.5f * lamp.angular_radius_rad + kParameters.margin_deg * kDegree);
+             std::cos(1.5f * lamp.angular_radius_rad + kExtrinsicsCheck.margin_deg * kDegree);
     });
   }
 
@@ -107,15 +105,26 @@ class ExtrinsicsCheck {
       differences_.push_back(std::log(std::max(light_.environment.sample(seen_at).mean(), 1e-6f)) - known.log_radiance);
     }
     if (first_common_ == 0) first_common_ = differences_.size();
-    if (differences_.size() < kParameters.min_directions ||
-        static_cast<float>(differences_.size()) < kParameters.min_common_fraction * static_cast<float>(first_common_)) {
+    if (differences_.size() < kExtrinsicsCheck.min_directions ||
+        static_cast<float>(differences_.size()) <
+            kExtrinsicsCheck.min_common_fraction * static_cast<float>(first_common_)) {
       return std::nullopt;
     }
     const float factor = median(differences_);
     float sum = 0;
-    for (const float value : differences_) sum += std::min(std::abs(value - factor), kParameters.max_log_difference);
+    for (const float value : differences_)
+      sum += std::min(std::abs(value - factor), kExtrinsicsCheck.max_log_difference);
     return sum / static_cast<float>(differences_.size());
   }
+
+  /// Whether the cost is less than `min_cost`, which it then becomes.
+  bool improves(const PoseOffset& offset, float& min_cost) {
+    const auto here = cost(offset);
+    if (!here || *here >= min_cost) return false;
+    min_cost = *here;
+    return true;
+  }
+
   /// The best turn in steps of 10°: all turns about the optical axis, and tilts of it up to 30°.
   PoseOffset coarse_turn(float min_cost) {
     PoseOffset best;
@@ -126,10 +135,7 @@ class ExtrinsicsCheck {
             turned(turned(axis_, 45 * static_cast<float>(side)) * x, 10 * static_cast<float>(tilt));
         for (int about = 0; about < 36; ++about) {
           const PoseOffset offset{across * turned(axis_, 10 * static_cast<float>(about)), Vector3f::Zero()};
-          const auto here = cost(offset);
-          if (!here || *here >= min_cost) continue;
-          min_cost = *here;
-          best = offset;
+          if (improves(offset, min_cost)) best = offset;
         }
       }
     }
@@ -141,13 +147,10 @@ class ExtrinsicsCheck {
     PoseOffset best;
     for (const float metres : {0.1f, 0.2f}) {
       for (int i = 0; i < 10; ++i) {
-        const float angle = static_cast<float>(i) * kPi / 4;
+        const float angle = static_cast<float>(i) * std::numbers::pi_v<float> / 4;
         const Vector3f along = i < 8 ? Vector3f(std::cos(angle), std::sin(angle), 0) : Vector3f(0, 0, i == 8 ? 1 : -1);
         const PoseOffset offset{Eigen::Matrix3f::Identity(), metres * along};
-        const auto here = cost(offset);
-        if (!here || *here >= min_cost) continue;
-        min_cost = *here;
-        best = offset;
+        if (improves(offset, min_cost)) best = offset;
       }
     }
     return best;
@@ -155,11 +158,11 @@ class ExtrinsicsCheck {
 
   /// Pattern search over turns and shifts with steps that are halved.
   float refine(PoseOffset& offset) {
-    float min_cost = cost(offset).value_or(kParameters.max_log_difference);
-    for (int level = 0; level < kParameters.refine_levels; ++level) {
-      const float scale = static_cast<float>(1 << level), degrees = kParameters.first_turn_deg / scale,
-                  metres = kParameters.first_shift_m / scale;
-      for (int round = 0; round < kParameters.rounds_per_level; ++round) {
+    float min_cost = cost(offset).value_or(kExtrinsicsCheck.max_log_difference);
+    for (int level = 0; level < kExtrinsicsCheck.refine_levels; ++level) {
+      const float scale = static_cast<float>(1 << level), degrees = kExtrinsicsCheck.first_turn_deg / scale,
+                  metres = kExtrinsicsCheck.first_shift_m / scale;
+      for (int round = 0; round < kExtrinsicsCheck.rounds_per_level; ++round) {
         const float before = min_cost;
         for (int i = 0; i < 12; ++i) {
           const float sign = i % 2 ? -1.0f : 1.0f;
@@ -170,10 +173,7 @@ class ExtrinsicsCheck {
           } else {
             next.shift_m += sign * metres * axis;
           }
-          const auto here = cost(next);
-          if (!here || *here >= min_cost) continue;
-          min_cost = *here;
-          offset = next;
+          if (improves(next, min_cost)) offset = next;
         }
         if (min_cost > 0.99f * before) break;
       }

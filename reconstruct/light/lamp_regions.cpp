@@ -10,7 +10,7 @@
 namespace lumigraft::reconstruct {
 namespace {
 
-constexpr const LightParameters::Regions& kParameters = kLightParameters.regions;
+constexpr const LightParameters::Regions& kRegions = kLightParameters.regions;
 
 template <typename F>
 void for_neighbours(std::uint32_t pixel, const FisheyeView& view, int reach, F f) {
@@ -50,7 +50,7 @@ Pixels stable_region(const std::vector<float>& level, const FisheyeView& view, s
     if (next.level < floor) break;
     lowest = std::min(lowest, next.level);
     total += view.solid_angle_sr[next.pixel];
-    if (total > kParameters.max_region_sr) {
+    if (total > kRegions.max_region_sr) {
       complete = false;
       break;
     }
@@ -73,16 +73,16 @@ Pixels stable_region(const std::vector<float>& level, const FisheyeView& view, s
   std::ptrdiff_t count = 0;
   float max_area = 0;  // solid angle to which the blurred edge alone may extend the region
   for (int step = 1;; ++step) {
-    const float t = level[peak] * std::exp2(-static_cast<float>(step) / kParameters.thresholds_per_octave);
+    const float t = level[peak] * std::exp2(-static_cast<float>(step) / kRegions.thresholds_per_octave);
     if (t / 2 < end) break;
     const std::ptrdiff_t here = count_above(t), below = count_above(t / 2);
     if (here == 0) continue;
     if (count == 0) {
       // An edge blurred over a pixel moves by less than half a pixel over an octave.
       const float edge = 0.5f * std::sqrt(12.57f * area[here - 1] * pixel_sr);
-      if (area[below - 1] > (1 + kParameters.max_growth) * area[here - 1] + edge) continue;
+      if (area[below - 1] > (1 + kRegions.max_growth) * area[here - 1] + edge) continue;
       count = below;
-      max_area = (1 + kParameters.max_growth) * area[below - 1] + edge;
+      max_area = (1 + kRegions.max_growth) * area[below - 1] + edge;
     } else if (area[below - 1] <= max_area) {
       count = below;  // more of the edge of the same region; a merge with a neighbour would add more
     } else {

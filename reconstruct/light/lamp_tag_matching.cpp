@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 
+#include "capture/message_text.h"
 #include "reconstruct/light/lamp_merge.h"
 #include "reconstruct/light/parameters.h"
 
@@ -13,10 +13,7 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr float kDegree = std::numbers::pi_v<float> / 180;
-constexpr const LightParameters::TagMatching& kParameters = kLightParameters.tag_matching;
-
-float angle_between(const Vector3f& a, const Vector3f& b) { return std::acos(std::clamp(a.dot(b), -1.0f, 1.0f)); }
+constexpr const LightParameters::TagMatching& kTagMatching = kLightParameters.tag_matching;
 
 /// Irradiance at the probe times squared distance, over intensity along the normal.
 float slant(const PointLight& lamp) {
@@ -30,7 +27,7 @@ struct PolarPosition {
 };
 PolarPosition from_probe(const LampTagPose& tag, const Vector3f& probe_m) {
   const Vector3f to = tag.position_m - probe_m;
-  return {to.stableNormalized(), std::max(to.norm(), kParameters.min_distance_m)};
+  return {to.stableNormalized(), std::max(to.norm(), kTagMatching.min_distance_m)};
 }
 
 const LampTagPose* tag_of(const std::vector<LampTagPose>& tags, int lamp) {
@@ -44,8 +41,8 @@ bool has_tag(const std::vector<PointLight>& lights, int tag) {
 
 /// Largest angle between a tag's direction and its lamp in the image.
 float gate_rad(const LampTagPose& tag, float distance_m, const PointLight& light) {
-  return kParameters.slack_rad + kParameters.gate_sigmas * std::atan(tag.sigma_m / distance_m) +
-         kParameters.gate_radii * light.angular_radius_rad;
+  return kTagMatching.slack_rad + kTagMatching.gate_sigmas * std::atan(tag.sigma_m / distance_m) +
+         kTagMatching.gate_radii * light.angular_radius_rad;
 }
 
 /// ∫ L dω at the probe, mean of channels.
@@ -56,15 +53,13 @@ float all_light(const Illumination& seen) {
 }
 
 std::string dark_warning(const std::string& name, const std::vector<PointLight>& lights, const Vector3f& direction) {
-  float nearest_deg = kParameters.near_deg;
+  float nearest_deg = kTagMatching.near_deg;
   for (const PointLight& light : lights)
     if (light.lamp_tag < 0) nearest_deg = std::min(nearest_deg, angle_between(light.direction, direction) / kDegree);
   std::string text = "lamp " + name + ": no light is visible at its tag's position: it is off or hidden";
-  if (nearest_deg >= kParameters.near_deg) return text;
-  char more[120];
-  std::snprintf(more, sizeof more, "; or it is the light %.0f degrees away, and position_m or tag_size_m is wrong",
-                nearest_deg);
-  return text + more;
+  if (nearest_deg >= kTagMatching.near_deg) return text;
+  return text + capture::formatted("; or it is the light %.0f degrees away, and position_m or tag_size_m is wrong",
+                                   nearest_deg);
 }
 
 }  // namespace
@@ -106,7 +101,7 @@ bool LampTagMatcher::in_view(const Vector3f& position_m) const {
   const Eigen::Vector3d p = camera_->T_tag_fisheye.inverse() * position_m.cast<double>();
   const double from_axis = std::atan2(p.head<2>().norm(), p.z());
   const auto pixel = camera_->model.project(p);
-  return pixel && from_axis < 0.5 * camera_->model.fov_rad - kParameters.view_margin_rad && pixel->x() > 0 &&
+  return pixel && from_axis < 0.5 * camera_->model.fov_rad - kTagMatching.view_margin_rad && pixel->x() > 0 &&
          pixel->y() > 0 && pixel->x() < camera_->model.width - 1 && pixel->y() < camera_->model.height - 1;
 }
 
@@ -121,7 +116,8 @@ void LampTagMatcher::place_seen(PointLight& lamp, const LampTagPose& tag, const 
   } else if (lamp.region < 0) {
     const float tag_angle_sigma = tag.sigma_m / distance_m;
     const float tag_variance = tag_angle_sigma * tag_angle_sigma;
-    const float weight = tag_variance / (tag_variance + kParameters.fisheye_sigma_rad * kParameters.fisheye_sigma_rad);
+    const float weight =
+        tag_variance / (tag_variance + kTagMatching.fisheye_sigma_rad * kTagMatching.fisheye_sigma_rad);
     lamp.direction = (weight * lamp.direction + (1 - weight) * tag_direction).normalized();
   }
   if (lamp.region < 0) lamp.angular_radius_rad = std::atan(static_cast<float>(configured.radius_m) / distance_m);
@@ -133,10 +129,10 @@ void LampTagMatcher::place_seen(PointLight& lamp, const LampTagPose& tag, const 
   const float falloff = slant(lamp) / (distance_m * distance_m);
   if (elsewhere && power.seen && lamp.hidden == 0) lamp.irradiance = *power.seen * falloff;
   if (lamp.clipped && configured.intensity &&
-      (*configured.intensity * falloff).sum() > kParameters.min_configured_ratio * lamp.irradiance.sum()) {
+      (*configured.intensity * falloff).sum() > kTagMatching.min_configured_ratio * lamp.irradiance.sum()) {
     lamp.irradiance = *configured.intensity * falloff;
     lamp.clipped = false;
-    lamp.power_log_sigma = kParameters.known_power_log_sigma;
+    lamp.power_log_sigma = kTagMatching.known_power_log_sigma;
   }
   if (!lamp.clipped && lamp.hidden == 0) power.seen = lamp.irradiance / falloff;
   lamp.intensity = lamp.irradiance * distance_m * distance_m;
@@ -158,7 +154,7 @@ PointLight LampTagMatcher::unseen_lamp(const LampTagPose& tag, const Illuminatio
   lamp.distance_log_sigma = tag.sigma_m / distance_m;
   lamp.flat = configured.normal.has_value();
   lamp.normal = tag.normal;
-  const bool turned_away = lamp.flat && -lamp.normal.dot(lamp.direction) < kParameters.min_facing_cosine;
+  const bool turned_away = lamp.flat && -lamp.normal.dot(lamp.direction) < kTagMatching.min_facing_cosine;
   lamp.visibility =
       in_view(tag.position_m) && !turned_away ? PointLight::Visibility::dark : PointLight::Visibility::outside_view;
   const float falloff = slant(lamp) / (distance_m * distance_m);
@@ -167,9 +163,9 @@ PointLight LampTagMatcher::unseen_lamp(const LampTagPose& tag, const Illuminatio
     warnings.push_back(dark_warning(configured.name, seen.lights, lamp.direction));
   if (lamp.visibility == PointLight::Visibility::outside_view && known) {
     lamp.irradiance = *known * falloff;
-    lamp.power_log_sigma = kParameters.known_power_log_sigma;
+    lamp.power_log_sigma = kTagMatching.known_power_log_sigma;
   } else {
-    if (!power.guess) power.guess = Vector3f::Constant(kParameters.unknown_power_fraction * all_light(seen) / falloff);
+    if (!power.guess) power.guess = Vector3f::Constant(kTagMatching.unknown_power_fraction * all_light(seen) / falloff);
     lamp.irradiance = *power.guess * falloff;
     lamp.power_log_sigma = kUnknownPowerLogSigma;
   }
@@ -214,9 +210,9 @@ bool same_places(const std::vector<PointLight>& a, const std::vector<PointLight>
   return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const PointLight& p, const PointLight& q) {
     return p.id == q.id && p.lamp_tag == q.lamp_tag && p.visibility == q.visibility && p.clipped == q.clipped &&
            p.flat == q.flat && p.distance_known == q.distance_known &&
-           (p.position_m - q.position_m).norm() < kParameters.same_position_m &&
-           (p.irradiance - q.irradiance).norm() <= kParameters.same_irradiance * q.irradiance.norm() &&
-           (p.normal - q.normal).norm() < kParameters.same_normal;
+           (p.position_m - q.position_m).norm() < kTagMatching.same_position_m &&
+           (p.irradiance - q.irradiance).norm() <= kTagMatching.same_irradiance * q.irradiance.norm() &&
+           (p.normal - q.normal).norm() < kTagMatching.same_normal;
   });
 }
 

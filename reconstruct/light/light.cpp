@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 #include <optional>
 
 #include "capture/camera/radiance.h"
+#include "capture/message_text.h"
 #include "reconstruct/light/environment.h"
 #include "reconstruct/light/fisheye_rays.h"
 #include "reconstruct/light/lamp_tag_matching.h"
@@ -71,25 +71,25 @@ std::string hidden_warning(const Illumination& illumination) {
 std::string clipped_warning(const Illumination& illumination) {
   const auto count = std::count_if(illumination.lights.begin(), illumination.lights.end(),
                                    [](const PointLight& light) { return light.clipped; });
-  char line[160];
-  std::snprintf(line, sizeof line,
-                "%d lamp%s clipped in the fish-eye frame: %s power is a lower bound (%.2f %% of pixels)",
-                static_cast<int>(count), count == 1 ? " is" : "s are", count == 1 ? "its" : "their",
-                100 * illumination.clipped_fraction);
-  return count > 0 ? line : "";
+  if (count == 0) return {};
+  return capture::formatted("%d lamp%s clipped in the fish-eye frame: %s power is a lower bound (%.2f %% of pixels)",
+                            static_cast<int>(count), count == 1 ? " is" : "s are", count == 1 ? "its" : "their",
+                            100 * illumination.clipped_fraction);
 }
 
 }  // namespace
+
+float angle_between(const Eigen::Vector3f& a, const Eigen::Vector3f& b) {
+  return std::acos(std::clamp(a.dot(b), -1.0f, 1.0f));
+}
 
 float PointLight::emission(const Eigen::Vector3f& towards) const {
   return flat ? std::max(0.0f, normal.dot(towards)) / std::max(-normal.dot(direction), kMinSlantCosine) : 1.0f;
 }
 
 struct LightStage::State {
-  State(const capture::Session& session, const LightSettings& the_settings)
-      : settings(the_settings), tracker(static_cast<std::size_t>(the_settings.max_lights)), tag_matcher(session) {}
+  explicit State(const capture::Session& session) : tracker(kLightParameters.max_lights), tag_matcher(session) {}
 
-  LightSettings settings;
   Illumination illuminate(const capture::RadianceImage& picture) const;
   void place(const std::vector<LampTagPose>& tags, bool fresh);
 
@@ -109,8 +109,7 @@ struct LightStage::State {
   std::uint64_t version = 0;
 };
 
-LightStage::LightStage(const capture::Session& session, const LightSettings& settings)
-    : state_(std::make_unique<State>(session, settings)) {
+LightStage::LightStage(const capture::Session& session) : state_(std::make_unique<State>(session)) {
   state_->camera = session.fisheye;
   state_->color_response = session.color.response;
   if (!session.fisheye) return;
@@ -122,7 +121,7 @@ LightStage::LightStage(const capture::Session& session, const LightSettings& set
 LightStage::~LightStage() = default;
 
 Illumination LightStage::State::illuminate(const capture::RadianceImage& picture) const {
-  const LightSplit split = split_lamps(picture.radiance, picture.clipped, view, settings.max_lights);
+  const LightSplit split = split_lamps(picture.radiance, picture.clipped, view, kLightParameters.max_lights);
   Illumination now;
   now.probe_position_m = camera->T_tag_fisheye.translation().cast<float>();
   for (const SplitLamp& lamp : split.lamps) {

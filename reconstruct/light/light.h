@@ -44,6 +44,8 @@ struct PointLight {
   float emission(const Eigen::Vector3f& towards) const;
 };
 
+float angle_between(const Eigen::Vector3f& a, const Eigen::Vector3f& b);  ///< in radians; a and b unit
+
 constexpr float kUnknownPowerLogSigma = 10;  ///< power_log_sigma of an unknown power
 /// Lower bound of a panel's n·ω_probe. Seen at a slant its normal intensity is extrapolated by 1/cosine; this bounds
 /// the factor to 10. Same value as in relight.
@@ -68,13 +70,9 @@ struct Illumination {
   std::uint64_t version = 0;
 };
 
-struct LightSettings {
-  int max_lights = 8;
-};
-
 class LightStage {
  public:
-  LightStage(const capture::Session& session, const LightSettings& settings);
+  explicit LightStage(const capture::Session& session);
   ~LightStage();
   struct Result {
     /// The last pointer again if there is no new fish-eye picture; may be null.

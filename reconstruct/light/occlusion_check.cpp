@@ -1,6 +1,5 @@
 #include "reconstruct/light/occlusion_check.h"
 
-#include <algorithm>
 #include <numbers>
 #include <vector>
 
@@ -10,7 +9,7 @@
 namespace lumigraft::reconstruct {
 namespace {
 
-constexpr const LightParameters::Occlusion& kParameters = kLightParameters.occlusion;
+constexpr const LightParameters::Occlusion& kOcclusion = kLightParameters.occlusion;
 
 }  // namespace
 
@@ -20,8 +19,8 @@ std::optional<float> median_radiance(const capture::Frame* color, const capture:
   const int width = linear ? color->radiance.width : color->encoded.width;
   const int height = linear ? color->radiance.height : color->encoded.height;
   std::vector<float> levels;
-  for (int v = 0; v < height; v += kParameters.pixel_step) {
-    for (int u = 0; u < width; u += kParameters.pixel_step) {
+  for (int v = 0; v < height; v += kOcclusion.pixel_step) {
+    for (int u = 0; u < width; u += kOcclusion.pixel_step) {
       float sum = 0;
       for (int c = 0; c < 3; ++c) {
         sum += linear ? color->radiance.at(u, v, c)
@@ -36,8 +35,8 @@ std::optional<float> median_radiance(const capture::Frame* color, const capture:
 OcclusionCheck::Finding OcclusionCheck::check(double flux, std::optional<float> room_radiance, bool clipped) {
   Finding finding;
   // Without a colour image that shows the lamps still on, the room may really be dark.
-  if (seen_ && flux < kParameters.max_flux_ratio * flux_ && room_radiance && room_radiance_ && *room_radiance_ > 0 &&
-      *room_radiance > kParameters.min_colour_ratio * *room_radiance_) {
+  if (seen_ && flux < kOcclusion.max_flux_ratio * flux_ && room_radiance && room_radiance_ && *room_radiance_ > 0 &&
+      *room_radiance > kOcclusion.min_colour_ratio * *room_radiance_) {
     finding.covered = true;
     finding.warning =
         "the fish-eye is covered: its image became dark and the colour image did not; the last light is kept";
@@ -46,7 +45,7 @@ OcclusionCheck::Finding OcclusionCheck::check(double flux, std::optional<float> 
   seen_ = true;
   flux_ = flux;
   room_radiance_ = room_radiance;
-  if (!clipped && room_radiance && std::numbers::pi * *room_radiance > kParameters.max_returned_ratio * flux) {
+  if (!clipped && room_radiance && std::numbers::pi * *room_radiance > kOcclusion.max_returned_ratio * flux) {
     finding.warning =
         "the fish-eye measures far less light than the room reflects to the colour camera: it is covered, "
         "or one of their exposures is wrong";

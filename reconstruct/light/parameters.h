@@ -6,7 +6,11 @@
 
 namespace lumigraft::reconstruct {
 
+constexpr float kDegree = std::numbers::pi_v<float> / 180;  ///< in radians
+
 struct LightParameters {
+  int max_lights = 8;  ///< strongest first
+
   struct Environment {
     int width = 128, height = 64;   ///< cells: 2.8°, far finer than nine harmonics or a diffuse surface resolve
     int subsamples = 6;             ///< per edge of a cell, which has about 8 x 8 pixels of a 512-pixel fish-eye
@@ -36,8 +40,7 @@ struct LightParameters {
     std::size_t min_clipped_px = 5;
     std::size_t min_white_px = 2;  ///< where all channels clip: the sun is hardly wider than a pixel
     float min_roundness = 0.1f;    ///< of a clipped region
-    double max_outline_ratio = 3;  ///< a clipped region's outline over that of a disk of its area. A rectangle of
-                                   ///< 10 : 1 has 2.5 with the pixels of slanting edges; textured surfaces more
+    double max_outline_ratio = 3;  ///< a clipped region's outline over a disk's: slanting 10 : 1 rectangles have 2.5
     double edge_ratio = 0.8;       ///< a pixel of the ring below this fraction of the region's mean is darker,
     std::ptrdiff_t min_darker_tenths = 7;  ///< and so many tenths of the ring must be: a lit surface fades gradually
     std::size_t max_view_end_tenths = 1;   ///< of a clipped region's pixels at the end of the view

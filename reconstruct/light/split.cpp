@@ -15,8 +15,7 @@
 namespace lumigraft::reconstruct {
 namespace {
 
-constexpr float kPi = std::numbers::pi_v<float>;
-constexpr const LightParameters::Split& kParameters = kLightParameters.split;
+constexpr const LightParameters::Split& kSplit = kLightParameters.split;
 
 struct Source {
   std::vector<PixelEnergy> pixels;
@@ -48,7 +47,7 @@ class Splitter {
       }
       level_[pixel] = colour(pixel).mean();
       white_[pixel] =
-          clipped.data[pixel] && colour(pixel).minCoeff() > kParameters.min_white_ratio * colour(pixel).maxCoeff();
+          clipped.data[pixel] && colour(pixel).minCoeff() > kSplit.min_white_ratio * colour(pixel).maxCoeff();
       flux_ += double(level_[pixel]) * view.solid_angle_sr[pixel];
       solid_angle_ += view.solid_angle_sr[pixel];
     }
@@ -83,27 +82,28 @@ class Splitter {
     for (std::uint32_t pixel = 0; pixel < level_.size(); ++pixel) {
       if (view_.sees(pixel)) in_view.push_back(pixel);
     }
-    const float floor = kParameters.floor_over_median * median_level(in_view);
+    const float floor = kSplit.floor_over_median * median_level(in_view);
     // A white surface at the probe reflects at most flux / π: nothing below a multiple of that is taken for a lamp,
     // unless it is clipped and its radiance a lower bound.
-    const float dimmest = std::max(floor, kParameters.min_over_white * static_cast<float>(flux_) / kPi);
+    const float dimmest =
+        std::max(floor, kSplit.min_over_white * static_cast<float>(flux_) / std::numbers::pi_v<float>);
     std::vector<float> search = level_;
-    for (int peaks = 0; peaks < kParameters.max_peaks; ++peaks) {
+    for (int peaks = 0; peaks < kSplit.max_peaks; ++peaks) {
       const auto peak = static_cast<std::uint32_t>(std::max_element(search.begin(), search.end()) - search.begin());
       const bool clipped = clipped_.data[peak] != 0;
       if (search[peak] <= 0 || (search[peak] < dimmest && !clipped)) break;
       Pixels region = search[peak] >= dimmest ? stable_region(search, view_, peak, floor) : Pixels{};
-      bool is_lamp = !region.empty() && contrast(region) >= kParameters.min_contrast;
+      bool is_lamp = !region.empty() && contrast(region) >= kSplit.min_contrast;
       if (!is_lamp && clipped) {
         region = connected_region(clipped_.data, view_, peak);
         is_lamp = sharply_clipped(region);
         if (!is_lamp && white_[peak]) {  // the sun, or a lamp in front of a wall that clips in one channel
           Pixels core = connected_region(white_, view_, peak);
-          is_lamp = sharply_clipped(core, kParameters.min_white_px);
+          is_lamp = sharply_clipped(core, kSplit.min_white_px);
           if (is_lamp) region = std::move(core);
         }
       }
-      if (is_lamp) is_lamp = extent_rad(region) <= kParameters.max_extent_rad;
+      if (is_lamp) is_lamp = extent_rad(region) <= kSplit.max_extent_rad;
       if (region.empty()) region.push_back(peak);
       if (is_lamp) {
         Source source = remove_lamp(region);
@@ -119,7 +119,7 @@ class Splitter {
   std::vector<Source> cut_wide(std::vector<Source> sources) const {
     std::vector<Source> parts;
     for (std::size_t i = 0; i < sources.size(); ++i) {
-      const float ratio = extent_rad(sources[i].pixels) / kParameters.max_piece_extent_rad;
+      const float ratio = extent_rad(sources[i].pixels) / kSplit.max_piece_extent_rad;
       const int count = ratio > 1 ? static_cast<int>(std::ceil(std::pow(ratio, 2.0f))) : 1;
       for (auto& pixels : variance_cut(std::move(sources[i].pixels), view_, std::min(count, max_lamps_))) {
         parts.push_back({std::move(pixels), sources[i].clipped, count > 1 ? static_cast<int>(i) : -1});
@@ -131,20 +131,20 @@ class Splitter {
   float contrast(const Pixels& region) const {
     double level = 0;
     for (const std::uint32_t pixel : region) level += level_[pixel];
-    const Pixels ring = ring_around(region, view_, kParameters.edge_px, kParameters.surround_px);
+    const Pixels ring = ring_around(region, view_, kSplit.edge_px, kSplit.surround_px);
     if (ring.empty()) return 0;
     return static_cast<float>(level / region.size()) / std::max(median_level(ring), 1e-12f);
   }
 
   /// Whether a clipped region is the image of a lamp: its edge is sharp almost all around. The radiance of a lit
   /// surface fades gradually, and its texture gives the clipped part a ragged outline.
-  bool sharply_clipped(const Pixels& region, std::size_t min_px = kParameters.min_clipped_px) const {
-    if (region.size() < min_px || roundness(region, view_) < kParameters.min_roundness) return false;
+  bool sharply_clipped(const Pixels& region, std::size_t min_px = kSplit.min_clipped_px) const {
+    if (region.size() < min_px || roundness(region, view_) < kSplit.min_roundness) return false;
     const auto outline = static_cast<double>(ring_around(region, view_, 0, 1).size());
-    if (outline > kParameters.max_outline_ratio * std::sqrt(4 * std::numbers::pi * static_cast<double>(region.size())))
+    if (outline > kSplit.max_outline_ratio * std::sqrt(4 * std::numbers::pi * static_cast<double>(region.size())))
       return false;
-    if (contrast(region) < (region.size() < kParameters.min_clipped_px ? kParameters.min_small_contrast
-                                                                       : kParameters.min_clipped_contrast))
+    if (contrast(region) <
+        (region.size() < kSplit.min_clipped_px ? kSplit.min_small_contrast : kSplit.min_clipped_contrast))
       return false;
     double level = 0;
     std::size_t at_end = 0;
@@ -153,11 +153,11 @@ class Splitter {
       at_end += at_end_of_view(pixel);
     }
     level /= region.size();
-    const Pixels ring = ring_around(region, view_, kParameters.edge_px, kParameters.edge_px + 1);
-    const auto darker = std::count_if(
-        ring.begin(), ring.end(), [&](std::uint32_t pixel) { return level_[pixel] < kParameters.edge_ratio * level; });
-    return at_end * 10 < kParameters.max_view_end_tenths * region.size() && !ring.empty() &&
-           darker * 10 >= kParameters.min_darker_tenths * static_cast<std::ptrdiff_t>(ring.size());
+    const Pixels ring = ring_around(region, view_, kSplit.edge_px, kSplit.edge_px + 1);
+    const auto darker = std::count_if(ring.begin(), ring.end(),
+                                      [&](std::uint32_t pixel) { return level_[pixel] < kSplit.edge_ratio * level; });
+    return at_end * 10 < kSplit.max_view_end_tenths * region.size() && !ring.empty() &&
+           darker * 10 >= kSplit.min_darker_tenths * static_cast<std::ptrdiff_t>(ring.size());
   }
 
   bool at_end_of_view(std::uint32_t pixel) const {
@@ -184,9 +184,9 @@ class Splitter {
   Source remove_lamp(const Pixels& region) {
     Source source;
     Pixels hole = region;
-    const Pixels border = ring_around(region, view_, 0, kParameters.edge_px);
+    const Pixels border = ring_around(region, view_, 0, kSplit.edge_px);
     hole.insert(hole.end(), border.begin(), border.end());
-    Pixels ring = ring_around(region, view_, kParameters.edge_px, kParameters.surround_px);
+    Pixels ring = ring_around(region, view_, kSplit.edge_px, kSplit.surround_px);
     // Another lamp close by is not background.
     const float max_level = 2 * median_level(ring);
     std::erase_if(ring, [&](std::uint32_t pixel) { return level_[pixel] > max_level; });
@@ -217,7 +217,7 @@ class Splitter {
     for (std::uint32_t pixel = 0; pixel < level_.size(); ++pixel) {
       residual_flux += double(level_[pixel]) * view_.solid_angle_sr[pixel];
     }
-    const float limit = static_cast<float>(kParameters.glow_over_mean * residual_flux / std::max(solid_angle_, 1e-12));
+    const float limit = static_cast<float>(kSplit.glow_over_mean * residual_flux / std::max(solid_angle_, 1e-12));
     std::vector<PixelEnergy> glow;
     for (std::uint32_t pixel = 0; pixel < level_.size(); ++pixel) {
       if (!view_.sees(pixel) || level_[pixel] <= limit) continue;
@@ -226,12 +226,12 @@ class Splitter {
       glow_flux += glow.back().energy.mean();
     }
     const int left = max_lamps_ - static_cast<int>(sources.size());
-    if (glow_flux < kParameters.min_glow_fraction * flux_ || left <= 0) return;
+    if (glow_flux < kSplit.min_glow_fraction * flux_ || left <= 0) return;
     for (const PixelEnergy& p : glow) add_to_residual(p, -1);
     const int parts =
-        std::min(left, 1 + static_cast<int>(std::pow(extent_rad(glow) / kParameters.max_piece_extent_rad, 2.0f)));
+        std::min(left, 1 + static_cast<int>(std::pow(extent_rad(glow) / kSplit.max_piece_extent_rad, 2.0f)));
     // A window too wide for one lamp is still one object: its parts share a region.
-    const int region = is_connected(glow, glow_flux) ? kParameters.max_peaks : -1;
+    const int region = is_connected(glow, glow_flux) ? kSplit.max_peaks : -1;
     for (auto& pixels : variance_cut(std::move(glow), view_, parts)) {
       sources.push_back({std::move(pixels), false, region});
     }
@@ -247,7 +247,7 @@ class Splitter {
     for (const std::uint32_t pixel : connected_region(mask, view_, peak->pixel)) joined[pixel] = 1;
     double within = 0;
     for (const PixelEnergy& p : glow) within += joined[p.pixel] ? energy(p) : 0;
-    return within > kParameters.min_connected_fraction * flux;
+    return within > kSplit.min_connected_fraction * flux;
   }
 
   void add_to_residual(const PixelEnergy& p, float sign) {
@@ -267,8 +267,7 @@ class Splitter {
       const double energy = sources[kept].energy().mean();
       // The true energy of a clipped lamp is unknown: it stays even if little of it was measured.
       if (sources[kept].clipped) continue;
-      if (energy < kParameters.min_energy_fraction * all || energy < 0.5f * kParameters.min_energy_fraction * flux_)
-        break;
+      if (energy < kSplit.min_energy_fraction * all || energy < 0.5f * kSplit.min_energy_fraction * flux_) break;
     }
     for (std::size_t i = kept; i < sources.size(); ++i) {
       for (const PixelEnergy& p : sources[i].pixels) add_to_residual(p, 1);

@@ -14,9 +14,8 @@ struct SplitLamp {
   Eigen::Vector3f irradiance;  ///< Σ L dω over the lamp above its background, per channel
   float solid_angle_sr = 0;
   bool clipped = false;
-  float squareness = 0;  ///< |E z⁴| / E|z|⁴ of the outline with whitened second moments: 0 for an ellipse, 0.43 for a
-                         ///< parallelogram
-  int region = -1;  ///< equal for the parts of one region that was cut; -1 if it was not
+  float squareness = 0;  ///< |E z⁴| / E|z|⁴ of the whitened outline: ellipse 0, parallelogram 0.43
+  int region = -1;       ///< equal for the parts of one region that was cut; -1 if it was not
 };
 
 struct LightSplit {

@@ -1,10 +1,7 @@
 #include "reconstruct/light/tracking.h"
 
 #include <algorithm>
-#include <cmath>
-#include <map>
 #include <set>
-#include <vector>
 
 #include "reconstruct/light/environment.h"
 #include "reconstruct/light/parameters.h"
@@ -12,17 +9,13 @@
 namespace lumigraft::reconstruct {
 namespace {
 
-constexpr const LightParameters::Tracking& kParameters = kLightParameters.tracking;
+constexpr const LightParameters::Tracking& kTracking = kLightParameters.tracking;
 constexpr float kTagFirst = 10;  ///< above any angle: pairs with the same tag are matched first
 
 struct Match {
   float angle;
   std::size_t now, last;
 };
-
-float angle_between(const PointLight& a, const PointLight& b) {
-  return std::acos(std::clamp(a.direction.dot(b.direction), -1.0f, 1.0f));
-}
 
 /// For each lamp of `now` the index of its lamp in `last`, or -1: first those with the same tag, then nearest pairs.
 std::vector<int> match(const std::vector<PointLight>& now, const std::vector<PointLight>& last) {
@@ -31,8 +24,8 @@ std::vector<int> match(const std::vector<PointLight>& now, const std::vector<Poi
     for (std::size_t j = 0; j < last.size(); ++j) {
       const bool tagged = now[i].lamp_tag >= 0 && last[j].lamp_tag >= 0,
                  same = tagged && now[i].lamp_tag == last[j].lamp_tag;
-      const float angle = angle_between(now[i], last[j]);
-      if (same || (!tagged && angle < kParameters.max_lamp_angle_rad))
+      const float angle = angle_between(now[i].direction, last[j].direction);
+      if (same || (!tagged && angle < kTracking.max_lamp_angle_rad))
         pairs.push_back({same ? angle - kTagFirst : angle, i, j});
     }
   }
@@ -48,9 +41,9 @@ std::vector<int> match(const std::vector<PointLight>& now, const std::vector<Poi
 }
 
 bool still(const PointLight& now, const PointLight& last) {
-  return now.lamp_tag == last.lamp_tag && angle_between(now, last) < kParameters.max_still_angle_rad &&
-         now.clipped == last.clipped &&
-         (now.irradiance - last.irradiance).norm() < kParameters.max_still_change * last.irradiance.norm();
+  return now.lamp_tag == last.lamp_tag &&
+         angle_between(now.direction, last.direction) < kTracking.max_still_angle_rad && now.clipped == last.clipped &&
+         (now.irradiance - last.irradiance).norm() < kTracking.max_still_change * last.irradiance.norm();
 }
 
 /// ∫ L dω, mean of channels.
@@ -78,8 +71,8 @@ void LightTracker::hold_missing(const Illumination& last, const std::vector<int>
   for (std::size_t j = 0; j < last.lights.size(); ++j) {
     PointLight lamp = last.lights[j];
     const double energy_of_lamp = lamp.irradiance.mean();
-    if (seen[j] || missing < kParameters.min_missing_fraction * energy_of_lamp ||
-        lamp.hidden >= kParameters.held_frames + kParameters.fade_frames - 1)
+    if (seen[j] || missing < kTracking.min_missing_fraction * energy_of_lamp ||
+        lamp.hidden >= kTracking.held_frames + kTracking.fade_frames - 1)
       continue;
     if (now.lights.size() >= max_lamps_) break;
     missing -= energy_of_lamp;
@@ -89,8 +82,8 @@ void LightTracker::hold_missing(const Illumination& last, const std::vector<int>
       lamp.region = region->second;
     }
     // Equal steps down to zero.
-    const int steps_left = kParameters.held_frames + kParameters.fade_frames - lamp.hidden;
-    if (++lamp.hidden > kParameters.held_frames) lamp.irradiance *= (steps_left - 1.0f) / steps_left;
+    const int steps_left = kTracking.held_frames + kTracking.fade_frames - lamp.hidden;
+    if (++lamp.hidden > kTracking.held_frames) lamp.irradiance *= (steps_left - 1.0f) / steps_left;
     now.lights.push_back(lamp);
   }
 }
@@ -134,7 +127,7 @@ void LightTracker::update(const Illumination* last, Illumination& now) {
     all_still = all_still && found[i] >= 0 && still(now.lights[i], before[static_cast<std::size_t>(found[i])]);
   }
   if (last && !all_still) hold_missing(*last, found, now);
-  averaged_ = all_still ? std::min(averaged_ + 1, kParameters.max_averaged) : 1;
+  averaged_ = all_still ? std::min(averaged_ + 1, kTracking.max_averaged) : 1;
   if (averaged_ == 1) return;
 
   const float a = 1.0f / averaged_, b = 1 - a;

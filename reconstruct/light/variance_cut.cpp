@@ -2,7 +2,6 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 namespace lumigraft::reconstruct {
@@ -55,10 +54,8 @@ std::size_t best_cut(std::vector<PixelEnergy>& part, const FisheyeView& view) {
   std::size_t cut = 0;
   for (std::size_t i = 0; i + 1 < part.size(); ++i) {
     low.add(view.direction[part[i].pixel], weight_of(part[i]));
-    Moments high;
-    high.weight = total.weight - low.weight;
-    high.first = total.first - low.first;
-    high.second = total.second - low.second;
+    Moments high{
+        .weight = total.weight - low.weight, .first = total.first - low.first, .second = total.second - low.second};
     const double sum = low.variance() + high.variance();
     if (sum < smallest) {
       smallest = sum;

@@ -2,22 +2,20 @@
 
 #include <cmath>
 
+#include "reconstruct/math/rotation_vector.h"
+
 namespace lumigraft::reconstruct {
 
 Eigen::Isometry3d apply_step(const Eigen::Isometry3d& T_tag_camera, const Eigen::Matrix<double, 6, 1>& step) {
   Eigen::Isometry3d result = T_tag_camera;
-  const Eigen::Vector3d rotation = step.tail<3>();
-  if (rotation.norm() > 0)
-    result.linear() =
-        Eigen::AngleAxisd(rotation.norm(), rotation.normalized()).toRotationMatrix() * T_tag_camera.linear();
+  result.linear() = rotation_by(step.tail<3>()) * T_tag_camera.linear();
   result.translation() += step.head<3>();
   return result;
 }
 
 Eigen::Matrix<double, 6, 1> step_between(const Eigen::Isometry3d& from, const Eigen::Isometry3d& to) {
   Eigen::Matrix<double, 6, 1> step;
-  const Eigen::AngleAxisd rotation(Eigen::Matrix3d(to.linear() * from.linear().transpose()));
-  step << to.translation() - from.translation(), rotation.angle() * rotation.axis();
+  step << to.translation() - from.translation(), rotation_vector(to.linear() * from.linear().transpose());
   return step;
 }
 

@@ -26,11 +26,7 @@ bool inside(const TagCorners& corners, const Vector2d& p) {
 
 std::optional<DepthPlane> plane_inside(const capture::Image<float>& depth_m, const capture::CameraModel& camera,
                                        const TagCorners& corners) {
-  Vector2d low = corners[0], high = corners[0];
-  for (const Vector2d& corner : corners) {
-    low = low.cwiseMin(corner);
-    high = high.cwiseMax(corner);
-  }
+  const Vector2d low = box_of(corners).min(), high = box_of(corners).max();
   // On a plane 1/z is affine in x/z and y/z: linear least squares.
   struct Point {
     Vector3d ray;  // x/z, y/z, 1

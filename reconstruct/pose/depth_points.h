@@ -1,7 +1,6 @@
 #pragma once
 // Subsampled depth image: points with normals for ICP.
 #include <Eigen/Geometry>
-#include <cstdint>
 #include <vector>
 
 #include "capture/camera/camera_model.h"

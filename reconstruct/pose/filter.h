@@ -1,7 +1,6 @@
 #pragma once
 // Temporal filter of poses: the mean of recent poses for a camera at rest, the newest one for a moving camera.
 #include <Eigen/Geometry>
-#include <cstdint>
 
 namespace lumigraft::reconstruct {
 

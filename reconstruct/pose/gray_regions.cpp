@@ -33,6 +33,13 @@ PixelRegion region_around(const Vector2d& low, const Vector2d& high, int picture
   return region;
 }
 
+PixelRegion region_of_print(const TagCorners& corners, const TagPattern& pattern, int picture_width,
+                            int picture_height) {
+  const Eigen::AlignedBox2d box = box_of(corners);
+  const Vector2d margin = box.sizes() / pattern.square_cells + Vector2d::Constant(3);
+  return region_around(box.min() - margin, box.max() + margin, picture_width, picture_height);
+}
+
 float detector_gain(const capture::Image<float>& radiance) {
   std::vector<float> sorted(radiance.data.size() / 3);
   if (sorted.empty()) return 1.0f;

@@ -6,6 +6,7 @@
 #include "capture/camera/camera_model.h"
 #include "capture/camera/response.h"
 #include "capture/frame.h"
+#include "reconstruct/pose/tag.h"
 
 namespace lumigraft::reconstruct {
 
@@ -17,6 +18,10 @@ struct PixelRegion {
 /// Extends the box from `low` to `high` to multiples of `grid` pixels, and clips it to the image.
 PixelRegion region_around(const Eigen::Vector2d& low, const Eigen::Vector2d& high, int picture_width,
                           int picture_height, int grid = 1);
+
+/// The corners with a margin for the paper that alignment uses, and for the neighbours of its pixels.
+PixelRegion region_of_print(const TagCorners& corners, const TagPattern& pattern, int picture_width,
+                            int picture_height);
 
 /// Gain from linear radiance to the detector's 8 bits: the brightest 5 % saturate.
 float detector_gain(const capture::Image<float>& radiance);

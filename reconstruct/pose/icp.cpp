@@ -42,9 +42,9 @@ struct NormalEquations {
   }
 };
 
-bool within(const Row& step, double size) { return step.head<3>().norm() < size && step.tail<3>().norm() < size; }
-bool converged(const Row& step) { return within(step, kIcp.converged); }
-bool nearly_converged(const Row& step) { return within(step, kIcp.nearly_converged); }
+bool shorter(const Row& step, double size) { return step.head<3>().norm() < size && step.tail<3>().norm() < size; }
+bool converged(const Row& step) { return shorter(step, kIcp.converged); }
+bool nearly_converged(const Row& step) { return shorter(step, kIcp.nearly_converged); }
 
 }  // namespace
 

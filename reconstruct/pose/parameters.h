@@ -9,12 +9,10 @@ namespace lumigraft::reconstruct {
 
 /// Search for tags in the image (pose, lamp_tags, tag_search, tag_pose_estimator).
 struct TagSearchParameters {
-  int full_resolution_px = 640;  ///< images up to this width are searched at full resolution, wider ones at half, where
-                                 ///< corners are refined anyway
-  double wide_tag_px = 64;       ///< a tag this wide is searched at half the resolution, in a quarter of the time:
-                                 ///< libapriltag needs about 3 pixels per cell, and refines corners at full resolution
-  double same_sighting_px = 8;   ///< sightings of one id with closer centres are the same tag
-  double min_margin_px = 16;     ///< around the last position; at least half the tag, the motion between two frames
+  int full_resolution_px = 640;  ///< wider images are searched at half the resolution; corners are refined anyway
+  double wide_tag_px = 64;  ///< a tag this wide is searched at half the resolution: libapriltag needs 3 pixels per cell
+  double same_sighting_px = 8;  ///< sightings of one id with closer centres are the same tag
+  double min_margin_px = 16;    ///< around the last position; at least half the tag, the motion between two frames
   std::int64_t interval_ns = 1'000'000'000;      ///< between searches of the whole image while tags are tracked
   std::int64_t short_interval_ns = 250'000'000;  ///< the same while a tag is hidden or not located yet
 };
@@ -40,8 +38,7 @@ inline constexpr PoseParameters kPose;
 struct TagPoseParameters {
   double evidence_cap = 100;      ///< limit of each term, so that no single one decides
   double corner_sigma_px = 0.1;   ///< 1σ of a corner found by the detector
-  double bias_sigma_px = 0.015;   ///< 1σ of systematic errors of lens and print at the corners; doubled if all edges
-                                  ///< are clipped, since then only their dark sides count
+  double bias_sigma_px = 0.015;   ///< 1σ of systematic errors at corners; doubled if clipped: only dark sides count
   double print_sigma_factor = 3;  ///< measured errors over those from residuals, which assume independent pixels
   double min_sigma = 1e-5;        ///< lower limit of metres and radians
   double corner_cost_px = 0.2;    ///< 1σ of the corners' error in the cost
@@ -61,8 +58,7 @@ inline constexpr TagPoseParameters kTagPose;
 struct PrintAlignmentParameters {
   std::size_t min_pixels = 100;
   double huber = 0.15;      ///< threshold of the robust loss, of the contrast: fingers and highlights
-  double blur_hold = 0.04;  ///< weight of blur - 1, of the contrast, where paper is clipped: one pixel with an
-                            ///< error of 2 % of the contrast, and 1σ of blur of 0.5
+  double blur_hold = 0.04;  ///< weight of blur - 1, where paper is clipped: error of 2 % of the contrast, 1σ of 0.5
   double min_blur = 0.5, max_blur = 4;  ///< in widths of a pixel
   double paper_cells = 0.5;             ///< paper around the square that is used
   double max_contrast_error = 0.25;     ///< RMS residual, of the contrast, beyond which it is not this print
@@ -107,8 +103,7 @@ inline constexpr DepthPlaneParameters kDepthPlane;
 struct DepthPointParameters {
   int columns = 80;              ///< points per row
   float far_m = 5;               ///< depth beyond it is not used
-  float rim_sigmas = 8;          ///< difference between the middle of three points and the mean of the others, twice,
-                                 ///< that noise explains on a plane
+  float rim_sigmas = 8;          ///< noise of twice the middle of three points on a plane less the others' sum
   float max_pixel_step = 0.1f;   ///< depth difference of opposite neighbours, of the depth
   float max_point_step = 0.5f;   ///< the same of points
   int min_pixels = 7;            ///< of 3 × 3 on one surface; fewer at rims and flying pixels

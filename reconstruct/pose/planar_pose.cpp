@@ -4,7 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
+
+#include "reconstruct/math/rotation_vector.h"
 
 namespace lumigraft::reconstruct {
 namespace {
@@ -13,11 +14,6 @@ using Eigen::Isometry3d;
 using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-std::array<Vector3d, 4> tag_corners(double size_m) {
-  const double h = size_m / 2;
-  return {Vector3d(-h, -h, 0), Vector3d(h, -h, 0), Vector3d(h, h, 0), Vector3d(-h, h, 0)};
-}
 
 Matrix3d nearest_rotation(const Matrix3d& m) {
   const Eigen::JacobiSVD<Matrix3d> svd(m, Eigen::ComputeFullU | Eigen::ComputeFullV);
@@ -28,19 +24,9 @@ Matrix3d nearest_rotation(const Matrix3d& m) {
 
 /// Pose from the homography of the tag's plane (Zhang 2000, §3.1).
 std::optional<Isometry3d> pose_of_homography(const SquareCorners& corners, double size_m) {
-  const auto tag = tag_corners(size_m);
-  Eigen::Matrix<double, 8, 8> a;
-  Eigen::Matrix<double, 8, 1> b;
-  for (int i = 0; i < 4; ++i) {
-    const double x = tag[i].x(), y = tag[i].y(), u = corners[i].x(), v = corners[i].y();
-    a.row(2 * i) << x, y, 1, 0, 0, 0, -u * x, -u * y;
-    a.row(2 * i + 1) << 0, 0, 0, x, y, 1, -v * x, -v * y;
-    b[2 * i] = u;
-    b[2 * i + 1] = v;
-  }
-  const Eigen::FullPivLU<Eigen::Matrix<double, 8, 8>> lu(a);
-  if (!lu.isInvertible()) return std::nullopt;
-  const Eigen::Matrix<double, 8, 1> h = lu.solve(b);
+  const auto homography = square_homography(size_m, corners);
+  if (!homography) return std::nullopt;
+  const Homography& h = *homography;
   const Vector3d h1(h[0], h[3], h[6]), h2(h[1], h[4], h[7]), h3(h[2], h[5], 1);
   const double scale = 2 / (h1.norm() + h2.norm());
   if (!std::isfinite(scale)) return std::nullopt;
@@ -86,8 +72,7 @@ PlanarPose refine(Isometry3d pose, const SquareCorners& corners, double size_m) 
     const Eigen::Matrix<double, 6, 1> step = solved(damped, -jtr);
     if (!step.allFinite()) break;
     Isometry3d next = pose;
-    const Vector3d rotation = step.head<3>();
-    if (rotation.norm() > 0) next.linear() = Eigen::AngleAxisd(rotation.norm(), rotation.normalized()) * pose.linear();
+    next.linear() = rotation_by(step.head<3>()) * pose.linear();
     next.translation() += step.tail<3>();
     const double next_error = square_error(next, corners, size_m);
     if (!(next_error < error)) {
@@ -106,6 +91,26 @@ PlanarPose refine(Isometry3d pose, const SquareCorners& corners, double size_m) 
 }
 
 }  // namespace
+
+std::array<Vector3d, 4> tag_corners(double size_m) {
+  const double h = size_m / 2;
+  return {Vector3d(-h, -h, 0), Vector3d(h, -h, 0), Vector3d(h, h, 0), Vector3d(-h, h, 0)};
+}
+
+std::optional<Homography> square_homography(double size, const std::array<Vector2d, 4>& corners) {
+  const auto square = tag_corners(size);
+  Eigen::Matrix<double, 8, 8> a;
+  Homography b;
+  for (int i = 0; i < 4; ++i) {
+    const double x = square[i].x(), y = square[i].y(), u = corners[i].x(), v = corners[i].y();
+    a.row(2 * i) << x, y, 1, 0, 0, 0, -u * x, -u * y;
+    a.row(2 * i + 1) << 0, 0, 0, x, y, 1, -v * x, -v * y;
+    b[2 * i] = u;
+    b[2 * i + 1] = v;
+  }
+  const Eigen::FullPivLU<Eigen::Matrix<double, 8, 8>> lu(a);
+  return lu.isInvertible() ? std::optional<Homography>(lu.solve(b)) : std::nullopt;
+}
 
 PoseCovariance square_covariance(const Isometry3d& T_camera_tag, double size_m, double corner_sigma) {
   PoseCovariance information = PoseCovariance::Zero();
@@ -145,8 +150,7 @@ std::vector<PlanarPose> solve_square(const SquareCorners& corners, double size_m
   const Isometry3d other = mirrored(poses[0].T_camera_tag);
   if (std::isfinite(square_error(other, corners, size_m))) {
     const PlanarPose second = refine(other, corners, size_m);
-    const double angle =
-        Eigen::AngleAxisd(second.T_camera_tag.linear().transpose() * poses[0].T_camera_tag.linear()).angle();
+    const double angle = angle_between(second.T_camera_tag, poses[0].T_camera_tag);
     // A tag seen from behind is no valid minimum.
     const bool faces_camera = second.T_camera_tag.linear().col(2).dot(second.T_camera_tag.translation()) < 0;
     if (angle > 1e-3 && faces_camera) poses.push_back(second);

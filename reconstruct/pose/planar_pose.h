@@ -2,6 +2,7 @@
 // Poses of a square from its four corners in the image.
 #include <Eigen/Geometry>
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "reconstruct/math/pose_covariance.h"
@@ -10,6 +11,15 @@ namespace lumigraft::reconstruct {
 
 /// Corners as x/z, y/z in front of the camera, order as TagCorners.
 using SquareCorners = std::array<Eigen::Vector2d, 4>;
+
+/// Corners of a tag's black square in its frame.
+std::array<Eigen::Vector3d, 4> tag_corners(double size_m);
+
+/// Row by row; the last entry is 1.
+using Homography = Eigen::Matrix<double, 8, 1>;
+
+/// From the plane of a square of this size to the plane of `corners`; empty for corners on a line.
+std::optional<Homography> square_homography(double size, const std::array<Eigen::Vector2d, 4>& corners);
 
 struct PlanarPose {
   Eigen::Isometry3d T_camera_tag = Eigen::Isometry3d::Identity();

@@ -8,7 +8,6 @@
 #include "reconstruct/pose/depth_plane.h"
 #include "reconstruct/pose/depth_tracking.h"
 #include "reconstruct/pose/filter.h"
-#include "reconstruct/pose/gray_regions.h"
 #include "reconstruct/pose/multi_tag_pose.h"
 #include "reconstruct/pose/tag.h"
 #include "reconstruct/pose/tag_map.h"

@@ -1,10 +1,9 @@
 #include "reconstruct/pose/print_alignment.h"
 
 #include <Eigen/Dense>
-#include <algorithm>
 #include <cmath>
-#include <vector>
 
+#include "reconstruct/math/rotation_vector.h"
 #include "reconstruct/pose/parameters.h"
 #include "reconstruct/pose/tag_print.h"
 
@@ -31,12 +30,12 @@ std::vector<PixelSample> pixels_on_tag(const std::vector<PixelSample>& seen, dou
 
 // Unknowns: rotation about the tag's centre and translation (camera frame); ink, paper, the paper's slopes; blur.
 constexpr int kUnknowns = 11;
-using Row = Eigen::Matrix<double, kUnknowns, 1>;
-using Square = Eigen::Matrix<double, kUnknowns, kUnknowns>;
+using PrintVector = Eigen::Matrix<double, kUnknowns, 1>;
+using PrintMatrix = Eigen::Matrix<double, kUnknowns, kUnknowns>;
 
 struct Fit {
-  Square jtj = Square::Zero();
-  Row jtr = Row::Zero();
+  PrintMatrix jtj = PrintMatrix::Zero();
+  PrintVector jtr = PrintVector::Zero();
   double error = 0;  ///< Σ ρ(r)
   int used = 0;      ///< pixels that are not clipped, or that contradict their lower bound
   int edges = 0, clipped_edges = 0;
@@ -95,7 +94,7 @@ class Problem {
       const double weight = size <= limit ? 1 : limit / size;
       fit.error += size <= limit ? residual * residual : limit * (2 * size - limit);
 
-      Row j;
+      PrintVector j;
       j.tail<5>() << 1 - white, white, white * x, white * y, 0;
       if (mean.flat) {  // no edge: the pixel does not depend on the pose
         fit.jtj.block<4, 4>(6, 6) += weight * j.segment<4>(6) * j.segment<4>(6).transpose();
@@ -121,10 +120,7 @@ class Problem {
   /// is -1.2 / b⁴ for a blur of b pixels. A single box would make the dark sides of soft edges too steep.
   PrintIntegral::Mean blurred(double x, double y, double width, double height, double spread) const {
     const double wide = std::sqrt(1 + spread), narrow = std::sqrt(1 - spread);
-    const auto a = print_.mean(x, y, wide * width, wide * height);
-    if (a.flat || !(spread > 0)) return a;
-    const auto b = print_.mean(x, y, narrow * width, narrow * height);
-    return {(a.white + b.white) / 2, false, (a.by_centre + b.by_centre) / 2, (a.by_scale + b.by_scale) / 2};
+    return print_.mean_of_two(x, y, width, height, wide, narrow);
   }
 
   const std::vector<PixelSample>& pixels_;
@@ -132,7 +128,7 @@ class Problem {
   double cell_m_, half_cells_, half_m_;
 };
 
-/// The known appearance, or ink and paper as the 10th and 90th percentile of the light; with the level of clipping.
+/// The known appearance, or ink and paper from the pixels; with the level of clipping.
 PrintAppearance first_appearance(const std::vector<PixelSample>& pixels, const std::optional<PrintAppearance>& known) {
   PrintAppearance result;
   if (known) {
@@ -140,11 +136,7 @@ PrintAppearance first_appearance(const std::vector<PixelSample>& pixels, const s
   } else {
     std::vector<double> light;
     for (const PixelSample& pixel : pixels) light.push_back(pixel.light);
-    const auto tenth = static_cast<std::ptrdiff_t>(light.size() / 10);
-    std::nth_element(light.begin(), light.begin() + tenth, light.end());
-    result.ink = light[static_cast<std::size_t>(tenth)];
-    std::nth_element(light.begin(), light.end() - tenth, light.end());
-    result.paper = *(light.end() - tenth);
+    std::tie(result.ink, result.paper) = ink_and_paper(std::move(light));
   }
   double brightest_clipped = 0;
   for (const PixelSample& pixel : pixels)
@@ -176,13 +168,12 @@ std::optional<Alignment> align_to_print(const std::vector<PixelSample>& samples,
   Fit fit = problem.linearise(pose, appearance, limit, hold);
   double damping = 1e-4;
   for (int iteration = 0; iteration < kPrintAlignment.max_iterations; ++iteration) {
-    Square damped = fit.jtj;
+    PrintMatrix damped = fit.jtj;
     damped.diagonal() *= 1 + damping;
-    const Row step = damped.ldlt().solve(-fit.jtr);
+    const PrintVector step = damped.ldlt().solve(-fit.jtr);
     if (!step.allFinite()) return std::nullopt;
     Isometry3d next = pose;
-    const Vector3d rotation = step.head<3>();
-    if (rotation.norm() > 0) next.linear() = Eigen::AngleAxisd(rotation.norm(), rotation.normalized()) * pose.linear();
+    next.linear() = rotation_by(step.head<3>()) * pose.linear();
     next.translation() += step.segment<3>(3);
     PrintAppearance next_appearance = appearance;
     next_appearance.ink += step[6];
@@ -216,7 +207,7 @@ std::optional<Alignment> align_to_print(const std::vector<PixelSample>& samples,
   // With a larger residual it is not this print.
   if (!(appearance.paper > appearance.ink) || result.contrast_error > kPrintAlignment.max_contrast_error)
     return std::nullopt;
-  const Square covariance = variance * fit.jtj.ldlt().solve(Square::Identity());
+  const PrintMatrix covariance = variance * fit.jtj.ldlt().solve(PrintMatrix::Identity());
   result.angle_sigma_rad = std::sqrt(covariance.topLeftCorner<3, 3>().trace());
   result.position_sigma_m = std::sqrt(covariance.block<3, 3>(3, 3).trace());
   result.covariance = camera_covariance(covariance.topLeftCorner<6, 6>(), result.T_camera_tag);

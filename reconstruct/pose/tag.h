@@ -1,6 +1,6 @@
 #pragma once
 // Printed tags: their pattern, and detection of their corners in an image (libapriltag).
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <array>
 #include <memory>
 #include <vector>
@@ -22,6 +22,12 @@ struct TagPattern {
 /// Corners of the black square in pixels: bottom left, bottom right, top right, top left of the upright tag.
 using TagCorners = std::array<Eigen::Vector2d, 4>;
 
+inline Eigen::AlignedBox2d box_of(const TagCorners& corners) {
+  Eigen::AlignedBox2d box;
+  for (const Eigen::Vector2d& corner : corners) box.extend(corner);
+  return box;
+}
+
 /// A detected tag; pixels, where (0, 0) is the centre of the first pixel.
 struct TagSighting {
   int id = 0;
@@ -34,10 +40,8 @@ class TagFinder {
   explicit TagFinder(const capture::Tag& tag);
   ~TagFinder();
 
-  const TagPattern& pattern() const { return patterns_.front(); }  ///< of the first tag
-  const TagPattern& pattern(std::size_t index) const {
-    return patterns_[index];
-  }  ///< 0: the first tag, then the extra tags
+  /// 0: the first tag, then the extra tags.
+  const TagPattern& pattern(std::size_t index = 0) const { return patterns_[index]; }
   /// All sightings of these tags, by decreasing decision margin. `decimate`: squares are searched in an image reduced
   /// by this factor, which is faster by its square and misses small tags; corners are refined at full resolution.
   std::vector<TagSighting> find(const capture::Image<std::uint8_t>& grey, int decimate);

@@ -1,9 +1,8 @@
 #include "reconstruct/pose/tag_map.h"
 
-#include <algorithm>
 #include <cmath>
-#include <cstdio>
 
+#include "capture/message_text.h"
 #include "reconstruct/pose/parameters.h"
 
 namespace lumigraft::reconstruct {
@@ -64,17 +63,12 @@ void TagMapEntry::add_sighting(const Isometry3d& T_world_tag) {
 }
 
 std::string TagMapEntry::warning(int id) const {
-  char text[200];
-  if (!T_world_tag_) {
-    std::snprintf(text, sizeof(text), "tag %d: not used until it is seen together with others", id);
-    return text;
-  }
+  if (!T_world_tag_) return capture::formatted("tag %d: not used until it is seen together with others", id);
   if (!configured_ || count_ < kTagMap.min_sightings) return {};
   const Step difference = step_between(*configured_, mean_);
   if (!contradicts(difference, (squares_ / (count_ - 1.0) / count_).cwiseSqrt())) return {};
-  std::snprintf(text, sizeof(text), "tag %d: is %.0f mm and %.1f degrees from its configured pose", id,
-                1e3 * difference.head<3>().norm(), difference.tail<3>().norm() * 180 / M_PI);
-  return text;
+  return capture::formatted("tag %d: is %.0f mm and %.1f degrees from its configured pose", id,
+                            1e3 * difference.head<3>().norm(), difference.tail<3>().norm() * 180 / M_PI);
 }
 
 }  // namespace lumigraft::reconstruct

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <utility>
 
+#include "reconstruct/math/rotation_vector.h"
 #include "reconstruct/pose/depth_plane.h"
 #include "reconstruct/pose/gray_regions.h"
 #include "reconstruct/pose/parameters.h"
@@ -15,7 +15,6 @@ namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Vector2d;
-using Eigen::Vector3d;
 
 constexpr double kDegree = M_PI / 180;
 constexpr int kTile = 8;  // pixels of the detector's tiles
@@ -25,44 +24,23 @@ double bias_px(const PoseCandidate& candidate) {
   return kTagPose.bias_sigma_px * (1 + (candidate.alignment ? candidate.alignment->clipped_fraction : 0));
 }
 
-std::pair<Vector2d, Vector2d> extent(const TagCorners& points) {
-  Vector2d low = points[0], high = points[0];
-  for (const Vector2d& point : points) {
-    low = low.cwiseMin(point);
-    high = high.cwiseMax(point);
-  }
-  return {low, high};
-}
-
-/// The corners with a margin for the paper that alignment uses, and for the neighbours of its pixels.
-PixelRegion region_of_corners(const TagCorners& corners, const TagPattern& pattern,
-                              const capture::CameraModel& camera) {
-  const auto [low, high] = extent(corners);
-  const Vector2d margin = (high - low) / pattern.square_cells + Vector2d::Constant(3);
-  return region_around(low - margin, high + margin, camera.width, camera.height);
-}
-
-std::optional<TagCorners> projected(const Isometry3d& T_camera_tag, double half_m, const capture::CameraModel& camera) {
-  constexpr double kX[4] = {-1, 1, 1, -1}, kY[4] = {-1, -1, 1, 1};
+std::optional<TagCorners> projected(const Isometry3d& T_camera_tag, double size_m, const capture::CameraModel& camera) {
+  const auto square = tag_corners(size_m);
   TagCorners corners;
   for (int i = 0; i < 4; ++i) {
-    const auto pixel = camera.project(T_camera_tag * Vector3d(kX[i] * half_m, kY[i] * half_m, 0));
+    const auto pixel = camera.project(T_camera_tag * square[i]);
     if (!pixel) return std::nullopt;
     corners[i] = *pixel;
   }
   return corners;
 }
 
-double angle_between(const Isometry3d& a, const Isometry3d& b) {
-  return Eigen::AngleAxisd(Eigen::Matrix3d(a.linear().transpose() * b.linear())).angle();
-}
-
 }  // namespace
 
 PixelRegion tiles_around(const TagCorners& points, const capture::CameraModel& camera) {
-  const auto [low, high] = extent(points);
-  const Vector2d margin = ((high - low) / 2).cwiseMax(kTagSearch.min_margin_px);
-  return region_around(low - margin, high + margin, camera.width, camera.height, kTile);
+  const Eigen::AlignedBox2d box = box_of(points);
+  const Vector2d margin = (box.sizes() / 2).cwiseMax(kTagSearch.min_margin_px);
+  return region_around(box.min() - margin, box.max() + margin, camera.width, camera.height, kTile);
 }
 
 double narrowest_px(const TagCorners& points) {
@@ -80,7 +58,7 @@ TagPoseEstimator::TagPoseEstimator(const TagPattern& pattern, double size_m, con
     : pattern_(pattern), size_m_(size_m), camera_(camera), response_(response) {}
 
 std::optional<TagPoseEstimator::SearchRegion> TagPoseEstimator::search_region(const Isometry3d& T_camera_tag) const {
-  const auto print = projected(T_camera_tag, size_m_ / 2 * pattern_.cells / pattern_.square_cells, camera_);
+  const auto print = projected(T_camera_tag, size_m_ * pattern_.cells / pattern_.square_cells, camera_);
   if (!print) return std::nullopt;
   const PixelRegion region = tiles_around(*print, camera_);
   if (region.width < 4 * kTile || region.height < 4 * kTile ||
@@ -138,7 +116,7 @@ std::vector<PoseCandidate> TagPoseEstimator::estimate(const TagCorners& corners,
     starts.push_back({other, square_error(other, rays, size_m_)});
   }
   const std::vector<PixelSample> pixels =
-      sample_pixels(picture, response_, camera_, region_of_corners(corners, pattern_, camera_));
+      sample_pixels(picture, response_, camera_, region_of_print(corners, pattern_, camera_.width, camera_.height));
   const std::vector<PixelSample> few = thin_out(pixels);
   const auto aligned = [&](PoseCandidate& candidate, const std::vector<PixelSample>& seen) {
     align(candidate, seen);
@@ -187,9 +165,9 @@ std::vector<PoseCandidate> TagPoseEstimator::estimate(const TagCorners& corners,
 
 std::optional<PoseCandidate> TagPoseEstimator::follow(const capture::Frame& picture, const Isometry3d& T_camera_tag,
                                                       const PrintAppearance& appearance) const {
-  const auto corners = projected(T_camera_tag, size_m_ / 2, camera_);
+  const auto corners = projected(T_camera_tag, size_m_, camera_);
   if (!corners) return std::nullopt;
-  const PixelRegion region = region_of_corners(*corners, pattern_, camera_);
+  const PixelRegion region = region_of_print(*corners, pattern_, camera_.width, camera_.height);
   if (region.width < 3 || region.height < 3) return std::nullopt;
   const std::vector<PixelSample> pixels = sample_pixels(picture, response_, camera_, region);
   PoseCandidate candidate;

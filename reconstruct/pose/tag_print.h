@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "reconstruct/pose/tag.h"
@@ -62,6 +63,14 @@ class PrintIntegral {
     return mean;
   }
 
+  /// Mean of two such boxes, `wide` and `narrow` times the given size; derivatives are 0 where the wide one is flat.
+  Mean mean_of_two(double x, double y, double width, double height, double wide, double narrow) const {
+    const Mean a = mean(x, y, wide * width, wide * height);
+    if (a.flat || wide == narrow) return a;
+    const Mean b = mean(x, y, narrow * width, narrow * height);
+    return {(a.white + b.white) / 2, false, (a.by_centre + b.by_centre) / 2, (a.by_scale + b.by_scale) / 2};
+  }
+
  private:
   static constexpr int kMargin = 2;
   double& at(int x, int y) { return sums_[static_cast<std::size_t>(y) * (edge_ + 1) + x]; }
@@ -88,5 +97,14 @@ class PrintIntegral {
   int edge_ = 0;
   std::vector<double> sums_;
 };
+
+/// First values of a print's ink and paper: the 10th and 90th percentile of the light on it.
+inline std::pair<double, double> ink_and_paper(std::vector<double> light) {
+  const auto tenth = static_cast<std::ptrdiff_t>(light.size() / 10);
+  std::nth_element(light.begin(), light.begin() + tenth, light.end());
+  const double ink = light[static_cast<std::size_t>(tenth)];
+  std::nth_element(light.begin(), light.end() - tenth, light.end());
+  return {ink, *(light.end() - tenth)};
+}
 
 }  // namespace lumigraft::reconstruct

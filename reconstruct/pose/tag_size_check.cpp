@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
+#include "capture/message_text.h"
 #include "reconstruct/pose/parameters.h"
 
 namespace lumigraft::reconstruct {
@@ -20,15 +20,12 @@ std::string TagSizeCheck::warning() const {
   const double ratio = std::exp(mean_);
   const double tolerance = kTagSize.tolerance + kTagSize.tolerance_per_m * std::max(0.0, distance_m_ - 1);
   if (count_ < kTagSize.min_frames || std::abs(mean_) < tolerance) return {};
-  char text[200];
   if (ratio > kTagSize.unit_factor || ratio < 1 / kTagSize.unit_factor)
-    std::snprintf(text, sizeof(text),
-                  "depth: %.3g times the distance of tag %d by its size: depth.unit_m or tag.size_m is in another unit",
-                  ratio, id_);
-  else
-    std::snprintf(text, sizeof(text), "tag %d: by depth its square is %.0f mm wide, configured are %.0f mm", id_,
-                  1e3 * size_m_ * ratio, 1e3 * size_m_);
-  return text;
+    return capture::formatted(
+        "depth: %.3g times the distance of tag %d by its size: depth.unit_m or tag.size_m is in another unit", ratio,
+        id_);
+  return capture::formatted("tag %d: by depth its square is %.0f mm wide, configured are %.0f mm", id_,
+                            1e3 * size_m_ * ratio, 1e3 * size_m_);
 }
 
 }  // namespace lumigraft::reconstruct

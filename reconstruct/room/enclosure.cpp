@@ -12,7 +12,7 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr const RoomParameters::Enclosure& kParameters = kRoomParameters.enclosure;
+constexpr const RoomParameters::Enclosure& kEnclosure = kRoomParameters.enclosure;
 
 struct Known {
   std::vector<RoomPoint> points;
@@ -20,10 +20,10 @@ struct Known {
   Vector3f probe_m;
 
   float tolerance(const Vector3f& p) const {
-    return kParameters.plane_tolerance_m + kParameters.plane_tolerance_ratio * (p - probe_m).norm();
+    return kEnclosure.plane_tolerance_m + kEnclosure.plane_tolerance_ratio * (p - probe_m).norm();
   }
   bool on(const Enclosure::Side& side, const RoomPoint& p) const {
-    return p.normal.dot(side.normal) > kParameters.same_plane_cosine &&
+    return p.normal.dot(side.normal) > kEnclosure.same_plane_cosine &&
            std::abs(side.normal.dot(p.position_m) + side.offset_m) < tolerance(p.position_m);
   }
   bool behind(const Enclosure::Side& side, const Vector3f& p) const {
@@ -34,7 +34,7 @@ struct Known {
 /// Fits `side` to the points on it by their mean position and mean normal; returns their number.
 std::size_t fit_side(Enclosure::Side& side, const Known& known, const std::vector<bool>& taken) {
   std::size_t count = 0;
-  for (int round = 0; round < kParameters.fit_rounds; ++round) {
+  for (int round = 0; round < kEnclosure.fit_rounds; ++round) {
     Vector3f normal = Vector3f::Zero(), middle = Vector3f::Zero();
     count = 0;
     for (std::size_t i = 0; i < known.points.size(); ++i) {
@@ -57,21 +57,21 @@ bool encloses(const Enclosure::Side& side, const Known& known) {
   }
   const auto behind = std::count_if(known.points.begin(), known.points.end(),
                                     [&](const RoomPoint& p) { return known.behind(side, p.position_m); });
-  return static_cast<float>(behind) <= kParameters.max_fraction_behind * static_cast<float>(known.points.size());
+  return static_cast<float>(behind) <= kEnclosure.max_fraction_behind * static_cast<float>(known.points.size());
 }
 
 /// Planes with many points and almost none behind them, largest first.
 std::vector<Enclosure::Side> measured_sides(const Known& known) {
   std::vector<Enclosure::Side> sides;
   std::vector<bool> taken(known.points.size(), false);
-  const std::size_t step = std::max<std::size_t>(known.points.size() / kParameters.seeds, 1);
+  const std::size_t step = std::max<std::size_t>(known.points.size() / kEnclosure.seeds, 1);
   while (sides.size() < kMaxSides / 2) {
     Enclosure::Side best;
     std::size_t best_count = 0;
     for (std::size_t seed = 0; seed < known.points.size(); seed += step) {
       const RoomPoint& p = known.points[seed];
       const bool skip = taken[seed] || std::any_of(sides.begin(), sides.end(), [&](const Enclosure::Side& s) {
-                          return s.normal.dot(p.normal) > kParameters.other_side_cosine;
+                          return s.normal.dot(p.normal) > kEnclosure.other_side_cosine;
                         });
       if (skip) continue;
       Enclosure::Side side{p.normal, -p.normal.dot(p.position_m), true};
@@ -81,7 +81,7 @@ std::vector<Enclosure::Side> measured_sides(const Known& known) {
         best_count = count;
       }
     }
-    if (static_cast<float>(best_count) < kParameters.min_fraction_on_side * static_cast<float>(known.points.size()))
+    if (static_cast<float>(best_count) < kEnclosure.min_fraction_on_side * static_cast<float>(known.points.size()))
       break;
     for (std::size_t i = 0; i < known.points.size(); ++i) taken[i] = taken[i] || known.on(best, known.points[i]);
     sides.push_back(best);
@@ -106,17 +106,16 @@ Enclosure::Side guess_side(const Vector3f& outward, const Known& known, const Il
   std::vector<float> reach;
   for (const RoomPoint& p : known.points) reach.push_back(outward.dot(p.position_m));
   const auto nearly_all =
-      reach.end() - 1 - static_cast<std::ptrdiff_t>(kParameters.max_fraction_behind * static_cast<float>(reach.size()));
+      reach.end() - 1 - static_cast<std::ptrdiff_t>(kEnclosure.max_fraction_behind * static_cast<float>(reach.size()));
   std::nth_element(reach.begin(), nearly_all, reach.end());
   float farthest = *nearly_all, lamp_at = -1e9f;
   for (const Vector3f& p : known.inside_m) farthest = std::max(farthest, outward.dot(p));
   for (const PointLight& lamp : light.lights) {
-    const bool mounted =
-        lamp.distance_known && lamp.flat && lamp.normal.dot(outward) < -kParameters.lamp_on_side_cosine;
+    const bool mounted = lamp.distance_known && lamp.flat && lamp.normal.dot(outward) < -kEnclosure.lamp_on_side_cosine;
     if (mounted) lamp_at = std::max(lamp_at, outward.dot(lamp.position_m));
   }
-  if (lamp_at >= farthest - kParameters.plane_tolerance_m) return {-outward, lamp_at, true};
-  return {-outward, farthest + kParameters.guess_ratio * (farthest - outward.dot(known.probe_m)), false};
+  if (lamp_at >= farthest - kEnclosure.plane_tolerance_m) return {-outward, lamp_at, true};
+  return {-outward, farthest + kEnclosure.guess_ratio * (farthest - outward.dot(known.probe_m)), false};
 }
 
 }  // namespace
@@ -133,15 +132,11 @@ std::optional<Enclosure::Exit> Enclosure::leave(const Vector3f& from_m, const Ve
 }
 
 std::vector<RoomPoint> room_points(const DistanceField& field) {
-  std::vector<BrickKey> keys;
-  keys.reserve(field.bricks.size());
-  for (const auto& [key, brick] : field.bricks) keys.push_back(key);
-  std::sort(keys.begin(), keys.end());
   constexpr int half = kBrickEdge / 2;
   constexpr Simd4 kAlong = {0, 1, 2, 3};
   const float per_voxel = 1 / field.voxel_m;
   std::vector<RoomPoint> points;
-  for (const BrickKey& key : keys) {
+  for (const BrickKey& key : sorted_keys(field.bricks)) {
     const FieldBrick& brick = *field.bricks.at(key);
     for (int eighth = 0; eighth < 8; ++eighth) {
       const Eigen::Vector3i corner = half * Eigen::Vector3i(eighth & 1, eighth >> 1 & 1, eighth >> 2);
@@ -160,8 +155,7 @@ std::vector<RoomPoint> room_points(const DistanceField& field) {
       if (sum == 0) continue;
       const Vector3f middle(static_cast<float>(corner.x()) + sum_of(sum_x) / sum, sum_of(sum_y) / sum,
                             sum_of(sum_z) / sum);
-      const Vector3f position_m =
-          field.voxel_m * (kBrickEdge * Eigen::Vector3i(key[0], key[1], key[2]).cast<float>() + middle);
+      const Vector3f position_m = field.voxel_m * (first_voxel(key).cast<float>() + middle);
       if (const auto normal = field.normal(position_m)) points.push_back({position_m, *normal});
     }
   }
@@ -170,9 +164,9 @@ std::vector<RoomPoint> room_points(const DistanceField& field) {
 
 std::optional<Enclosure> close_room(const std::vector<RoomPoint>& points, const Illumination& light,
                                     const std::vector<Vector3f>& inside_m) {
-  if (points.size() < kParameters.min_points) return std::nullopt;
+  if (points.size() < kEnclosure.min_points) return std::nullopt;
   Known known{{}, inside_m, light.probe_position_m};
-  const std::size_t step = (points.size() + kParameters.max_points - 1) / kParameters.max_points;
+  const std::size_t step = (points.size() + kEnclosure.max_points - 1) / kEnclosure.max_points;
   for (std::size_t i = 0; i < points.size(); i += step) known.points.push_back(points[i]);
   known.inside_m.push_back(light.probe_position_m);
   for (const PointLight& lamp : light.lights) {
@@ -187,7 +181,7 @@ std::optional<Enclosure> close_room(const std::vector<RoomPoint>& points, const 
   for (int i = 0; i < 6; ++i) {
     const Vector3f outward = (i % 2 ? -1.0f : 1.0f) * axes[static_cast<std::size_t>(i / 2)];
     const bool closed = std::any_of(room.sides.begin(), room.sides.end(), [&](const Enclosure::Side& s) {
-      return s.normal.dot(outward) < -kParameters.covers_cosine;
+      return s.normal.dot(outward) < -kEnclosure.covers_cosine;
     });
     if (!closed) others.push_back(guess_side(outward, known, light));
   }
@@ -211,9 +205,9 @@ std::shared_ptr<const Enclosure> EnclosureStage::close(const DistanceField& fiel
   const std::optional<Enclosure> now = close_room(points, light, field.seen_from_m);
   const auto stays = [&](const Enclosure::Side& a, const Enclosure::Side& b) {
     const float half_m = b.normal.dot(last_->middle_m) + b.offset_m;
-    return a.measured == b.measured && a.normal.dot(b.normal) > kParameters.same_normal_cosine &&
+    return a.measured == b.measured && a.normal.dot(b.normal) > kEnclosure.same_normal_cosine &&
            std::abs(a.offset_m - b.offset_m) <
-               (a.measured ? kParameters.same_offset_m : kParameters.same_guess_ratio * half_m);
+               (a.measured ? kEnclosure.same_offset_m : kEnclosure.same_guess_ratio * half_m);
   };
   const bool same =
       now && last_ && std::equal(now->sides.begin(), now->sides.end(), last_->sides.begin(), last_->sides.end(), stays);

@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 #include <optional>
 
+#include "capture/message_text.h"
 #include "reconstruct/room/parameters.h"
 
 namespace lumigraft::reconstruct {
@@ -15,7 +15,7 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr const RoomParameters::Mirrors& kParameters = kRoomParameters.mirrors;
+constexpr const RoomParameters::Mirrors& kMirrors = kRoomParameters.mirrors;
 constexpr int kSectors = 8;  // of the circle around a hole
 
 struct Plane {
@@ -23,8 +23,8 @@ struct Plane {
   float offset_m;
   float height(const Vector3f& p) const { return normal.dot(p) + offset_m; }
   bool holds(const RoomPoint& p) const {
-    return p.normal.dot(normal) > kParameters.same_plane_cosine &&
-           std::abs(height(p.position_m)) < kParameters.plane_tolerance_m;
+    return p.normal.dot(normal) > kMirrors.same_plane_cosine &&
+           std::abs(height(p.position_m)) < kMirrors.plane_tolerance_m;
   }
   Vector3f reflected(const Vector3f& p) const { return p - 2 * height(p) * normal; }
 };
@@ -32,7 +32,7 @@ struct Plane {
 /// Least-squares fit of the plane to the points on it; returns their number, 0 if too few.
 std::size_t fit_plane(Plane& plane, const std::vector<RoomPoint>& points) {
   std::size_t count = 0;
-  for (int round = 0; round < kParameters.fit_rounds; ++round) {
+  for (int round = 0; round < kMirrors.fit_rounds; ++round) {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
     count = 0;
@@ -43,7 +43,7 @@ std::size_t fit_plane(Plane& plane, const std::vector<RoomPoint>& points) {
       squares += position * position.transpose();
       ++count;
     }
-    if (count < kParameters.min_points_on_plane) return 0;
+    if (count < kMirrors.min_points_on_plane) return 0;
     const Eigen::Vector3d middle = sum / static_cast<double>(count);
     const Eigen::Matrix3d spread = squares / static_cast<double>(count) - middle * middle.transpose();
     const Vector3f across = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors().col(0).cast<float>();
@@ -56,7 +56,7 @@ std::size_t fit_plane(Plane& plane, const std::vector<RoomPoint>& points) {
 /// Planes in the order of their first point.
 std::vector<Plane> planes_of(const std::vector<RoomPoint>& points) {
   std::vector<Plane> planes;
-  const std::size_t step = std::max<std::size_t>(points.size() / kParameters.seeds, 1);
+  const std::size_t step = std::max<std::size_t>(points.size() / kMirrors.seeds, 1);
   for (std::size_t seed = 0; seed < points.size(); seed += step) {
     const RoomPoint& p = points[seed];
     const bool known = std::any_of(planes.begin(), planes.end(), [&](const Plane& plane) { return plane.holds(p); });
@@ -64,8 +64,8 @@ std::vector<Plane> planes_of(const std::vector<RoomPoint>& points) {
     Plane plane{p.normal, -p.normal.dot(p.position_m)};
     if (fit_plane(plane, points) == 0) continue;
     const bool same = std::any_of(planes.begin(), planes.end(), [&](const Plane& other) {
-      return other.normal.dot(plane.normal) > kParameters.duplicate_cosine &&
-             std::abs(other.offset_m - plane.offset_m) < kParameters.plane_tolerance_m;
+      return other.normal.dot(plane.normal) > kMirrors.duplicate_cosine &&
+             std::abs(other.offset_m - plane.offset_m) < kMirrors.plane_tolerance_m;
     });
     if (!same) planes.push_back(plane);
   }
@@ -78,11 +78,11 @@ bool surrounded(const Vector3f& point, const std::vector<Vector3f>& surface, con
   unsigned sectors = 0;
   for (const Vector3f& p : surface) {
     const Vector3f offset = p - point;
-    if (offset.squaredNorm() > kParameters.surround_m * kParameters.surround_m) continue;
+    if (offset.squaredNorm() > kMirrors.surround_m * kMirrors.surround_m) continue;
     const float turn = std::atan2(offset.dot(y), offset.dot(x)) / (2 * std::numbers::pi_v<float>)+0.5f;
     sectors |= 1u << std::min(static_cast<int>(kSectors * turn), kSectors - 1);
   }
-  return std::popcount(sectors) >= kParameters.min_sectors;
+  return std::popcount(sectors) >= kMirrors.min_sectors;
 }
 
 /// Where a ray from a camera that saw the point crosses the plane; empty if no camera saw it through the plane.
@@ -93,8 +93,8 @@ std::optional<Vector3f> crossing_of_view(const RoomPoint& p, const Plane& plane,
     const float before_m = plane.height(camera), distance_m = offset.norm();
     if (before_m <= 0 || p.normal.dot(offset) >= 0) continue;
     const auto hit =
-        field.raycast(camera, offset / distance_m, kParameters.first_ray_m, distance_m + kParameters.tolerance_m);
-    if (hit && hit->distance_m < distance_m - kParameters.tolerance_m) continue;
+        field.raycast(camera, offset / distance_m, kMirrors.first_ray_m, distance_m + kMirrors.tolerance_m);
+    if (hit && hit->distance_m < distance_m - kMirrors.tolerance_m) continue;
     return p.position_m - depth_m / (depth_m + before_m) * offset;
   }
   return std::nullopt;
@@ -106,18 +106,18 @@ enum class Evidence { confirms, contradicts, none };
 Evidence evidence_of(const RoomPoint& p, const Plane& plane, const DistanceField& field) {
   const Vector3f reflected = plane.reflected(p.position_m);
   const Vector3f normal = p.normal - 2 * plane.normal.dot(p.normal) * plane.normal;
-  const float off_m = kParameters.tolerance_m + kParameters.tolerance_ratio * std::abs(plane.height(p.position_m));
+  const float off_m = kMirrors.tolerance_m + kMirrors.tolerance_ratio * std::abs(plane.height(p.position_m));
   if (const auto sample = field.sample(reflected)) {
     const auto there = field.normal(reflected);
-    if (std::abs(sample->distance_m) < off_m && there && there->dot(normal) > kParameters.same_normal_cosine)
+    if (std::abs(sample->distance_m) < off_m && there && there->dot(normal) > kMirrors.same_normal_cosine)
       return Evidence::confirms;
   }
   for (const Vector3f& camera : field.seen_from_m) {
     const Vector3f offset = reflected - camera;
     const float distance_m = offset.norm();
-    if (distance_m < kParameters.min_ray_m) continue;
+    if (distance_m < kMirrors.min_ray_m) continue;
     const auto hit =
-        field.raycast(camera, offset / distance_m, kParameters.first_ray_m, distance_m + kParameters.ray_beyond_m);
+        field.raycast(camera, offset / distance_m, kMirrors.first_ray_m, distance_m + kMirrors.ray_beyond_m);
     if (hit && hit->distance_m > distance_m + 2 * off_m) return Evidence::contradicts;
   }
   return Evidence::none;
@@ -129,12 +129,12 @@ std::optional<DetectedMirror> mirror_in(const Plane& plane, const std::vector<Ro
   std::vector<Vector3f> surface;
   for (const RoomPoint& p : points) {
     if (plane.holds(p)) surface.push_back(p.position_m);
-    if (plane.height(p.position_m) < -kParameters.min_depth_m) behind.push_back(p);
+    if (plane.height(p.position_m) < -kMirrors.min_depth_m) behind.push_back(p);
   }
   DetectedMirror mirror;
   mirror.normal = plane.normal;
   std::vector<Vector3f> through;
-  const std::size_t step = (behind.size() + kParameters.max_points - 1) / kParameters.max_points;
+  const std::size_t step = (behind.size() + kMirrors.max_points - 1) / kMirrors.max_points;
   for (std::size_t i = 0; i < behind.size(); i += step) {
     const auto crossing = crossing_of_view(behind[i], plane, field);
     if (!crossing || !surrounded(*crossing, surface, plane)) continue;
@@ -144,9 +144,9 @@ std::optional<DetectedMirror> mirror_in(const Plane& plane, const std::vector<Ro
     ++mirror.confirmed;
     through.push_back(*crossing);
   }
-  if (mirror.confirmed < kParameters.min_confirmed ||
+  if (mirror.confirmed < kMirrors.min_confirmed ||
       static_cast<float>(mirror.contradicted) >
-          kParameters.max_contradicted * static_cast<float>(mirror.confirmed + mirror.contradicted))
+          kMirrors.max_contradicted * static_cast<float>(mirror.confirmed + mirror.contradicted))
     return std::nullopt;
   for (const Vector3f& p : through) mirror.middle_m += p / static_cast<float>(through.size());
   return mirror;
@@ -165,14 +165,11 @@ std::vector<DetectedMirror> find_mirrors(const std::vector<RoomPoint>& points, c
 
 std::vector<std::string> mirror_warnings(const std::vector<RoomPoint>& points, const DistanceField& field) {
   std::vector<std::string> lines;
-  for (const DetectedMirror& mirror : find_mirrors(points, field)) {
-    char line[256];
-    std::snprintf(line, sizeof line,
-                  "depth behind the wall at (%.2f, %.2f, %.2f) m repeats what is in front of it: if there is a mirror, "
-                  "configure it as a [[real_surface]]",
-                  mirror.middle_m.x(), mirror.middle_m.y(), mirror.middle_m.z());
-    lines.emplace_back(line);
-  }
+  for (const DetectedMirror& mirror : find_mirrors(points, field))
+    lines.push_back(capture::formatted(
+        "depth behind the wall at (%.2f, %.2f, %.2f) m repeats what is in front of it: if there is a mirror, "
+        "configure it as a [[real_surface]]",
+        mirror.middle_m.x(), mirror.middle_m.y(), mirror.middle_m.z()));
   return lines;
 }
 

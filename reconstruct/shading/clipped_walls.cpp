@@ -14,7 +14,6 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr const ShadingParameters& kParameters = kShadingParameters;
 constexpr const ShadingParameters::ClippedWalls& kWalls = kShadingParameters.clipped_walls;
 
 class ClippedWalls {
@@ -60,15 +59,16 @@ class ClippedWalls {
       if (!seen(cell)) continue;
       const auto exit = room_->leave(light_.probe_position_m, direction_[cell]);
       if (!exit || !room_->sides[exit->side].measured) continue;
-      const auto hit = rays_.first_crossing(light_.probe_position_m, direction_[cell], kParameters.max_ray_m);
-      if (hit && (*hit - light_.probe_position_m).norm() < kParameters.on_side_ratio * exit->distance_m) continue;
+      const auto hit = rays_.first_crossing(light_.probe_position_m, direction_[cell], kShadingParameters.max_ray_m);
+      if (hit && (*hit - light_.probe_position_m).norm() < kShadingParameters.on_side_ratio * exit->distance_m)
+        continue;
       side_[cell] = static_cast<int>(exit->side);
     }
   }
 
   /// Radiance measured by the colour camera.
   std::optional<Vector3f> measured(std::size_t cell) const {
-    const auto hit = rays_.first_crossing(light_.probe_position_m, direction_[cell], kParameters.max_ray_m);
+    const auto hit = rays_.first_crossing(light_.probe_position_m, direction_[cell], kShadingParameters.max_ray_m);
     return hit && !metal_.contains(*hit) ? field_.radiance(*hit) : std::nullopt;
   }
 
@@ -102,7 +102,7 @@ class ClippedWalls {
             std::max(0.0f, side.normal.dot(offset.normalized())) * lamp.emission(-offset.normalized());
         if (arriving <= 0 ||
             !rays_.free(point + kWalls.lift_m * side.normal,
-                        lamp.position_m - kParameters.lamp_radii_clear * lamp.radius_m * offset.normalized()))
+                        lamp.position_m - kShadingParameters.lamp_radii_clear * lamp.radius_m * offset.normalized()))
           continue;
         sum += arriving / offset.squaredNorm() * lamp.intensity;
       }

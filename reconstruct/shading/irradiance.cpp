@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "reconstruct/light/environment.h"
-#include "reconstruct/room/enclosure.h"
 #include "reconstruct/shading/parameters.h"
 
 namespace lumigraft::reconstruct {
@@ -14,7 +13,6 @@ namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
 constexpr float kGolden = 2.39996323f;  ///< golden angle: Vogel's spiral on the lamp's disk
-constexpr const ShadingParameters& kParameters = kShadingParameters;
 constexpr const ShadingParameters::Surroundings& kFar = kShadingParameters.surroundings;
 constexpr const ShadingParameters::UnobservedSpace& kUnobserved = kShadingParameters.unobserved;
 
@@ -51,9 +49,10 @@ EnvironmentMap without_near(const EnvironmentMap& picture, const FieldRays& rays
   for (int v = 0; v < from.height; ++v) {
     for (int u = 0; u < from.width; ++u) {
       directions.push_back(environment_direction(u, v, from.width, from.height));
-      const auto hit = rays.first_crossing(probe, directions.back(), kParameters.max_ray_m);
+      const auto hit = rays.first_crossing(probe, directions.back(), kShadingParameters.max_ray_m);
       const auto exit = hit && room ? room->leave(probe, directions.back()) : std::nullopt;
-      const bool is_near = hit && !(exit && (*hit - probe).norm() > kParameters.on_side_ratio * exit->distance_m);
+      const bool is_near =
+          hit && !(exit && (*hit - probe).norm() > kShadingParameters.on_side_ratio * exit->distance_m);
       (is_near ? near : far).push_back(directions.size() - 1);
     }
   }
@@ -86,13 +85,9 @@ int cell_of(const Eigen::Vector3f& direction, int width, int height) {
 
 IrradianceModel::IrradianceModel(const DistanceField& field, const FieldRays& rays, const MetalMask& metal,
                                  const Illumination& illumination, const Enclosure* room)
-    : field_(field),
-      rays_(rays),
-      metal_(metal),
-      enclosure_(room),
-      lift_m_(kParameters.lift_voxels * field.voxel_m),
-      surroundings_{illumination.probe_position_m,
-                    without_near(illumination.environment, rays, illumination.probe_position_m, room)} {
+    : IrradianceModel(field, rays, metal, room,
+                      {illumination.probe_position_m,
+                       without_near(illumination.environment, rays, illumination.probe_position_m, room)}) {
   surroundings_.use_guessed =
       room && std::count_if(room->sides.begin(), room->sides.end(),
                             [](const Enclosure::Side& side) { return side.measured; }) >= kFar.min_measured_sides;
@@ -101,20 +96,20 @@ IrradianceModel::IrradianceModel(const DistanceField& field, const FieldRays& ra
                   [](std::uint8_t seen) { return seen != 0; }))
     return;
   const int width = environment.seen.width, height = environment.seen.height;
-  for (int v = 0; v < height; ++v)
-    for (int u = 0; u < width; ++u)
+  const auto for_each_seen = [&](const auto& add) {  // cell, direction and solid angle
+    for (int i = 0; i < width * height; ++i) {
+      const int u = i % width, v = i / width;
       if (environment.seen.at(u, v))
-        surroundings_.up += environment_solid_angle_sr(v, width, height) * environment_direction(u, v, width, height);
-  surroundings_.up.normalize();
-  for (int v = 0; v < height; ++v) {
-    for (int u = 0; u < width; ++u) {
-      if (!environment.seen.at(u, v)) continue;
-      const float cosine = std::max(0.0f, surroundings_.up.dot(environment_direction(u, v, width, height)));
-      surroundings_.floor_irradiance +=
-          cosine * environment_solid_angle_sr(v, width, height) *
-          Eigen::Map<const Eigen::Vector3f>(&environment.radiance.data[environment.radiance.index(u, v)]);
+        add(i, environment_direction(u, v, width, height), environment_solid_angle_sr(v, width, height));
     }
-  }
+  };
+  for_each_seen([&](int, const Eigen::Vector3f& direction, float sr) { surroundings_.up += sr * direction; });
+  surroundings_.up.normalize();
+  for_each_seen([&](int cell, const Eigen::Vector3f& direction, float sr) {
+    const float cosine = std::max(0.0f, surroundings_.up.dot(direction));
+    surroundings_.floor_irradiance +=
+        cosine * sr * Eigen::Map<const Eigen::Vector3f>(&environment.radiance.data[3 * static_cast<std::size_t>(cell)]);
+  });
   std::vector<float> heights;
   for (const RoomPoint& point : room_points(field)) heights.push_back(surroundings_.up.dot(point.position_m));
   surroundings_.floor_m = surroundings_.up.dot(surroundings_.probe);
@@ -131,7 +126,7 @@ IrradianceModel::IrradianceModel(const DistanceField& field, const FieldRays& ra
       rays_(rays),
       metal_(metal),
       enclosure_(room),
-      lift_m_(kParameters.lift_voxels * field.voxel_m),
+      lift_m_(kShadingParameters.lift_voxels * field.voxel_m),
       surroundings_(std::move(surroundings)) {}
 
 Eigen::Vector3f IrradianceModel::far_radiance(const Eigen::Vector3f& from_m, const Eigen::Vector3f& direction) const {
@@ -173,7 +168,8 @@ std::vector<Eigen::Vector3f> IrradianceModel::lamp_irradiance_on_floor(const std
                                      : surroundings_.probe + static_cast<float>(kFar.lamp_distance_m) * lamp.direction;
       const Eigen::Vector3f offset = point - at, towards = offset.normalized();
       const float arriving = std::max(0.0f, -surroundings_.up.dot(towards)) * lamp.emission(towards);
-      if (arriving <= 0 || !rays_.free(point, at + (kParameters.lamp_radii_clear * lamp.radius_m + lift_m_) * towards))
+      if (arriving <= 0 ||
+          !rays_.free(point, at + (kShadingParameters.lamp_radii_clear * lamp.radius_m + lift_m_) * towards))
         continue;
       cells[static_cast<std::size_t>(i)] +=
           arriving * (at - surroundings_.probe).squaredNorm() / offset.squaredNorm() * lamp.irradiance;
@@ -209,7 +205,7 @@ IrradianceModel::Gathered IrradianceModel::gather(const Eigen::Vector3f& positio
     const float r = std::sqrt(s);
     const Eigen::Vector3f direction =
         (r * std::cos(phi) * frame.x + r * std::sin(phi) * frame.y + std::sqrt(1 - s) * frame.z).normalized();
-    const auto hit = rays_.first_crossing(from, direction, kParameters.max_ray_m);
+    const auto hit = rays_.first_crossing(from, direction, kShadingParameters.max_ray_m);
     const auto radiance = hit ? field_.radiance(*hit) : std::nullopt;
     metal_hits += hit && metal_.contains(*hit);
     if (radiance) {
@@ -228,14 +224,14 @@ IrradianceModel::Gathered IrradianceModel::gather(const Eigen::Vector3f& positio
 float IrradianceModel::visibility(const PointLight& light, float distance_m, const Eigen::Vector3f& position_m,
                                   const Eigen::Vector3f& normal, int rays) const {
   const bool far = distance_m == kInfinitelyFar;
-  const float distance = far ? kParameters.max_ray_m : distance_m;
+  const float distance = far ? kShadingParameters.max_ray_m : distance_m;
   const Eigen::Vector3f centre = (far ? position_m : surroundings_.probe) + distance * light.direction;
   const Eigen::Vector3f offset = centre - position_m;
   if (!(normal.dot(offset) > 0)) return 0;
   const Eigen::Vector3f from = position_m + lift_m_ * normal;
   const float radius = std::tan(light.angular_radius_rad) * distance;
   const Frame frame = frame_around(offset.normalized());
-  const Eigen::Vector3f end = centre - kParameters.lamp_radii_clear * radius * frame.z;
+  const Eigen::Vector3f end = centre - kShadingParameters.lamp_radii_clear * radius * frame.z;
   int lit = 0;
   for (int i = 0; i < rays; ++i) {
     const float rho = rays == 1 ? 0 : radius * std::sqrt((i + 0.5f) / rays), phi = kGolden * i;

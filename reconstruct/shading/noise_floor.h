@@ -14,8 +14,8 @@ float noise_floor_radiance(const std::vector<SurfaceSample>& samples);
 /// Albedo π B / E of a diffuse surface. It tends to 1 where B and E are below the noise floor: nothing is known there.
 inline Eigen::Array3f lambertian_albedo(const Eigen::Vector3f& radiance, const Eigen::Vector3f& irradiance,
                                         float noise_floor) {
-  constexpr float kPi = std::numbers::pi_v<float>;
-  return kPi * (radiance.array() + noise_floor) / (irradiance.array() + kPi * noise_floor);
+  constexpr float pi = std::numbers::pi_v<float>;
+  return pi * (radiance.array() + noise_floor) / (irradiance.array() + pi * noise_floor);
 }
 
 /// 1σ of π B from the noise floor.

@@ -19,8 +19,7 @@ struct ShadingParameters {
   float min_noise_floor = 1e-6f;    ///< radiance, for samples that are all black
 
   struct Surroundings {
-    int min_measured_sides = 2;          ///< for guessed sides to count: a single side may be a table. If they always
-                                         ///< count, albedo around a bust alone is three times worse
+    int min_measured_sides = 2;  ///< for guessed sides to count: one may be a table; if 0, albedo is 3 times worse
     float below_floor_fraction = 0.02f;  ///< of known surface below the floor: noise
     int floor_cells = 60;  ///< per edge of the grid of lamp light on an unseen floor; beyond it there is none
     float floor_cell_m = 0.15f;

@@ -10,21 +10,18 @@
 namespace lumigraft::reconstruct {
 namespace {
 
-constexpr const ShadingParameters::Samples& kParameters = kShadingParameters.samples;
+constexpr const ShadingParameters::Samples& kSamples = kShadingParameters.samples;
 constexpr const ShadingParameters::TagPaper& kPaper = kShadingParameters.tag_paper;
 
 /// Level of a cell's size: far surface is measured more coarsely and matters less.
 int level_at(const Eigen::Vector3f& position) {
   const float squared = position.squaredNorm();
-  return squared < kParameters.finest_m2 ? 0 : squared < kParameters.fine_m2 ? 1 : 2;
+  return squared < kSamples.finest_m2 ? 0 : squared < kSamples.fine_m2 ? 1 : 2;
 }
 
 std::vector<SurfacePoint> surface_points(const DistanceField& field, const FieldRays& rays, const MetalMask& metal) {
-  std::vector<BrickKey> keys;
-  for (const auto& [key, brick] : field.bricks) keys.push_back(key);
-  std::sort(keys.begin(), keys.end());
   std::vector<SurfacePoint> points;
-  for (const BrickKey& key : keys) {
+  for (const BrickKey& key : sorted_keys(field.bricks)) {
     const std::vector<SurfacePoint> own = points_in(field, key, rays, metal);
     points.insert(points.end(), own.begin(), own.end());
   }
@@ -51,8 +48,7 @@ std::vector<SurfacePoint> points_in(const DistanceField& field, const BrickKey& 
   const FieldBrick& brick = *field.brick(key);
   for (int index = 0; index < kBrickVoxels; ++index) {
     if (!on_surface(brick, index, field.voxel_m)) continue;
-    const Eigen::Vector3i voxel(key[0] * kBrickEdge + (index & 7), key[1] * kBrickEdge + ((index >> 3) & 7),
-                                key[2] * kBrickEdge + (index >> 6));
+    const Eigen::Vector3i voxel = voxel_in(key, index);
     SurfacePoint point;
     point.normal = rays.normal_at(voxel);
     if (point.normal.isZero()) continue;
@@ -100,12 +96,11 @@ SurfaceSample patch(const std::vector<SurfacePoint>& points, const std::vector<i
     along += off * (std::log(std::max(points[i].radiance.mean(), 1e-6f)) - log_sum / count) / count;
     second_moments += off * off.transpose() / count;
   }
-  const double explained =
-      members.size() < kParameters.min_slope_points ? 0 : along.dot(second_moments.inverse() * along);
+  const double explained = members.size() < kSamples.min_slope_points ? 0 : along.dot(second_moments.inverse() * along);
   const double variance = log_squares / count - std::pow(log_sum / count, 2);
   sample.spread = static_cast<float>(std::sqrt(std::max(0.0, variance)));
   sample.texture = static_cast<float>(std::sqrt(std::max(0.0, variance - explained)));
-  sample.usable = normal.norm() > kParameters.min_normal_length * count;
+  sample.usable = normal.norm() > kSamples.min_normal_length * count;
   const int nearest = *std::min_element(members.begin(), members.end(), [&](int a, int b) {
     return (points[a].position - middle).squaredNorm() < (points[b].position - middle).squaredNorm();
   });
@@ -147,7 +142,7 @@ Surface find_surface(const DistanceField& field, const FieldRays& rays, const Me
                      float min_cell_m) {
   Surface surface;
   surface.points = surface_points(field, rays, metal);
-  surface.sample_m = std::max(kParameters.min_cell_voxels * field.voxel_m, min_cell_m);
+  surface.sample_m = std::max(kSamples.min_cell_voxels * field.voxel_m, min_cell_m);
   std::map<SampleCell, std::vector<int>> cells;
   for (;;) {
     cells.clear();
@@ -156,8 +151,7 @@ Surface find_surface(const DistanceField& field, const FieldRays& rays, const Me
     }
     if (static_cast<int>(cells.size()) <= max_samples) break;
     // The number of cells on surfaces is proportional to 1/edge².
-    surface.sample_m *=
-        std::max(kParameters.min_cell_growth, std::sqrt(static_cast<float>(cells.size()) / max_samples));
+    surface.sample_m *= std::max(kSamples.min_cell_growth, std::sqrt(static_cast<float>(cells.size()) / max_samples));
   }
   for (const auto& [key, members] : cells) {
     for (const int i : members) surface.points[i].sample = static_cast<int>(surface.samples.size());

@@ -10,12 +10,10 @@ constexpr float kMinAlpha = 2e-3f;  // at smaller alpha the lobe is narrower tha
 }  // namespace
 
 BsdfParams bsdf_params_of(const Eigen::Array3f& base, const Material& m) {
-  BsdfParams bsdf;
-  bsdf.diffuse = base * (1 - m.metallic);
-  bsdf.f0 = 0.04f * m.specular * (1 - m.metallic) + base * m.metallic;
-  bsdf.f90 = m.specular * (1 - m.metallic) + m.metallic;
-  bsdf.alpha = std::max(m.roughness * m.roughness, kMinAlpha);
-  return bsdf;
+  return {.diffuse = base * (1 - m.metallic),
+          .f0 = 0.04f * m.specular * (1 - m.metallic) + base * m.metallic,
+          .f90 = m.specular * (1 - m.metallic) + m.metallic,
+          .alpha = std::max(m.roughness * m.roughness, kMinAlpha)};
 }
 
 BsdfParams bsdf_params_of(const Eigen::Array3f& diffuse, const Eigen::Array3f& f0, float alpha) {

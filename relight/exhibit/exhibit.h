@@ -1,7 +1,6 @@
 #pragma once
 // The virtual objects: exhibit.toml, models, materials, motion.
 #include <Eigen/Geometry>
-#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <memory>

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "capture/error.h"
 
@@ -18,12 +19,7 @@ namespace fs = std::filesystem;
 
 capture::Image<std::uint8_t> to_rgb(const cv::Mat& bgr) {
   capture::Image<std::uint8_t> image(bgr.cols, bgr.rows, 3);
-  for (int y = 0; y < bgr.rows; ++y) {
-    for (int x = 0; x < bgr.cols; ++x) {
-      const auto& pixel = bgr.at<cv::Vec3b>(y, x);
-      for (int c = 0; c < 3; ++c) image.at(x, y, c) = pixel[2 - c];
-    }
-  }
+  cv::cvtColor(bgr, cv::Mat(bgr.rows, bgr.cols, CV_8UC3, image.data.data()), cv::COLOR_BGR2RGB);
   return image;
 }
 

@@ -3,7 +3,6 @@
 #include <fstream>
 #include <iterator>
 #include <sstream>
-#include <string>
 #include <string_view>
 
 #include "capture/error.h"

@@ -1,7 +1,6 @@
 #include "relight/gather/delta_light.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 namespace lumigraft::relight {

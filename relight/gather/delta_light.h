@@ -2,7 +2,6 @@
 // Radiance along rays with and without the objects. Rays end at the first surface, in the radiance that cameras
 // measured of the room or in the cached light of objects and cells; only specular surfaces continue them.
 // L_ρ: with the objects; L_μ: without; L_Δ = L_ρ - L_μ (Franke 2015, eq. 3.11).
-#include <limits>
 #include <optional>
 
 #include "relight/gather/irradiance_change_cache.h"
@@ -12,6 +11,8 @@
 #include "relight/tracing/vertex.h"
 
 namespace lumigraft::relight {
+
+constexpr int kMirrors = 2;  ///< further specular reflections that paths of objects and cells follow
 
 struct SampledRay {
   Eigen::Vector3f from_m, w;  ///< w unit

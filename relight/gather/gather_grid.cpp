@@ -11,7 +11,6 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr int kRow = 4;                // rows per thread and block
 constexpr int kSteps = 2;              // of the filter: spacing of one pixel, then two
 constexpr float kOffPlane_px = 1.5f;   // maximum distance from the other's plane, for the same surface
 constexpr float kNearFraction = 0.5f;  // of the distance to an object, within which its light changes little
@@ -34,37 +33,19 @@ GatherGrid::GatherGrid(const std::vector<GBufferPixel>& seen, const capture::Cam
       height_((camera.height + scale - 1) / scale),
       cells_(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_)),
       weights_(seen.size()) {
-  for_each_block(height_, kRow, [&](int first, int last) {
-    for (int y = first; y < last; ++y) {
-      for (int x = 0; x < width_; ++x) choose_pixel(x, y);
-    }
-  });
-  for_each_block(camera_.height, kRow, [&](int first, int last) {
-    for (int v = first; v < last; ++v) {
-      for (int u = 0; u < camera_.width; ++u) {
-        const auto pixel = static_cast<std::size_t>(v * camera_.width + u);
-        if (is_meant(seen_[pixel])) weights_[pixel] = weights_around(u, v, seen_[pixel].surface);
-      }
-    }
+  for_each_pixel(width_, height_, kRows, [&](int x, int y) { choose_pixel(x, y); });
+  for_each_pixel(camera_.width, camera_.height, kRows, [&](int u, int v) {
+    const auto pixel = static_cast<std::size_t>(v * camera_.width + u);
+    if (is_meant(seen_[pixel])) weights_[pixel] = weights_around(u, v, seen_[pixel].surface);
   });
 }
 
-/// The block's pixel of such a surface nearest to its centre.
 void GatherGrid::choose_pixel(int x, int y) {
   Cell& cell = cells_[at(x, y)];
-  float min_off = std::numeric_limits<float>::infinity();
-  for (int v = y * scale_; v < std::min((y + 1) * scale_, camera_.height); ++v) {
-    for (int u = x * scale_; u < std::min((x + 1) * scale_, camera_.width); ++u) {
-      const int pixel = v * camera_.width + u;
-      const GBufferPixel& p = seen_[static_cast<std::size_t>(pixel)];
-      const float off = std::hypot(static_cast<float>(u - x * scale_) - 0.4f * static_cast<float>(scale_),
-                                   static_cast<float>(v - y * scale_) - 0.4f * static_cast<float>(scale_));
-      if (!is_meant(p) || off >= min_off) continue;
-      min_off = off;
-      cell.pixel = pixel;
-      cell.pixel_m = static_cast<float>(scale_) * p.depth_m / static_cast<float>(camera_.fx);
-    }
-  }
+  cell.pixel = central_pixel(seen_, camera_, scale_, x, y, [&](const GBufferPixel& p) { return is_meant(p); });
+  if (cell.pixel < 0) return;
+  const float depth_m = seen_[static_cast<std::size_t>(cell.pixel)].depth_m;
+  cell.pixel_m = static_cast<float>(scale_) * depth_m / static_cast<float>(camera_.fx);
 }
 
 std::array<float, 9> GatherGrid::weights_around(int u, int v, const SurfaceHit& own) const {
@@ -107,20 +88,18 @@ void GatherGrid::gather(const DeltaLight& light, const std::vector<ChangeRegion>
     }
     return (sum / static_cast<float>(samples)).eval();
   };
-  for_each_block(static_cast<int>(cells_.size()), 32, [&](int first, int last) {
-    for (int i = first; i < last; ++i) {
-      Cell& cell = cells_[static_cast<std::size_t>(i)];
-      if (cell.pixel < 0 || !turn.is_of(4 * (i / width_ % 2) + i % width_ % 4)) continue;
-      const GBufferPixel& pixel = seen_[static_cast<std::size_t>(cell.pixel)];
-      const bool glossy = kind_ == Of::glossy;
-      PathVertex vertex(glossy ? pixel.surface : white_surface(pixel.surface), pixel.w);
-      vertex.aim_at(places);
-      cell.near_m = std::numeric_limits<float>::infinity();
-      const auto number = static_cast<std::uint32_t>(i);
-      cell.light = glossy ? radiance(number, vertex, &cell.near_m) : irradiance(number, vertex, &cell.near_m);
-      // The width of a GGX lobe is about its alpha.
-      cell.near_m *= glossy ? std::min(pixel.surface.bsdf.alpha, kNearFraction) : kNearFraction;
-    }
+  for_each_index(static_cast<int>(cells_.size()), 32, [&](int i) {
+    Cell& cell = cells_[static_cast<std::size_t>(i)];
+    if (cell.pixel < 0 || !turn.is_of(4 * (i / width_ % 2) + i % width_ % 4)) return;
+    const GBufferPixel& pixel = seen_[static_cast<std::size_t>(cell.pixel)];
+    const bool glossy = kind_ == Of::glossy;
+    PathVertex vertex(glossy ? pixel.surface : white_surface(pixel.surface), pixel.w);
+    vertex.aim_at(places);
+    cell.near_m = std::numeric_limits<float>::infinity();
+    const auto number = static_cast<std::uint32_t>(i);
+    cell.light = glossy ? radiance(number, vertex, &cell.near_m) : irradiance(number, vertex, &cell.near_m);
+    // The width of a GGX lobe is about its alpha.
+    cell.near_m *= glossy ? std::min(pixel.surface.bsdf.alpha, kNearFraction) : kNearFraction;
   });
 }
 
@@ -130,30 +109,26 @@ std::vector<Eigen::Array4f> GatherGrid::smoothed() const {
   for (const Cell& cell : cells_) light.emplace_back(cell.light[0], cell.light[1], cell.light[2], 0);
   for (int step = 0; step < kSteps; ++step) {
     const std::vector<Eigen::Array4f> from = light;
-    for_each_block(height_, kRow, [&](int first, int last) {
-      for (int y = first; y < last; ++y) {
-        for (int x = 0; x < width_; ++x) {
-          const Cell& cell = cells_[at(x, y)];
-          if (cell.pixel < 0) continue;
-          Eigen::Array4f sum = Eigen::Array4f::Zero();
-          float weights = 0;
-          for (int j = -2; j <= 2; ++j) {
-            for (int i = -2; i <= 2; ++i) {
-              const int u = x + (i << step), v = y + (j << step);
-              if (u < 0 || v < 0 || u >= width_ || v >= height_) continue;
-              const Cell& other = cells_[at(u, v)];
-              if (other.pixel < 0) continue;
-              const float w = kernel[static_cast<std::size_t>(std::abs(i))] *
-                              kernel[static_cast<std::size_t>(std::abs(j))] *
-                              alike(surface(cell), surface(other), cell.pixel_m * static_cast<float>(1 << step),
-                                    std::min(cell.near_m, other.near_m));
-              sum += w * from[at(u, v)];
-              weights += w;
-            }
-          }
-          if (weights > 0) light[at(x, y)] = sum / weights;
+    for_each_pixel(width_, height_, kRows, [&](int x, int y) {
+      const Cell& cell = cells_[at(x, y)];
+      if (cell.pixel < 0) return;
+      Eigen::Array4f sum = Eigen::Array4f::Zero();
+      float weights = 0;
+      for (int j = -2; j <= 2; ++j) {
+        for (int i = -2; i <= 2; ++i) {
+          const int u = x + (i << step), v = y + (j << step);
+          if (u < 0 || v < 0 || u >= width_ || v >= height_) continue;
+          const Cell& other = cells_[at(u, v)];
+          if (other.pixel < 0) continue;
+          const float w = kernel[static_cast<std::size_t>(std::abs(i))] *
+                          kernel[static_cast<std::size_t>(std::abs(j))] *
+                          alike(surface(cell), surface(other), cell.pixel_m * static_cast<float>(1 << step),
+                                std::min(cell.near_m, other.near_m));
+          sum += w * from[at(u, v)];
+          weights += w;
         }
       }
+      if (weights > 0) light[at(x, y)] = sum / weights;
     });
   }
   return light;
@@ -162,18 +137,14 @@ std::vector<Eigen::Array4f> GatherGrid::smoothed() const {
 std::vector<Eigen::Array4f> GatherGrid::at_pixels() const {
   const std::vector<Eigen::Array4f> light = smoothed();
   std::vector<Eigen::Array4f> pixels(seen_.size(), Eigen::Array4f::Zero());
-  for_each_block(camera_.height, kRow, [&](int first, int last) {
-    for (int v = first; v < last; ++v) {
-      for (int u = 0; u < camera_.width; ++u) {
-        const auto pixel = static_cast<std::size_t>(v * camera_.width + u);
-        if (!is_meant(seen_[pixel])) continue;
-        for (std::size_t k = 0; k < 9; ++k) {
-          const float weight = weights_[pixel][k];
-          if (weight <= 0) continue;
-          const int x = u / scale_ + static_cast<int>(k % 3) - 1, y = v / scale_ + static_cast<int>(k / 3) - 1;
-          pixels[pixel] += weight * light[at(x, y)];
-        }
-      }
+  for_each_pixel(camera_.width, camera_.height, kRows, [&](int u, int v) {
+    const auto pixel = static_cast<std::size_t>(v * camera_.width + u);
+    if (!is_meant(seen_[pixel])) return;
+    for (std::size_t k = 0; k < 9; ++k) {
+      const float weight = weights_[pixel][k];
+      if (weight <= 0) continue;
+      const int x = u / scale_ + static_cast<int>(k % 3) - 1, y = v / scale_ + static_cast<int>(k / 3) - 1;
+      pixels[pixel] += weight * light[at(x, y)];
     }
   });
   return pixels;

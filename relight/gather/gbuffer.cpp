@@ -1,10 +1,6 @@
 #include "relight/gather/gbuffer.h"
 
-#include <algorithm>
 #include <array>
-#include <limits>
-
-#include "relight/tracing/parallel_for.h"
 
 namespace lumigraft::relight {
 namespace {
@@ -25,12 +21,16 @@ GBufferPixel pixel_of(const RayRoom& room, const Vector3f& w, const MeshHit* hit
   p.depth_m = hit->t_m;
   if (p.glossy) return p;
   // The room's triangles are coarser than pixels: the image's detail modulates their values.
-  const Rgb detail = (radiance / point.before.max(1e-5f)).max(kMinDetail).min(kMaxDetail);
-  p.albedo = (point.surface.bsdf.diffuse * detail).min(1.0f);
+  p.albedo = detailed(point.surface.bsdf.diffuse, radiance, point.before);
   return p;
 }
 
 }  // namespace
+
+Rgb detailed(const Rgb& albedo, const Rgb& radiance, const Rgb& radiance_similar) {
+  const Rgb detail = (radiance / radiance_similar.max(1e-5f)).max(kMinDetail).min(kMaxDetail);
+  return (albedo * detail).min(1.0f);
+}
 
 PixelRays::PixelRays(const capture::CameraModel& camera) : across_(camera.width + 1) {
   corners_.reserve(static_cast<std::size_t>(across_) * static_cast<std::size_t>(camera.height + 1));
@@ -75,9 +75,8 @@ void trace_room(const RayRoom& room, const CameraRays& eye, const capture::Image
         for (int k = 0; k < count; ++k) {
           const std::size_t i =
               static_cast<std::size_t>(v) * static_cast<std::size_t>(width) + static_cast<std::size_t>(from + k);
-          const Rgb b(radiance.data[3 * i], radiance.data[3 * i + 1], radiance.data[3 * i + 2]);
           seen[i] = pixel_of(room, fan.w[static_cast<std::size_t>(k)],
-                             met >> k & 1 ? &hits[static_cast<std::size_t>(k)] : nullptr, b);
+                             met >> k & 1 ? &hits[static_cast<std::size_t>(k)] : nullptr, radiance_at(radiance, i));
         }
       }
     }

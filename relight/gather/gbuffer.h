@@ -1,10 +1,20 @@
 #pragma once
 // G-buffer: the real surface at each pixel.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+#include <vector>
+
 #include "capture/image.h"
 #include "relight/gather/ray_room.h"
+#include "relight/tracing/parallel_for.h"
 #include "relight/tracing/posed_camera.h"
 
 namespace lumigraft::relight {
+
+constexpr float kMinPlaneCosine = 0.05f;  ///< of a plane viewed from the camera
 
 struct GBufferPixel {
   bool known = false;   ///< a surface exists
@@ -40,5 +50,47 @@ struct CameraRays {
 /// W/sr/m².
 void trace_room(const RayRoom& room, const CameraRays& eye, const capture::Image<float>& radiance,
                 std::vector<GBufferPixel>& seen);
+
+/// The pixel nearest to the centre of the square (x, y) of `edge` × `edge` pixels among those that count; -1: none.
+template <typename Counts>
+int central_pixel(const std::vector<GBufferPixel>& seen, const capture::CameraModel& camera, int edge, int x, int y,
+                  Counts counts) {
+  const float middle = 0.4f * static_cast<float>(edge);  // of two central pixels always the same one
+  int nearest = -1;
+  float least = std::numeric_limits<float>::infinity();
+  for (int v = y * edge; v < std::min((y + 1) * edge, camera.height); ++v) {
+    for (int u = x * edge; u < std::min((x + 1) * edge, camera.width); ++u) {
+      const int pixel = v * camera.width + u;
+      const float off =
+          std::hypot(static_cast<float>(u - x * edge) - middle, static_cast<float>(v - y * edge) - middle);
+      if (!counts(seen[static_cast<std::size_t>(pixel)]) || off >= least) continue;
+      least = off;
+      nearest = pixel;
+    }
+  }
+  return nearest;
+}
+
+/// Replaces pixels by what `better(u, v)` returns, if anything, after it was called for all of them.
+template <typename Better>
+void replace_pixels(std::vector<GBufferPixel>& seen, int width, int height, Better better) {
+  std::vector<std::vector<std::pair<std::size_t, GBufferPixel>>> rows(static_cast<std::size_t>(height));
+  for_each_pixel(width, height, kRows, [&](int u, int v) {
+    if (const std::optional<GBufferPixel> pixel = better(u, v)) {
+      rows[static_cast<std::size_t>(v)].emplace_back(v * width + u, *pixel);
+    }
+  });
+  for (const auto& row : rows) {
+    for (const auto& [i, pixel] : row) seen[i] = pixel;
+  }
+}
+
+/// Albedo of a similar pixel, modulated by the image's detail: the radiance of the pixel over that of the similar one.
+Rgb detailed(const Rgb& albedo, const Rgb& radiance, const Rgb& radiance_similar);
+
+/// The radiance of the pixel with index i.
+inline Rgb radiance_at(const capture::Image<float>& image, std::size_t i) {
+  return {image.data[3 * i], image.data[3 * i + 1], image.data[3 * i + 2]};
+}
 
 }  // namespace lumigraft::relight

@@ -10,8 +10,8 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr float kFinest = 8;  // cells along the radius of the objects' sphere
-constexpr int kBlock = 4096;  // patches per thread and block
+constexpr float kFinest = 8;       // cells along the radius of the objects' sphere
+constexpr int kPatchBlock = 4096;  // patches per thread and block
 
 }  // namespace
 
@@ -41,10 +41,8 @@ IrradianceChangeCache::IrradianceChangeCache(const std::vector<Patch>& patches, 
     layout->edge_m[i] = std::ldexp(sphere.radius_m / kFinest, static_cast<int>(i));
   }
   std::vector<std::uint64_t> keys(patches.size());
-  for_each_block(static_cast<int>(patches.size()), kBlock, [&](int first, int last) {
-    for (auto i = static_cast<std::size_t>(first); i < static_cast<std::size_t>(last); ++i) {
-      keys[i] = layout->key(patches[i].position_m, patches[i].normal, layout->level(patches[i].position_m));
-    }
+  for_each_index(patches.size(), kPatchBlock, [&](std::size_t i) {
+    keys[i] = layout->key(patches[i].position_m, patches[i].normal, layout->level(patches[i].position_m));
   });
   const auto inside = [&](const Patch& patch) {
     if ((patch.position_m - sphere.centre_m).squaredNorm() > sphere.radius_m * sphere.radius_m) return false;

@@ -1,6 +1,5 @@
 #include "relight/gather/irradiance_probes.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -14,11 +13,11 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr float kAcross = 16;      // probes along the radius of the object's sphere
-constexpr float kLikeNormals = 4;  // exponent of the cosine in a vertex's weights of probes
-constexpr float kReach = 1.2f;     // times the spacing of probes
+constexpr float kAcross = 16;            // probes along the radius of the object's sphere
+constexpr float kNormalExponent = 4;     // exponent of the cosine in a vertex's weights of probes
+constexpr float kReach_spacings = 1.2f;  // times the spacing of probes
 
-struct Side {
+struct VertexSide {
   Vector3f position_m, normal;
 };
 
@@ -45,7 +44,7 @@ IrradianceProbes place_probes(const Model& coarse) {
   found.closed = is_closed(coarse);
   const Model& model = *found.model;
 
-  std::vector<Side> sides;
+  std::vector<VertexSide> sides;
   for (std::size_t v = 0; v < model.positions_m.size(); ++v) sides.push_back({model.positions_m[v], model.normals[v]});
   if (!found.closed) {
     for (std::size_t v = 0; v < model.positions_m.size(); ++v)
@@ -62,14 +61,14 @@ IrradianceProbes place_probes(const Model& coarse) {
     std::array<float, 6> min_off;
   };
   std::unordered_map<std::int64_t, Cell> cells;
-  for (const Side& side : sides) {
+  for (const VertexSide& side : sides) {
     Cell& cell = cells[key_of(cell_of(side.position_m))];
     const auto f = static_cast<std::size_t>(facing(side.normal));
     if (cell.count[f]++ == 0) cell.sum[f].setZero();
     cell.sum[f] += side.position_m;
     cell.min_off[f] = std::numeric_limits<float>::infinity();
   }
-  for (const Side& side : sides) {
+  for (const VertexSide& side : sides) {
     Cell& cell = cells[key_of(cell_of(side.position_m))];
     const auto f = static_cast<std::size_t>(facing(side.normal));
     const float off = (cell.sum[f] / static_cast<float>(cell.count[f]) - side.position_m).squaredNorm();
@@ -82,7 +81,7 @@ IrradianceProbes place_probes(const Model& coarse) {
     found.places[static_cast<std::size_t>(cell.place[f])] = {side.position_m, side.normal};
   }
 
-  for (const Side& side : sides) {
+  for (const VertexSide& side : sides) {
     found.first.push_back(static_cast<std::uint32_t>(found.weights.size()));
     float sum = 0;
     // The eight cells whose centres surround the vertex.
@@ -93,9 +92,10 @@ IrradianceProbes place_probes(const Model& coarse) {
       for (const int place : cell->second.place) {
         if (place < 0) continue;
         const auto& p = found.places[static_cast<std::size_t>(place)];
-        const float turn = p.normal.dot(side.normal), off = (p.position_m - side.position_m).norm() / (kReach * edge_m);
+        const float turn = p.normal.dot(side.normal),
+                    off = (p.position_m - side.position_m).norm() / (kReach_spacings * edge_m);
         if (turn <= 0 || off >= 1) continue;
-        const float weight = std::pow(turn, kLikeNormals) * (1 - off) * (1 - off);
+        const float weight = std::pow(turn, kNormalExponent) * (1 - off) * (1 - off);
         found.weights.push_back({place, weight});
         sum += weight;
       }

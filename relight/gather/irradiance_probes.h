@@ -22,8 +22,7 @@ struct IrradianceProbes {
   std::shared_ptr<const ModelTree> tree;
   bool closed = false;
   std::vector<Place> places;
-  std::vector<ProbeWeight> weights;  ///< vertex v's front side uses first[v] to first[v + 1]; back sides follow all
-                                     ///< front sides
+  std::vector<ProbeWeight> weights;  ///< vertex v's front uses first[v] to first[v + 1]; back sides follow all fronts
   std::vector<std::uint32_t> first;  ///< 2 · vertices + 1; a side without probes has an empty range
 };
 

@@ -36,8 +36,7 @@ class LightSampleSet {
   static constexpr int kAll = kSets;  // index of the set of all points
   using Row = std::array<float, RayFan::kMaxRays>;
   struct Set {
-    Row x, y, z;  ///< of a flat lamp: the point, tag frame; of a sphere: cosine and sine of the azimuth, fraction of
-                  ///< the cap
+    Row x, y, z;  ///< flat: the point, tag frame; sphere: cosine and sine of the azimuth, share of the cap
   };
   ReferenceLamp lamp_;
   float area_m2_ = 0;  ///< of a flat lamp

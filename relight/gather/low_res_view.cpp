@@ -10,14 +10,13 @@
 namespace lumigraft::relight {
 namespace {
 
-constexpr int kRow = 4;               // rows per thread and block
-constexpr float kOffPlane_px = 1.5f;  // in blocks: maximum distance from the other's plane, for the same surface
-constexpr float kAlike = 0.95f;       // similarity from which two count as one surface
-constexpr float kUnlike = 1e-6f;      // weight of blocks of other surfaces: effective only if there are no others
+constexpr float kOffPlane_blocks = 1.5f;  // maximum distance from the other's plane, for the same surface
+constexpr float kAlike = 0.95f;           // similarity from which two count as one surface
+constexpr float kUnlike = 1e-6f;          // weight of blocks of other surfaces: effective only if there are no others
 
-float alike(const SurfaceHit& a, const GBufferPixel& b, float block_m) {
+float alike_blocks(const SurfaceHit& a, const GBufferPixel& b, float block_m) {
   const float turn = std::max(a.normal.dot(b.surface.normal), 0.0f);
-  const float off = a.normal.dot(b.surface.position_m - a.position_m) / (kOffPlane_px * block_m);
+  const float off = a.normal.dot(b.surface.position_m - a.position_m) / (kOffPlane_blocks * block_m);
   return pow32(turn) * fast_exp(off * off);
 }
 
@@ -32,40 +31,20 @@ LowResView::LowResView(const std::vector<GBufferPixel>& seen, const capture::Cam
   right_ = camera_.width > 1 ? 1 : 0;
   below_ = camera_.height > 1 ? static_cast<std::size_t>(camera_.width) : 0;
   seen_.resize(static_cast<std::size_t>(camera_.width) * static_cast<std::size_t>(camera_.height));
-  const float middle = 0.4f * static_cast<float>(block);  // of two central pixels always the same one
-  for_each_block(camera_.height, kRow, [&](int first, int last) {
-    for (int y = first; y < last; ++y) {
-      for (int x = 0; x < camera_.width; ++x) {
-        const GBufferPixel* nearest = nullptr;
-        float min_off = std::numeric_limits<float>::infinity();
-        for (int v = y * block; v < std::min((y + 1) * block, camera.height); ++v) {
-          for (int u = x * block; u < std::min((x + 1) * block, camera.width); ++u) {
-            const GBufferPixel& p = seen[static_cast<std::size_t>(v * camera.width + u)];
-            const float off =
-                std::hypot(static_cast<float>(u - x * block) - middle, static_cast<float>(v - y * block) - middle);
-            if (!p.known || p.glossy || off >= min_off) continue;
-            min_off = off;
-            nearest = &p;
-          }
-        }
-        if (nearest) seen_[static_cast<std::size_t>(y * camera_.width + x)] = *nearest;
-      }
-    }
+  for_each_pixel(camera_.width, camera_.height, kRows, [&](int x, int y) {
+    const int pixel =
+        central_pixel(seen, camera, block, x, y, [](const GBufferPixel& p) { return p.known && !p.glossy; });
+    if (pixel >= 0) seen_[static_cast<std::size_t>(y * camera_.width + x)] = seen[static_cast<std::size_t>(pixel)];
   });
   even_.resize(seen_.size());
-  for_each_block(camera_.height, kRow, [&](int first, int last) {
-    const auto width = static_cast<std::size_t>(camera_.width);
-    for (std::size_t i = static_cast<std::size_t>(first) * width; i < static_cast<std::size_t>(last) * width; ++i) {
-      even_[i] = is_even(i);
-    }
-  });
+  for_each_index(even_.size(), kRows * camera_.width, [&](std::size_t i) { even_[i] = is_even(i); });
 }
 
 bool LowResView::is_even(std::size_t first) const {
   const GBufferPixel& own = seen_[first];
   for (std::size_t other : {first, first + right_, first + below_, first + right_ + below_}) {
     if (other >= seen_.size() || !seen_[other].known) return false;
-    if (alike(own.surface, seen_[other], block_m(own)) < kAlike) return false;
+    if (alike_blocks(own.surface, seen_[other], block_m(own)) < kAlike) return false;
   }
   return true;
 }
@@ -84,12 +63,12 @@ BlockMix LowResView::mix(int u, int v, const SurfaceHit& surface) const {
   float sum = 0;
   const auto first = static_cast<std::size_t>(mix.first);
   // If the four blocks and the pixel are in one plane, they are all alike.
-  const bool even = even_[first] && alike(surface, seen_[first], block_m(seen_[first])) > kAlike;
+  const bool even = even_[first] && alike_blocks(surface, seen_[first], block_m(seen_[first])) > kAlike;
   for (std::size_t k = 0; k < 4; ++k) {
     const GBufferPixel& other = seen_[first + (k & 1 ? right_ : 0) + (k >> 1 ? below_ : 0)];
     if (!other.known) continue;
     const float bilinear = (k & 1 ? right_weight : 1 - right_weight) * (k >> 1 ? bottom_weight : 1 - bottom_weight);
-    weight[k] = even ? bilinear : (bilinear + kUnlike) * (alike(surface, other, block_m(other)) + kUnlike);
+    weight[k] = even ? bilinear : (bilinear + kUnlike) * (alike_blocks(surface, other, block_m(other)) + kUnlike);
     sum += weight[k];
   }
   if (!(sum > 0)) return mix;

@@ -17,13 +17,11 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr int kMaxRays = RayFan::kMaxRays, kMaxInside = 4;  // rays per pixel
-constexpr int kMirrors = 2;
 constexpr std::uint32_t kCameraSeed = 21, kLightSeed = 22;
-constexpr float kOffPlane_px = 1.0f, kLikeNormals = 0.7f;  // cosine; for surfaces that share the shadows of a pixel
-constexpr float kSurelyFarther = 1.02f;                    // times the object's distance
-constexpr float kJump_px = 8;                              // depth step in pixels, above which pixels are not of one
-                                                           // surface
-constexpr int kRow = 4;                                    // rows of pixels per thread and block
+constexpr float kSharedOffPlane_px = 1.0f,
+                kSharedCosine = 0.7f;    // cosine; for surfaces that share the shadows of a pixel
+constexpr float kSurelyFarther = 1.02f;  // times the object's distance
+constexpr float kJump_px = 8;            // depth step in pixels, above which it is another surface
 
 /// Object hits of a pixel's interior rays.
 struct Found {
@@ -34,7 +32,7 @@ struct Found {
 };
 
 /// All rays of a pixel.
-struct PixelRays {
+struct TracedRays {
   std::uint32_t some = 0;
   std::array<Vector3f, kMaxRays> w;
   std::array<MeshHit, kMaxRays> hits;
@@ -60,15 +58,12 @@ class ObjectView {
     model_.width = window_.width;
     model_.height = window_.height;
     for (std::uint32_t k = 0; k < within_.size(); ++k)
-      within_[k] = Sampler(kCameraSeed, 0, k).two();  // stratified in
-                                                      // sixteenths
+      within_[k] = Sampler(kCameraSeed, 0, k).two();  // stratified in sixteenths
   }
 
   ObjectPixels see() {
     if (first_.empty()) return {};
-    for_each_block(window_.height, kRow, [&](int from, int to) {
-      for (int v = from; v < to; ++v) trace_row(v);
-    });
+    for_each_index(window_.height, kRows, [&](int v) { trace_row(v); });
     if (detail_.inside == 1) add_outlines();
     if (detail_.on_object > 1) {
       blocks_.emplace(first_, model_, detail_.on_object);
@@ -81,10 +76,8 @@ class ObjectView {
                      capture::Image<float>(window_.width, window_.height, 3),
                      capture::Image<float>(window_.width, window_.height, 1),
                      {}};
-    for_each_block(window_.height, 1, [&](int from, int to) {
-      for (int v = from; v < to; ++v) {
-        for (const Found& found : rows_[static_cast<std::size_t>(v)]) shade(v, found, out);
-      }
+    for_each_index(window_.height, 1, [&](int v) {
+      for (const Found& found : rows_[static_cast<std::size_t>(v)]) shade(v, found, out);
     });
     out.surfaces = std::move(first_);
     return out;
@@ -197,24 +190,16 @@ class ObjectView {
   }
 
   GBufferPixel seen_by(const Vector3f& w, const MeshHit& hit) const {
-    GBufferPixel pixel;
-    pixel.known = true;
-    pixel.surface = light_.objects().meshes().surface(hit, w);
-    pixel.w = w;
-    pixel.depth_m = hit.t_m;
+    GBufferPixel pixel{.known = true, .surface = light_.objects().meshes().surface(hit, w), .w = w, .depth_m = hit.t_m};
     pixel.albedo = pixel.surface.bsdf.diffuse;
     return pixel;
   }
 
   /// Pixels of one ray without a hit, next to pixels with hits.
   void add_outlines() {
-    for_each_block(window_.height, kRow, [&](int from, int to) {
-      for (int v = from; v < to; ++v) {
-        for (int u = 0; u < window_.width; ++u) {
-          if (first_[index(u, v)].known || !is_edge(u, v)) continue;
-          rows_[static_cast<std::size_t>(v)].emplace_back().u = u;
-        }
-      }
+    for_each_pixel(window_.width, window_.height, kRows, [&](int u, int v) {
+      if (first_[index(u, v)].known || !is_edge(u, v)) return;
+      rows_[static_cast<std::size_t>(v)].emplace_back().u = u;
     });
   }
 
@@ -231,7 +216,7 @@ class ObjectView {
   }
 
   void shade(int v, const Found& found, ObjectPixels& out) const {
-    PixelRays traced;
+    TracedRays traced;
     traced.some = found.some;
     GBufferPixel first = first_[index(found.u, v)];
     bool edge = detail_.inside == 1 ? is_edge(found.u, v) : std::popcount(found.some) < detail_.inside;
@@ -274,8 +259,9 @@ class ObjectView {
 
   bool goes_on(const GBufferPixel& first, const SurfaceHit& surface) const {
     const float pixel_m = first.depth_m / static_cast<float>(eye_.camera.model.fx);
-    return std::abs(first.surface.normal.dot(surface.position_m - first.surface.position_m)) < kOffPlane_px * pixel_m &&
-           first.surface.normal.dot(surface.normal) > kLikeNormals;
+    return std::abs(first.surface.normal.dot(surface.position_m - first.surface.position_m)) <
+               kSharedOffPlane_px * pixel_m &&
+           first.surface.normal.dot(surface.normal) > kSharedCosine;
   }
 
   /// Irradiance of lamps over π.

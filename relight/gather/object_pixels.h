@@ -7,10 +7,9 @@ namespace lumigraft::relight {
 
 /// Per pixel of the smallest window that contains all pixels showing objects.
 struct ObjectPixels {
-  int left = 0, top = 0;           ///< of the window, in pixels of the full image
-  capture::Image<float> radiance;  ///< 3 channels, L_ρ of the part of the pixel that shows objects, 0 for the rest,
-                                   ///< W/sr/m²
-  capture::Image<float> coverage;  ///< 1 channel, the fraction of that part
+  int left = 0, top = 0;               ///< of the window, in pixels of the full image
+  capture::Image<float> radiance;      ///< 3 channels, L_ρ of the part of the pixel that shows objects, W/sr/m²
+  capture::Image<float> coverage;      ///< 1 channel, the fraction of that part
   std::vector<GBufferPixel> surfaces;  ///< object surface at each pixel's first ray
 };
 

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstdint>
 #include <optional>
-#include <utility>
 
 #include "capture/camera/srgb.h"
 #include "relight/tracing/parallel_for.h"
@@ -20,11 +19,9 @@ constexpr float kReach_voxels = 6;       // search distance to the next plane, a
 constexpr float kFlat = 0.96f;           // cosine of 16°: the turn of a sphere of six voxels radius over that distance
 constexpr float kTurn = 0.87f;           // cosine of 30°: smaller angles are the same plane with noise
 constexpr float kOff_voxels = 1.5f;      // maximum distance of the plane from the measurement
-constexpr float kMinCosine = 0.05f;      // of a plane viewed from the camera
 constexpr float kUnlikeColor = 0.1f;     // in coded colour from 0 to 1: this colour difference to a side ...
 constexpr float kUnlike_voxels = 0.25f;  // ... is as unlikely as this distance from the side's plane
 constexpr float kLift_voxels = 0.1f;     // offset above the plane, whose noise would occlude lamps for points on it
-constexpr float kMinDetail = 0.2f, kMaxDetail = 4;
 constexpr std::array<std::array<int, 2>, 8> kWays = {
     {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, 1}, {1, -1}, {-1, -1}}};
 
@@ -137,14 +134,11 @@ class Edges {
 
   std::optional<float> intersection(const Vector3f& w, const GBufferPixel& side) const {
     const float fall = side.surface.normal.dot(w);
-    if (fall > -kMinCosine) return std::nullopt;
+    if (fall > -kMinPlaneCosine) return std::nullopt;
     return side.surface.normal.dot(side.surface.position_m - eye_m_) / fall;
   }
 
-  Rgb pixel(int i) const {
-    const float* at = &radiance_.data[3 * static_cast<std::size_t>(i)];
-    return {at[0], at[1], at[2]};
-  }
+  Rgb pixel(int i) const { return radiance_at(radiance_, static_cast<std::size_t>(i)); }
 
   float unlike(int a, int b) const {
     const Rgb x = exposure_ * pixel(a), y = exposure_ * pixel(b);
@@ -162,8 +156,7 @@ class Edges {
     // Neither below the fused surface nor below the plane, either of which would occlude everything from there.
     const float below = std::max(side.surface.normal.dot(eye_m_ + t * p.w - p.surface.position_m), 0.0f);
     sharp.surface.position_m += (below + kLift_voxels * voxel_m_) * side.surface.normal;
-    const Rgb detail = (pixel(own) / pixel(of_side).max(1e-5f)).max(kMinDetail).min(kMaxDetail);
-    sharp.albedo = (side.albedo * detail).min(1.0f);
+    sharp.albedo = detailed(side.albedo, pixel(own), pixel(of_side));
     return sharp;
   }
 
@@ -182,25 +175,11 @@ void sharpen_edges(const PosedCamera& camera, const capture::Image<float>& radia
   const Edges edges(camera, radiance, exposure, voxel_m, seen);
   const int width = edges.width(), height = edges.height();
   std::vector<std::uint8_t> turns(seen.size());
-  for_each_block(height, 4, [&](int first, int last) {
-    for (int v = first; v < last; ++v) {
-      for (int u = 0; u < width; ++u) turns[static_cast<std::size_t>(v * width + u)] = edges.turns_at(u, v);
-    }
+  for_each_pixel(width, height, 4,
+                 [&](int u, int v) { turns[static_cast<std::size_t>(v * width + u)] = edges.turns_at(u, v); });
+  replace_pixels(seen, width, height, [&](int u, int v) {
+    return turns[static_cast<std::size_t>(v * width + u)] ? edges.sharp(u, v, turns) : std::nullopt;
   });
-  std::vector<std::vector<std::pair<int, GBufferPixel>>> sharp(static_cast<std::size_t>(height));
-  for_each_block(height, 4, [&](int first, int last) {
-    for (int v = first; v < last; ++v) {
-      for (int u = 0; u < width; ++u) {
-        if (!turns[static_cast<std::size_t>(v * width + u)]) continue;
-        if (const auto found = edges.sharp(u, v, turns)) {
-          sharp[static_cast<std::size_t>(v)].emplace_back(v * width + u, *found);
-        }
-      }
-    }
-  });
-  for (const auto& row : sharp) {
-    for (const auto& [i, surface] : row) seen[static_cast<std::size_t>(i)] = surface;
-  }
 }
 
 }  // namespace lumigraft::relight

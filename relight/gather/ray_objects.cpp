@@ -1,6 +1,5 @@
 #include "relight/gather/ray_objects.h"
 
-#include <cmath>
 #include <limits>
 
 #include "relight/tracing/parallel_for.h"
@@ -60,30 +59,26 @@ void RayObjects::spread() {
     const IrradianceProbes& places = *objects_[o].places;
     const Model& model = *places.model;
     const std::size_t vertices = model.positions_m.size(), sides = places.closed ? 1 : 2;
-    for_each_block(static_cast<int>(sides * vertices), kBlock, [&](int from, int to) {
-      for (auto side = static_cast<std::size_t>(from); side < static_cast<std::size_t>(to); ++side) {
-        Irradiance sum;
-        for (std::uint32_t i = places.first[side]; i < places.first[side + 1]; ++i) {
-          const std::size_t place = first_[o] + static_cast<std::size_t>(places.weights[i].place);
-          sum.direct += places.weights[i].weight * direct_[place];
-          sum.indirect += places.weights[i].weight * indirect_[place];
-        }
-        irradiance_[o][side] = sum;
+    for_each_index(sides * vertices, kBlock, [&](std::size_t side) {
+      Irradiance sum;
+      for (std::uint32_t i = places.first[side]; i < places.first[side + 1]; ++i) {
+        const std::size_t place = first_[o] + static_cast<std::size_t>(places.weights[i].place);
+        sum.direct += places.weights[i].weight * direct_[place];
+        sum.indirect += places.weights[i].weight * indirect_[place];
       }
+      irradiance_[o][side] = sum;
     });
-    for_each_block(static_cast<int>(radiance_[o].size()), kBlock, [&](int from, int to) {
-      for (auto t = static_cast<std::size_t>(from); t < static_cast<std::size_t>(to); ++t) {
-        std::array<Rgb, 2>& radiance = radiance_[o][t];
-        for (std::size_t side = 0; side < sides; ++side) {
-          Rgb e = Rgb::Zero();
-          for (std::size_t k = 3 * t; k < 3 * t + 3; ++k) {
-            const Irradiance& at = irradiance_[o][model.indices[k] + side * vertices];
-            e += (at.direct + at.indirect) / 3;
-          }
-          radiance[side] = (*objects_[o].facets)[t].albedo / kPi * e;
+    for_each_index(radiance_[o].size(), kBlock, [&](std::size_t t) {
+      std::array<Rgb, 2>& radiance = radiance_[o][t];
+      for (std::size_t side = 0; side < sides; ++side) {
+        Rgb e = Rgb::Zero();
+        for (std::size_t k = 3 * t; k < 3 * t + 3; ++k) {
+          const Irradiance& at = irradiance_[o][model.indices[k] + side * vertices];
+          e += (at.direct + at.indirect) / 3;
         }
-        if (places.closed) radiance[1] = radiance[0];
+        radiance[side] = (*objects_[o].facets)[t].albedo / kPi * e;
       }
+      if (places.closed) radiance[1] = radiance[0];
     });
   }
 }

@@ -20,8 +20,7 @@
 namespace lumigraft::relight {
 namespace {
 
-constexpr int kRow = 4;                   // rows of pixels per thread and block
-constexpr double kLeastNearest_m = 0.05;  // minimum distance to the objects, if the camera is among them
+constexpr double kMinNearest_m = 0.05;  // minimum distance to the objects, if the camera is among them
 constexpr std::uint32_t kPixelSeed = 4, kGlossSeed = 5;
 
 class Clock {
@@ -119,7 +118,7 @@ struct RayRenderer::State {
       nearest_m = std::min(nearest_m, far_m - static_cast<double>(sphere.w()));
     }
     bool moved = false;
-    return still.hold(T, std::max(nearest_m, kLeastNearest_m), &moved);
+    return still.hold(T, std::max(nearest_m, kMinNearest_m), &moved);
   }
 
   /// Updates the G-buffer of the room, unless the view is unchanged.
@@ -156,7 +155,7 @@ struct RayRenderer::State {
     const capture::CameraModel& model = session.color.model;
     receivers.assign(seen.size(), {});
     change = capture::Image<float>(model.width, model.height, 3);
-    for_each_block(model.height, kRow, [&](int first, int last) {
+    for_each_block(model.height, kRows, [&](int first, int last) {
       for (int v = first; v < last; ++v) {
         for (int u = 0; u < model.width; ++u) {
           const auto i = static_cast<std::size_t>(v * model.width + u);
@@ -192,7 +191,7 @@ struct RayRenderer::State {
     std::vector<Eigen::Array4f> delta = indirect->at_pixels();
     for (std::size_t i = 0; i < delta.size(); ++i) delta[i] -= hidden[i];
     const capture::CameraModel& model = session.color.model;
-    for_each_block(model.height, kRow, [&](int first, int last) {
+    for_each_block(model.height, kRows, [&](int first, int last) {
       const auto width = static_cast<std::size_t>(model.width);
       for (std::size_t i = static_cast<std::size_t>(first) * width; i < static_cast<std::size_t>(last) * width; ++i) {
         const Receiver& r = receivers[i];

@@ -131,10 +131,8 @@ RealPoint RayRoom::measured_point(const MeshHit& hit, const Vector3f& w) const {
     s.bsdf.diffuse += fraction * vertices[k]->albedo;
   }
   s.face = surfaces_->facets[hit.mesh][hit.triangle].normal;
-  if (s.face.dot(w) > 0) s.face = -s.face;
   s.normal.normalize();
-  if (s.normal.dot(s.face) < 0) s.normal = -s.normal;
-  if (!(s.normal.dot(w) < 0)) s.normal = s.face;  // an interpolated normal that faces away from the ray
+  s.face_ray(w);
   return point;
 }
 

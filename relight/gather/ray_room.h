@@ -25,8 +25,7 @@ struct RealPoint {
 struct RoomFacet {
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< unit, of either side
   Rgb albedo = Rgb::Zero(), before = Rgb::Zero();    ///< as RealPoint
-  bool fused = true;                                 ///< else observed by the fish-eye camera only, at a finer
-                                                     ///< resolution than the triangles
+  bool fused = true;                                 ///< else seen by the fish-eye only, more finely than by triangle
 };
 
 /// A surface element that represents its neighbourhood.

@@ -16,12 +16,11 @@ using Eigen::Vector3f;
 
 constexpr float kFar = std::numeric_limits<float>::infinity();
 constexpr float kOfPenumbra = 0.35f;  // standard deviation of the filter over penumbra width
-constexpr float kOffPlane_px = 1.5f;
+constexpr float kFilterOffPlane_px = 1.5f;
 constexpr float kWide_px = 4;    // penumbra width from which visibility counts as constant over a pixel
 constexpr float kSparse_px = 6;  // penumbra width from which one of 2 × 2 pixels suffices
-constexpr int kReach = 2;        // filter radius, pixels
-constexpr int kRow = 4;          // rows of pixels per thread and block
-constexpr std::uint32_t kLampSeed = 31;
+constexpr int kFilterReach = 2;  // filter radius, pixels
+constexpr std::uint32_t kShadowSeed = 31;
 
 enum class On { room, objects };
 
@@ -56,27 +55,19 @@ class LampShadow {
       return corners[static_cast<std::size_t>(std::clamp(j, 0, down - 1)) * static_cast<std::size_t>(across) +
                      static_cast<std::size_t>(std::clamp(i, 0, across - 1))];
     };
-    for_each_block(down, 1, [&](int first, int last) {
-      for (int j = first; j < last; ++j) {
-        for (int i = 0; i < across; ++i) {
-          corner(i, j) = trace(std::min(i * step, width_ - 1), std::min(j * step, height_ - 1));
-        }
-      }
+    for_each_pixel(across, down, 1, [&](int i, int j) {
+      corner(i, j) = trace(std::min(i * step, width_ - 1), std::min(j * step, height_ - 1));
     });
-    for_each_block(down, 1, [&](int first, int last) {
-      for (int j = first; j < last; ++j) {
-        for (int i = 0; i < across; ++i) {
-          std::uint8_t around = 0;
-          bool sparse = sparse_;
-          for (int y = j - 1; y <= j + 2; ++y) {
-            for (int x = i - 1; x <= i + 2; ++x) {
-              around |= corner(x, y);
-              sparse = sparse && is_wide(std::clamp(x, 0, across - 1) * step, std::clamp(y, 0, down - 1) * step);
-            }
-          }
-          fill(i * step, j * step, step, around, sparse);
+    for_each_pixel(across, down, 1, [&](int i, int j) {
+      std::uint8_t around = 0;
+      bool sparse = sparse_;
+      for (int y = j - 1; y <= j + 2; ++y) {
+        for (int x = i - 1; x <= i + 2; ++x) {
+          around |= corner(x, y);
+          sparse = sparse && is_wide(std::clamp(x, 0, across - 1) * step, std::clamp(y, 0, down - 1) * step);
         }
       }
+      fill(i * step, j * step, step, around, sparse);
     });
   }
 
@@ -84,17 +75,13 @@ class LampShadow {
   template <typename Add>
   void smoothed(Add add) const {
     const std::vector<std::uint8_t> at_edge = near_edges();
-    for_each_block(height_, kRow, [&](int first, int last) {
-      for (int v = first; v < last; ++v) {
-        for (int u = 0; u < width_; ++u) {
-          const std::size_t pixel = at(u, v);
-          if (!is_wanted(seen_[pixel])) continue;
-          if (at_edge[pixel]) {
-            add_mean(u, v, add);
-          } else {
-            add(pixel, shadows_[pixel].hidden, kFar);
-          }
-        }
+    for_each_pixel(width_, height_, kRows, [&](int u, int v) {
+      const std::size_t pixel = at(u, v);
+      if (!is_wanted(seen_[pixel])) return;
+      if (at_edge[pixel]) {
+        add_mean(u, v, add);
+      } else {
+        add(pixel, shadows_[pixel].hidden, kFar);
       }
     });
   }
@@ -170,19 +157,14 @@ class LampShadow {
   /// Pixels within reach of an edge.
   std::vector<std::uint8_t> near_edges() const {
     std::vector<std::uint8_t> rows(shadows_.size()), out(shadows_.size());
-    for_each_block(height_, kRow, [&](int first, int last) {
-      for (int v = first; v < last; ++v) {
-        for (int u = 0; u < width_; ++u) {
-          if (!is_edge(u, v)) continue;
-          std::fill(&rows[at(std::max(u - kReach, 0), v)], &rows[at(std::min(u + kReach, width_ - 1), v)] + 1, 1);
-        }
-      }
+    for_each_pixel(width_, height_, kRows, [&](int u, int v) {
+      if (!is_edge(u, v)) return;
+      std::fill(&rows[at(std::max(u - kFilterReach, 0), v)], &rows[at(std::min(u + kFilterReach, width_ - 1), v)] + 1,
+                1);
     });
-    for_each_block(height_, kRow, [&](int first, int last) {
-      for (int v = first; v < last; ++v) {
-        for (int y = std::max(v - kReach, 0); y <= std::min(v + kReach, height_ - 1); ++y) {
-          for (int u = 0; u < width_; ++u) out[at(u, v)] |= rows[at(u, y)];
-        }
+    for_each_index(height_, kRows, [&](int v) {
+      for (int y = std::max(v - kFilterReach, 0); y <= std::min(v + kFilterReach, height_ - 1); ++y) {
+        for (int u = 0; u < width_; ++u) out[at(u, v)] |= rows[at(u, y)];
       }
     });
     return out;
@@ -194,8 +176,8 @@ class LampShadow {
     const GBufferPixel& own = seen_[at(u, v)];
     const float pixel_m = own.depth_m / focal_px_;
     float mean = 0, weights = 0, narrowest_m = kFar;
-    for (int y = std::max(v - kReach, 0); y <= std::min(v + kReach, height_ - 1); ++y) {
-      for (int x = std::max(u - kReach, 0); x <= std::min(u + kReach, width_ - 1); ++x) {
+    for (int y = std::max(v - kFilterReach, 0); y <= std::min(v + kFilterReach, height_ - 1); ++y) {
+      for (int x = std::max(u - kFilterReach, 0); x <= std::min(u + kFilterReach, width_ - 1); ++x) {
         const GBufferPixel& other = seen_[at(x, y)];
         const Shadow& shadow = shadows_[at(x, y)];
         if (!shadow.known || !is_wanted(other)) continue;
@@ -204,7 +186,7 @@ class LampShadow {
         if (turn <= 0) continue;
         const Vector3f apart = other.surface.position_m - own.surface.position_m;
         const float within_m = kOfPenumbra * std::min(shadows_[at(u, v)].penumbra_m, shadow.penumbra_m);
-        const float off = own.surface.normal.dot(apart) / (kOffPlane_px * pixel_m);
+        const float off = own.surface.normal.dot(apart) / (kFilterOffPlane_px * pixel_m);
         const float w = kernel[static_cast<std::size_t>(std::abs(x - u))] *
                         kernel[static_cast<std::size_t>(std::abs(y - v))] * turn * turn *
                         fast_exp(off * off + 0.5f * apart.squaredNorm() / (within_m * within_m + 1e-12f));
@@ -232,7 +214,7 @@ class LampShadow {
 std::vector<LightSampleSet> light_samples_of(const RayRoom& room) {
   std::vector<LightSampleSet> points;
   for (const ReferenceLamp& lamp : room.lamps()) {
-    points.emplace_back(lamp, kLampSeed + static_cast<std::uint32_t>(points.size()));
+    points.emplace_back(lamp, kShadowSeed + static_cast<std::uint32_t>(points.size()));
   }
   return points;
 }

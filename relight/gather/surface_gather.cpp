@@ -8,8 +8,7 @@ using Eigen::Vector3f;
 
 namespace {
 
-constexpr int kBlock = 64;  // probes or cells per thread and block
-constexpr int kMirrors = 2;
+constexpr int kProbeBlock = 64;  // probes or cells per thread and block
 
 PathVertex white_vertex(const Vector3f& position_m, const Vector3f& normal) {
   SurfaceHit s;
@@ -23,19 +22,17 @@ template <typename Gather>
 std::vector<Rgb> at_places(const RayObjects& objects, int samples, std::uint32_t seed, const UpdateSubset& turn,
                            const std::vector<Rgb>& kept, Gather gather) {
   std::vector<Rgb> found = kept;
-  for_each_block(static_cast<int>(found.size()), kBlock, [&](int first, int last) {
-    for (int i = first; i < last; ++i) {
-      if (!turn.is_of(i) && objects.has_light(i)) continue;
-      const auto& place = objects.places()[static_cast<std::size_t>(i)];
-      const PathVertex vertex = white_vertex(place.position_m, place.normal);
-      Rgb sum = Rgb::Zero();
-      for (int k = 0; k < samples; ++k) {
-        Sampler sampler(seed, static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(k));
-        sum += gather(vertex, sampler,
-                      static_cast<std::size_t>(i) * static_cast<std::size_t>(samples) + static_cast<std::size_t>(k));
-      }
-      found[static_cast<std::size_t>(i)] = sum * (kPi / static_cast<float>(samples));
+  for_each_index(static_cast<int>(found.size()), kProbeBlock, [&](int i) {
+    if (!turn.is_of(i) && objects.has_light(i)) return;
+    const auto& place = objects.places()[static_cast<std::size_t>(i)];
+    const PathVertex vertex = white_vertex(place.position_m, place.normal);
+    Rgb sum = Rgb::Zero();
+    for (int k = 0; k < samples; ++k) {
+      Sampler sampler(seed, static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(k));
+      sum += gather(vertex, sampler,
+                    static_cast<std::size_t>(i) * static_cast<std::size_t>(samples) + static_cast<std::size_t>(k));
     }
+    found[static_cast<std::size_t>(i)] = sum * (kPi / static_cast<float>(samples));
   });
   return found;
 }
@@ -69,15 +66,13 @@ void gather_objects(const DeltaLight& light, int rays, int bounces, std::uint32_
 void gather_cells(const DeltaLight& light, const std::vector<ChangeRegion>& places, int rays, std::uint32_t seed,
                   const UpdateSubset& turn, IrradianceChangeCache& cells) {
   std::vector<Rgb> found = cells.irradiance;
-  for_each_block(static_cast<int>(found.size()), kBlock, [&](int first, int last) {
-    for (int i = first; i < last; ++i) {
-      if (!turn.is_of(i)) continue;
-      const Patch& cell = cells.cells()[static_cast<std::size_t>(i)];
-      PathVertex vertex = white_vertex(cell.position_m, cell.normal);
-      vertex.aim_at(places);
-      found[static_cast<std::size_t>(i)] =
-          changed_irradiance(light, vertex, {rays, rays}, seed, static_cast<std::uint32_t>(i), nullptr);
-    }
+  for_each_index(static_cast<int>(found.size()), kProbeBlock, [&](int i) {
+    if (!turn.is_of(i)) return;
+    const Patch& cell = cells.cells()[static_cast<std::size_t>(i)];
+    PathVertex vertex = white_vertex(cell.position_m, cell.normal);
+    vertex.aim_at(places);
+    found[static_cast<std::size_t>(i)] =
+        changed_irradiance(light, vertex, {rays, rays}, seed, static_cast<std::uint32_t>(i), nullptr);
   });
   cells.irradiance = std::move(found);
 }

@@ -25,15 +25,8 @@ std::string settings_text(std::initializer_list<const char*> variables) {
 }
 
 std::string_view name_of(Backend backend) {
-  switch (backend) {
-    case Backend::best:
-      return "best";
-    case Backend::vulkan:
-      return "vulkan";
-    case Backend::egl:
-      return "egl";
-  }
-  throw std::logic_error("gpu: unknown backend");
+  constexpr std::string_view names[] = {"best", "vulkan", "egl"};
+  return names[static_cast<std::size_t>(backend)];
 }
 
 std::optional<Backend> backend_named(std::string_view name) {

@@ -7,15 +7,8 @@ namespace lumigraft::relight::gpu {
 namespace {
 
 std::string text_of(Binding::Kind kind) {
-  switch (kind) {
-    case Binding::Kind::sampled:
-      return "a sampled texture";
-    case Binding::Kind::storage_image:
-      return "a storage image";
-    case Binding::Kind::storage_buffer:
-      return "a storage buffer";
-  }
-  throw std::logic_error("gpu: unknown kind of binding");
+  constexpr const char* texts[] = {"a sampled texture", "a storage image", "a storage buffer"};
+  return texts[static_cast<std::size_t>(kind)];
 }
 
 /// Why `binding` does not match `slot`; empty if it does.
@@ -25,7 +18,7 @@ std::string misfit(const ShaderSlot& slot, const Binding& binding) {
   if (!binding.texture) return "has no texture";
 
   const TextureDesc& desc = binding.texture->desc();
-  const std::string texture = "texture \"" + desc.name + "\" (" + size_text(desc) + ")";
+  const std::string texture = gpu::text_of(desc);
   if (slot.volume != is_volume(desc))
     return std::string("wants a ") + (slot.volume ? "3D" : "2D") + " image, not " + texture;
   if (slot.integer != is_integer(desc.format)) {

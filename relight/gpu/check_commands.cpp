@@ -7,10 +7,6 @@
 namespace lumigraft::relight::gpu {
 namespace {
 
-[[noreturn]] void refuse(const std::string& shader, const std::string& why) {
-  throw std::logic_error("shader " + shader + ": " + why);
-}
-
 /// Checks that all targets of a draw are distinct and of one size, and returns them.
 std::vector<const Texture*> checked_targets(const std::string& shader, const RasterDesc& desc,
                                             std::span<const Attachment> colors, const Attachment* depth) {
@@ -18,7 +14,7 @@ std::vector<const Texture*> checked_targets(const std::string& shader, const Ras
   const auto add = [&](const std::string& which, const Attachment& attachment, Format format) {
     if (!attachment.texture) refuse(shader, which + " has no texture");
     const TextureDesc& target = attachment.texture->desc();
-    const std::string text = which + ", texture \"" + target.name + "\" (" + size_text(target) + "), ";
+    const std::string text = which + ", " + text_of(target) + ", ";
     if (!target.attachment) refuse(shader, text + "was not made as an attachment");
     if (target.format != format) refuse(shader, text + "is not " + std::string(name_of(format)));
     if (!targets.empty() && (target.width != targets[0]->desc().width || target.height != targets[0]->desc().height)) {
@@ -57,6 +53,17 @@ void check_raster_desc(const std::string& shader, const ShaderInterface& interfa
   if (!desc.attributes.empty() && desc.vertex_stride_bytes <= 0) refuse(shader, "attributes without a vertex stride");
 }
 
+void check_texture_edge(const TextureDesc& desc, std::size_t max_size, const std::string& device) {
+  if (static_cast<std::size_t>(std::max({desc.width, desc.height, desc.depth})) <= max_size) return;
+  throw GpuError(text_of(desc) + ": the longest edge of " + device + " is " + std::to_string(max_size));
+}
+
+void check_buffer_bytes(const Buffer& buffer, std::size_t max_size, const std::string& device) {
+  if (buffer.size_bytes() <= max_size) return;
+  throw GpuError("buffer \"" + buffer.name() + "\" has " + std::to_string(buffer.size_bytes()) +
+                 " bytes; the maximum of " + device + " is " + std::to_string(max_size));
+}
+
 void check_groups(const std::string& shader, const std::array<int, 3>& groups,
                   const std::array<std::uint32_t, 3>& max_groups) {
   for (std::size_t i = 0; i < 3; ++i) {
@@ -80,7 +87,7 @@ void check_draw(const std::string& shader, const RasterDesc& desc, std::span<con
     const TextureDesc& target = targets[0]->desc();
     const bool inside = area->x >= 0 && area->y >= 0 && area->width > 0 && area->height > 0 &&
                         area->x + area->width <= target.width && area->y + area->height <= target.height;
-    if (!inside) refuse(shader, "draws outside texture \"" + target.name + "\" (" + size_text(target) + ")");
+    if (!inside) refuse(shader, "draws outside " + text_of(target));
   }
   for (const DrawCall& call : calls) {
     for (const Binding& binding : call.bindings) {
@@ -98,7 +105,7 @@ void check_draw(const std::string& shader, const RasterDesc& desc, std::span<con
 
 std::string mip_text(const Texture& texture, int mip) {
   const TextureDesc& desc = texture.desc();
-  const std::string text = "mip " + std::to_string(mip) + " of texture \"" + desc.name + "\" (" + size_text(desc) + ")";
+  const std::string text = "mip " + std::to_string(mip) + " of " + text_of(desc);
   if (mip < 0 || mip >= desc.mips) throw std::logic_error("there is no " + text);
   return text;
 }
@@ -113,18 +120,17 @@ void check_upload(const Texture& texture, int mip, std::size_t bytes) {
 void check_upload_rgb(const Texture& texture, std::size_t bytes) {
   const TextureDesc& desc = texture.desc();
   if (desc.format != Format::rgba8_unorm || is_volume(desc)) {
-    throw std::logic_error("upload of RGB to texture \"" + desc.name + "\" (" + size_text(desc) +
-                           "); allowed is rgba8_unorm without depth");
+    throw std::logic_error("upload of RGB to " + text_of(desc) + "; allowed is rgba8_unorm without depth");
   }
   if (4 * bytes == 3 * mip_bytes(desc, 0)) return;
   throw std::logic_error("upload of " + std::to_string(bytes) + " bytes of RGB to " + mip_text(texture, 0) +
                          ", which takes " + std::to_string(mip_bytes(desc, 0) / 4 * 3));
 }
 
-void check_upload(const Buffer& buffer, const std::string& name, std::size_t offset, std::size_t bytes) {
+void check_upload(const Buffer& buffer, std::size_t offset, std::size_t bytes) {
   if (offset <= buffer.size_bytes() && bytes <= buffer.size_bytes() - offset) return;
   throw std::logic_error("upload of " + std::to_string(bytes) + " bytes at " + std::to_string(offset) +
-                         " to buffer \"" + name + "\", which has " + std::to_string(buffer.size_bytes()));
+                         " to buffer \"" + buffer.name() + "\", which has " + std::to_string(buffer.size_bytes()));
 }
 
 }  // namespace lumigraft::relight::gpu

@@ -7,54 +7,32 @@
 
 namespace lumigraft::relight::gpu {
 
-std::size_t bytes_per_texel(Format format) {
-  switch (format) {
-    case Format::r8_unorm:
-      return 1;
-    case Format::r16_float:
-      return 2;
-    case Format::rgba8_unorm:
-    case Format::r32_float:
-    case Format::r32_uint:
-    case Format::depth32_float:
-      return 4;
-    case Format::rgba16_float:
-    case Format::rg32_float:
-      return 8;
-    case Format::rgba32_float:
-      return 16;
-  }
-  throw std::logic_error("gpu: unknown format");
-}
+namespace {
 
-std::string_view name_of(Format format) {
-  switch (format) {
-    case Format::r8_unorm:
-      return "r8_unorm";
-    case Format::rgba8_unorm:
-      return "rgba8_unorm";
-    case Format::r16_float:
-      return "r16_float";
-    case Format::rgba16_float:
-      return "rgba16_float";
-    case Format::r32_float:
-      return "r32_float";
-    case Format::rg32_float:
-      return "rg32_float";
-    case Format::rgba32_float:
-      return "rgba32_float";
-    case Format::r32_uint:
-      return "r32_uint";
-    case Format::depth32_float:
-      return "depth32_float";
-  }
-  throw std::logic_error("gpu: unknown format");
-}
+struct FormatFacts {
+  std::string_view name;
+  std::size_t texel_bytes;
+};
+constexpr FormatTable<FormatFacts> format_facts{{{{"r8_unorm", 1},
+                                                  {"rgba8_unorm", 4},
+                                                  {"r16_float", 2},
+                                                  {"rgba16_float", 8},
+                                                  {"r32_float", 4},
+                                                  {"rg32_float", 8},
+                                                  {"rgba32_float", 16},
+                                                  {"r32_uint", 4},
+                                                  {"depth32_float", 4}}}};
 
-std::string size_text(const TextureDesc& desc) {
-  std::string text = std::to_string(desc.width) + "x" + std::to_string(desc.height);
+}  // namespace
+
+std::size_t bytes_per_texel(Format format) { return format_facts[format].texel_bytes; }
+
+std::string_view name_of(Format format) { return format_facts[format].name; }
+
+std::string text_of(const TextureDesc& desc) {
+  std::string text = "texture \"" + desc.name + "\" (" + std::to_string(desc.width) + "x" + std::to_string(desc.height);
   if (is_volume(desc)) text += "x" + std::to_string(desc.depth);
-  return text + " " + std::string(name_of(desc.format));
+  return text + " " + std::string(name_of(desc.format)) + ")";
 }
 
 std::size_t mip_bytes(const TextureDesc& desc, int mip) {
@@ -83,9 +61,7 @@ Buffer::Buffer(std::size_t size_bytes, std::string name, std::shared_ptr<Holding
 Buffer::~Buffer() { holdings_->remove(name_, size_bytes_); }
 
 void check_texture_desc(const TextureDesc& desc) {
-  const auto refuse = [&](const std::string& why) {
-    throw std::logic_error("texture \"" + desc.name + "\" (" + size_text(desc) + "): " + why);
-  };
+  const auto refuse = [&](const std::string& why) { throw std::logic_error(text_of(desc) + ": " + why); };
   if (desc.width < 1 || desc.height < 1 || desc.depth < 1) refuse("every edge must be at least 1");
   const int longest = std::max({desc.width, desc.height, desc.depth});
   const int max_mips = std::bit_width(static_cast<unsigned>(longest));
@@ -97,23 +73,15 @@ void check_texture_desc(const TextureDesc& desc) {
 }
 
 Binding sampled(int slot, const Texture& texture, Filter filter) {
-  Binding binding{Binding::Kind::sampled, slot};
-  binding.texture = &texture;
-  binding.filter = filter;
-  return binding;
+  return {.kind = Binding::Kind::sampled, .slot = slot, .texture = &texture, .filter = filter};
 }
 
 Binding image(int slot, const Texture& texture, int mip) {
-  Binding binding{Binding::Kind::storage_image, slot};
-  binding.texture = &texture;
-  binding.mip = mip;
-  return binding;
+  return {.kind = Binding::Kind::storage_image, .slot = slot, .texture = &texture, .mip = mip};
 }
 
 Binding storage(int slot, const Buffer& buffer) {
-  Binding binding{Binding::Kind::storage_buffer, slot};
-  binding.buffer = &buffer;
-  return binding;
+  return {.kind = Binding::Kind::storage_buffer, .slot = slot, .buffer = &buffer};
 }
 
 }  // namespace lumigraft::relight::gpu

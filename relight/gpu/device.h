@@ -107,10 +107,9 @@ class RasterPipeline {
   virtual ~RasterPipeline() = default;
 };
 
-enum class VertexFormat { float2, float3, float4 };
 struct VertexAttribute {
   int location;
-  VertexFormat format;
+  int floats;  ///< 2 to 4
   int offset_bytes;
 };
 
@@ -119,8 +118,7 @@ struct RasterDesc {
   int vertex_stride_bytes = 0;
   std::vector<VertexAttribute> attributes;
   std::vector<Format> color_formats;
-  bool depth_test = true;  ///< less-or-equal against depth32_float, with writes; draw() then requires a depth
-                           ///< attachment
+  bool depth_test = true;  ///< less-or-equal on depth32_float, with writes; needs a depth attachment
   bool cull_back = false;  ///< front faces are counter-clockwise
 };
 
@@ -204,8 +202,7 @@ struct ShaderCode {
 };
 
 struct DeviceOptions {
-  bool validation = false;  ///< messages of the validation layer or debug output are thrown as GpuError; for tests,
-                            ///< slow
+  bool validation = false;  ///< messages of the validation layer are thrown as GpuError; slow, for tests
   std::span<const ShaderCode> more_shaders = {};  ///< in addition to the product's own
 };
 /// Selects a discrete GPU, else an integrated one, else a software one; if the environment variable

@@ -1,13 +1,21 @@
 #pragma once
 // Properties of formats, for all devices.
+#include <array>
 #include <string_view>
 
 #include "relight/gpu/device.h"
 
 namespace lumigraft::relight::gpu {
 
+/// A value for each format, in the order of the enumeration.
+template <typename Value>
+struct FormatTable {
+  std::array<Value, static_cast<std::size_t>(Format::depth32_float) + 1> values;
+  constexpr const Value& operator[](Format format) const { return values[static_cast<std::size_t>(format)]; }
+};
+
 std::string_view name_of(Format format);
-std::string size_text(const TextureDesc& desc);  ///< "64x64x64 rgba16_float"
+std::string text_of(const TextureDesc& desc);  ///< texture "albedo" (64x64x64 rgba16_float)
 
 inline bool is_depth(Format format) { return format == Format::depth32_float; }
 inline bool is_integer(Format format) { return format == Format::r32_uint; }

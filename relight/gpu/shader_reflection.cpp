@@ -2,7 +2,10 @@
 
 #include <spirv_cross_c.h>
 
+#include <algorithm>
 #include <memory>
+
+#include "relight/gpu/formats.h"
 
 namespace lumigraft::relight::gpu {
 
@@ -13,31 +16,13 @@ namespace {
 
 constexpr std::size_t max_params_bytes = 4096;
 
-[[noreturn]] void refuse(std::string_view shader, const std::string& why) {
-  throw std::logic_error("shader " + std::string(shader) + ": " + why);
-}
-
 std::optional<Format> format_of(SpvImageFormat format) {
-  switch (format) {
-    case SpvImageFormatR8:
-      return Format::r8_unorm;
-    case SpvImageFormatRgba8:
-      return Format::rgba8_unorm;
-    case SpvImageFormatR16f:
-      return Format::r16_float;
-    case SpvImageFormatRgba16f:
-      return Format::rgba16_float;
-    case SpvImageFormatR32f:
-      return Format::r32_float;
-    case SpvImageFormatRg32f:
-      return Format::rg32_float;
-    case SpvImageFormatRgba32f:
-      return Format::rgba32_float;
-    case SpvImageFormatR32ui:
-      return Format::r32_uint;
-    default:
-      return std::nullopt;
-  }
+  constexpr FormatTable<SpvImageFormat> formats{{SpvImageFormatR8, SpvImageFormatRgba8, SpvImageFormatR16f,
+                                                 SpvImageFormatRgba16f, SpvImageFormatR32f, SpvImageFormatRg32f,
+                                                 SpvImageFormatRgba32f, SpvImageFormatR32ui, SpvImageFormatMax}};
+  const auto found = std::find(formats.values.begin(), formats.values.end(), format);
+  if (found == formats.values.end()) return std::nullopt;
+  return static_cast<Format>(found - formats.values.begin());
 }
 
 /// A parsed module. SPIRV-Cross owns all of its data through the context.
@@ -121,10 +106,7 @@ void check_supported(const Module& module, std::string_view shader) {
 
 ShaderSlot slot_of(const Module& module, std::string_view shader, spvc_resource_type resource_type, Binding::Kind kind,
                    const spvc_reflected_resource& resource) {
-  ShaderSlot slot;
-  slot.name = resource.name;
-  slot.kind = kind;
-  slot.used = module.is_active(resource_type, resource);
+  ShaderSlot slot{.name = resource.name, .kind = kind, .used = module.is_active(resource_type, resource)};
   const spvc_type type = module.type(resource);
   if (spvc_type_get_num_array_dimensions(type) > 0) refuse(shader, "\"" + slot.name + "\" is an array of bindings");
   if (kind == Binding::Kind::storage_buffer) return slot;
@@ -144,6 +126,10 @@ ShaderSlot slot_of(const Module& module, std::string_view shader, spvc_resource_
 }
 
 }  // namespace
+
+void refuse(std::string_view shader, const std::string& why) {
+  throw std::logic_error("shader " + std::string(shader) + ": " + why);
+}
 
 ShaderInterface reflect_shader(const ShaderCode& shader) {
   const Module module(shader);

@@ -4,7 +4,6 @@
 #include <map>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "relight/gpu/device.h"
 
@@ -13,10 +12,10 @@ namespace lumigraft::relight::gpu {
 struct ShaderSlot {
   std::string name;  ///< in the GLSL source
   Binding::Kind kind = Binding::Kind::sampled;
-  bool used = false;             ///< false: declared but not accessed, needs no binding
-  bool volume = false;           ///< images: 3D, else 2D
-  bool integer = false;          ///< images: usampler or uimage
-  std::optional<Format> format;  ///< storage images: the layout qualifier
+  bool used = false;                  ///< false: declared but not accessed, needs no binding
+  bool volume = false;                ///< images: 3D, else 2D
+  bool integer = false;               ///< images: usampler or uimage
+  std::optional<Format> format = {};  ///< storage images: the layout qualifier
 };
 
 struct ShaderInterface {
@@ -35,6 +34,8 @@ ShaderInterface join_stages(const std::string& name, const ShaderInterface& vert
 /// Throws std::logic_error naming the shader and the slot if `bindings` or `params` don't match.
 void check_bindings(const std::string& shader, const ShaderInterface& interface, std::span<const Binding> bindings,
                     std::span<const std::byte> params);
+
+[[noreturn]] void refuse(std::string_view shader, const std::string& why);  ///< throws std::logic_error
 
 /// Searches the product's shaders and `more`. Throws std::logic_error for an unknown name.
 const ShaderCode& find_shader(std::string_view name, std::span<const ShaderCode> more);

@@ -17,6 +17,8 @@ struct ClosestPoint {
   Eigen::Vector3f barycentric;  ///< barycentric weights of the triangle's three vertices
 };
 
+struct EmbreeScene;
+
 class ObjectSurface {
  public:
   explicit ObjectSurface(const Model& model);  ///< keeps a reference
@@ -31,9 +33,8 @@ class ObjectSurface {
                                  const Accept& accept) const;
 
  private:
-  struct Scene;
   const Model& model_;
-  std::unique_ptr<Scene> scene_;
+  std::unique_ptr<EmbreeScene> scene_;
 };
 
 }  // namespace lumigraft::relight

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "relight/shaders/common/interop.h"
+
 namespace lumigraft::relight {
 namespace {
 

@@ -3,7 +3,6 @@
 #include <vector>
 
 #include "relight/exhibit/exhibit.h"
-#include "relight/shaders/common/interop.h"
 
 namespace lumigraft::relight {
 
@@ -16,7 +15,6 @@ struct FlatPiece {
   Eigen::Vector3f half_across_m = Eigen::Vector3f::UnitY();  ///< perpendicular to it
   bool two_sided = false;                                    ///< of an open sheet: either side may be visible
   std::vector<std::uint8_t> outline;  ///< mask of kOutline² texels over the rectangle, rows along `across`: 255 inside
-                                      ///< the piece
 };
 
 /// Largest first, at most kMaxMirrors. Excluded: pieces smaller than a hand's breadth or 1/50 of the model, and facets

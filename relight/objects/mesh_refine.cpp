@@ -8,8 +8,8 @@
 namespace lumigraft::relight {
 namespace {
 
-using Edge = std::pair<std::uint32_t, std::uint32_t>;
-using Triangle = std::array<std::uint32_t, 3>;
+using EdgeIndices = std::pair<std::uint32_t, std::uint32_t>;
+using TriangleIndices = std::array<std::uint32_t, 3>;
 
 class Refinement {
  public:
@@ -32,10 +32,10 @@ class Refinement {
 
  private:
   /// Bisects the longest edge, until it is short enough.
-  void split(const Triangle& first) {
-    std::vector<Triangle> waiting{first};
+  void split(const TriangleIndices& first) {
+    std::vector<TriangleIndices> waiting{first};
     while (!waiting.empty()) {
-      const Triangle t = waiting.back();
+      const TriangleIndices t = waiting.back();
       waiting.pop_back();
       std::size_t longest = 0;
       for (std::size_t i = 1; i < 3; ++i) {
@@ -51,12 +51,12 @@ class Refinement {
     }
   }
 
-  float length(const Triangle& t, std::size_t i) const {
+  float length(const TriangleIndices& t, std::size_t i) const {
     return (model_.positions_m[t[i]] - model_.positions_m[t[(i + 1) % 3]]).norm();
   }
 
   std::uint32_t middle(std::uint32_t a, std::uint32_t b) {
-    const auto [found, is_new] = middles_.try_emplace(Edge(std::min(a, b), std::max(a, b)),
+    const auto [found, is_new] = middles_.try_emplace(EdgeIndices(std::min(a, b), std::max(a, b)),
                                                       static_cast<std::uint32_t>(model_.positions_m.size()));
     if (is_new) {
       const auto mean = [&](auto& values) { values.push_back(0.5f * (values[a] + values[b])); };
@@ -71,7 +71,7 @@ class Refinement {
 
   Model model_;
   float longest_m_;
-  std::map<Edge, std::uint32_t> middles_;
+  std::map<EdgeIndices, std::uint32_t> middles_;
 };
 
 }  // namespace
@@ -91,7 +91,7 @@ bool is_closed(const Model& model) {
   for (const auto& p : model.positions_m) {
     place.push_back(places.try_emplace(p, static_cast<std::uint32_t>(places.size())).first->second);
   }
-  std::map<Edge, int> surplus;  // number of traversals from the lower index to the higher, minus the opposite
+  std::map<EdgeIndices, int> surplus;  // number of traversals from the lower index to the higher, minus the opposite
   for (std::size_t t = 0; t + 2 < model.indices.size(); t += 3) {
     for (std::size_t i = 0; i < 3; ++i) {
       const std::uint32_t a = place[model.indices[t + i]], b = place[model.indices[t + (i + 1) % 3]];

@@ -1,7 +1,5 @@
 #include "relight/objects/placement.h"
 
-#include <cmath>
-
 namespace lumigraft::relight {
 namespace {
 

@@ -33,7 +33,6 @@ capture::Image<float> halved(const capture::Image<T>& from) {
   return to;
 }
 
-// Bilinear between texel centres, which are at (x + 1/2) / width; repeats.
 template <typename T>
 Eigen::Vector3f bilinear(const capture::Image<T>& image, const Eigen::Vector2f& uv) {
   const float x = (uv.x() - std::floor(uv.x())) * static_cast<float>(image.width) - 0.5f;
@@ -52,6 +51,10 @@ Eigen::Vector3f bilinear(const capture::Image<T>& image, const Eigen::Vector2f& 
 }
 
 }  // namespace
+
+Eigen::Vector3f texel(const capture::Image<std::uint8_t>& texture, const Eigen::Vector2f& uv) {
+  return bilinear(texture, uv);
+}
 
 ObjectColor::ObjectColor(const Model& model) : model_(model), part_of_triangle_(model.indices.size() / 3, 0) {
   for (std::uint32_t p = 0; p < model.parts.size(); ++p) {
@@ -95,7 +98,7 @@ Eigen::Vector3f ObjectColor::texture_at(const Picture& texture, std::uint32_t tr
   const float texels_across = footprint_m * std::sqrt(texels / std::max(area_m2, 1e-30f));
   const Pyramid& pyramid = pyramids_.at(&texture);
   const int level = static_cast<int>(std::lround(std::log2(std::max(texels_across, 1.0f))));
-  if (level == 0) return bilinear(texture, uv);
+  if (level == 0) return texel(texture, uv);
   return bilinear(pyramid[std::min<std::size_t>(level, pyramid.size()) - 1], uv);
 }
 

@@ -1,14 +1,16 @@
 #pragma once
-// Base colour of a point on a model's surface. Private to the object field.
+// Base colour of a point on a model's surface.
 #include <Eigen/Core>
 #include <cstdint>
 #include <map>
-#include <memory>
 #include <vector>
 
 #include "relight/exhibit/exhibit.h"
 
 namespace lumigraft::relight {
+
+/// Of an sRGB texture, linear: bilinear between texel centres, which are at (x + 1/2) / width; repeats.
+Eigen::Vector3f texel(const capture::Image<std::uint8_t>& texture, const Eigen::Vector2f& uv);
 
 /// Texture × vertex colour × the part's base colour, linear. Textures repeat, and are read at the mip level whose texel
 /// size is about that of the footprint.

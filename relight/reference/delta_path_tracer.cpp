@@ -1,37 +1,14 @@
 #include "relight/reference/delta_path_tracer.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <functional>
-#include <thread>
 #include <vector>
 
 #include "relight/reference/paths.h"
+#include "relight/tracing/parallel_for.h"
 
 namespace lumigraft::relight {
 namespace {
-
-constexpr int kTile_px = 16;
-
-/// Calls `pixel(u, v)` once per pixel, on several threads, in any order.
-void for_each_pixel(int width, int height, int threads, const std::function<void(int, int)>& pixel) {
-  const int across = (width + kTile_px - 1) / kTile_px, tiles = across * ((height + kTile_px - 1) / kTile_px);
-  std::atomic<int> next = 0;
-  const auto work = [&] {
-    for (int tile = next++; tile < tiles; tile = next++) {
-      const int left = tile % across * kTile_px, top = tile / across * kTile_px;
-      for (int v = top; v < std::min(top + kTile_px, height); ++v) {
-        for (int u = left; u < std::min(left + kTile_px, width); ++u) pixel(u, v);
-      }
-    }
-  };
-  const int wanted = threads > 0 ? threads : static_cast<int>(std::max(std::thread::hardware_concurrency(), 1u));
-  std::vector<std::thread> others;
-  for (int i = 1; i < std::min(wanted, tiles); ++i) others.emplace_back(work);
-  work();
-  for (std::thread& other : others) other.join();
-}
 
 /// Ray through a point of the pixel's square, if the camera has a ray there.
 std::optional<PathRay> camera_ray(const PosedCamera& camera, int u, int v, Sampler& sampler) {
@@ -59,8 +36,7 @@ constexpr int kMinPilot = 4;            // samples
 constexpr int kMaxReduction = 8;        // minimum count: the mean divided by this
 constexpr float kMaxIncrease = 32;      // maximum count: the mean times this
 constexpr double kObjectWeight = 0.25;  // weight of noise on objects, which the object's own radiance masks
-constexpr int kAround_px = 4;           // averaging radius of the noise estimate, as few samples estimate a single
-                                        // pixel poorly
+constexpr int kAround_px = 4;           // averaging radius of the noise estimate, poor for a single pixel
 
 /// Adaptive sample counts that minimise the image's error for `per_pixel` on average: proportional to the standard
 /// deviation of a sample in the neighbourhood, estimated by pilot samples. These are not reused, so that counts and
@@ -70,7 +46,7 @@ std::vector<int> sample_counts(const TraceWorld& world, const PosedCamera& camer
   std::vector<int> counts(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), samples.per_pixel);
   if (pilot < kMinPilot) return counts;
   capture::Image<double> variance(width, height, 1);
-  for_each_pixel(width, height, samples.threads, [&](int u, int v) {
+  for_each_pixel(width, height, 1, [&](int u, int v) {
     double sum = 0, sum2 = 0;
     for_each_sample(world, camera, ~samples.seed, pilot, u, v, [&](const PathRay& ray, Paths& paths) {
       const CameraSample s = paths.change(ray);
@@ -118,7 +94,7 @@ ReferencePicture DeltaPathTracer::change(const PosedCamera& camera, const Refere
   ReferencePicture picture{capture::Image<float>(width, height, 3), capture::Image<float>(width, height, 3),
                            capture::Image<float>(width, height, 1)};
   const std::vector<int> counts = sample_counts(state_->world, camera, samples);
-  for_each_pixel(width, height, samples.threads, [&](int u, int v) {
+  for_each_pixel(width, height, 1, [&](int u, int v) {
     const int count = counts[picture.coverage.index(u, v)];
     Eigen::Array3d change = Eigen::Array3d::Zero(), object = change;
     int covered = 0;
@@ -139,7 +115,7 @@ ReferencePicture DeltaPathTracer::change(const PosedCamera& camera, const Refere
 capture::Image<float> DeltaPathTracer::radiance(const PosedCamera& camera, const ReferenceSamples& samples,
                                                 bool with_objects) const {
   capture::Image<float> picture(camera.model.width, camera.model.height, 3);
-  for_each_pixel(picture.width, picture.height, samples.threads, [&](int u, int v) {
+  for_each_pixel(picture.width, picture.height, 1, [&](int u, int v) {
     Eigen::Array3d sum = Eigen::Array3d::Zero();
     for_each_sample(state_->world, camera, samples.seed, samples.per_pixel, u, v,
                     [&](const PathRay& ray, Paths& paths) { sum += paths.radiance(ray, with_objects).cast<double>(); });

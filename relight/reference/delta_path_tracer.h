@@ -24,7 +24,6 @@ namespace lumigraft::relight {
 struct ReferenceSamples {
   int per_pixel = 16;      ///< on average; `change` uses more where noise is higher
   std::uint32_t seed = 0;  ///< a different seed gives an independent image
-  int threads = 0;         ///< 0: all of the machine; does not affect the result
 };
 
 /// Means over the pixel's square. 3 channels, W/sr/m²; coverage 1 channel.

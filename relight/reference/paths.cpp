@@ -1,7 +1,6 @@
 #include "relight/reference/paths.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 namespace lumigraft::relight {

@@ -44,11 +44,7 @@ std::shared_ptr<const Model> field_model(const reconstruct::DistanceField& field
       continue;
     for (const int corner : {a, b, c}) model->indices.push_back(static_cast<std::uint32_t>(corner));
   }
-  Model::Part part;
-  part.material.base_color.setOnes();
-  part.material.specular = 0;
-  part.index_count = static_cast<std::uint32_t>(model->indices.size());
-  model->parts.push_back(part);
+  add_part_of_vertex_colors(*model);
   return model;
 }
 
@@ -90,9 +86,9 @@ Vector3f albedo_near(const reconstruct::AlbedoField& field, const Vector3f& p_m)
   float weights = 0;
   for (int i = 0; i < 8; ++i) {
     const Eigen::Vector3i corner(i & 1, i >> 1 & 1, i >> 2), voxel = low.cast<int>() + corner;
-    const auto found = field.bricks.find({voxel.x() >> 3, voxel.y() >> 3, voxel.z() >> 3});
+    const auto found = field.bricks.find(reconstruct::brick_of(voxel));
     if (found == field.bricks.end()) continue;
-    const auto in_brick = static_cast<std::size_t>((voxel.x() & 7) + 8 * ((voxel.y() & 7) + 8 * (voxel.z() & 7)));
+    const auto in_brick = static_cast<std::size_t>(reconstruct::index_in_brick(voxel));
     if (found->second->sigma[in_brick] < 0) continue;
     const Vector3f off = (corner.cast<float>() - (at - low)).cwiseAbs();
     const float weight = (1 - off.x()) * (1 - off.y()) * (1 - off.z()) + 1e-6f;

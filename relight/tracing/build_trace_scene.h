@@ -1,6 +1,5 @@
 #pragma once
 // Converts a reconstructed room and an exhibit to a ReferenceScene.
-#include <string>
 #include <vector>
 
 #include "capture/session/session.h"

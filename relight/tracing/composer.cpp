@@ -7,8 +7,6 @@
 namespace lumigraft::relight {
 namespace {
 
-constexpr int kRows = 4;  // of pixels per thread and block
-
 using Pixel = Eigen::Map<const Rgb>;
 
 Rgb finite_or_zero(const Pixel& light) { return light.allFinite() ? Rgb(light) : Rgb(Rgb::Zero()); }

@@ -99,6 +99,13 @@ void add_cell(const Polygon& cell, const Vector3f& normal, const Vector3f& albed
 
 }  // namespace
 
+void add_part_of_vertex_colors(Model& model) {
+  Model::Part& part = model.parts.emplace_back();
+  part.material.base_color.setOnes();
+  part.material.specular = 0;
+  part.index_count = static_cast<std::uint32_t>(model.indices.size());
+}
+
 Vector3f fisheye_radiance(const reconstruct::Illumination& light, const Vector3f& p_m) {
   const Vector3f w = (p_m - light.probe_position_m).normalized();
   return light.environment.radiance.empty() ? reconstruct::sh_radiance(light.environment_sh, w).cwiseMax(0.0f).eval()
@@ -136,11 +143,7 @@ std::optional<ReferenceMesh> enclosure_mesh(const reconstruct::Scene& scene, con
       if (albedo.maxCoeff() < kMaxAlbedo) add_cell(cell, n, albedo, *model);
     }
   }
-  Model::Part part;
-  part.material.base_color.setOnes();
-  part.material.specular = 0;
-  part.index_count = static_cast<std::uint32_t>(model->indices.size());
-  model->parts.push_back(part);
+  add_part_of_vertex_colors(*model);
   return ReferenceMesh{std::move(model), Eigen::Affine3f::Identity(), {}, false, false};
 }
 

@@ -1,6 +1,5 @@
 #pragma once
 // The unobserved part of a room (Enclosure), as triangles with albedo for the path-traced reference.
-#include <memory>
 #include <optional>
 #include <vector>
 
@@ -16,6 +15,9 @@ namespace lumigraft::relight {
 /// them. They do not occlude lamps: the fish-eye camera saw the lamps, so nothing is in front of them, wherever a side
 /// was estimated to be. Empty if the scene has no enclosure.
 std::optional<ReferenceMesh> enclosure_mesh(const reconstruct::Scene& scene, const std::vector<ReferenceMesh>& known);
+
+/// A Lambert part of all triangles, with the vertices' colours as albedo.
+void add_part_of_vertex_colors(Model& model);
 
 /// Radiance that the fish-eye camera saw towards a point, without lamps, W/sr/m².
 Eigen::Vector3f fisheye_radiance(const reconstruct::Illumination& light, const Eigen::Vector3f& p_m);

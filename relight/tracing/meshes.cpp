@@ -1,21 +1,17 @@
 #include "relight/tracing/meshes.h"
 
-#include <embree3/rtcore.h>
-
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <stdexcept>
-#include <type_traits>
 
-#include "capture/camera/srgb.h"
+#include "relight/objects/embree_scene.h"
 #include "relight/objects/placement.h"
+#include "relight/objects/surface_color.h"
 
 namespace lumigraft::relight {
 namespace {
 
-using Eigen::Vector2f;
 using Eigen::Vector3f;
 
 constexpr float kSameDepth = 0.004f;  // relative depth difference up to which a pixel shows the point
@@ -26,57 +22,7 @@ struct Placed {
   std::vector<std::uint32_t> part;  // by triangle; empty if the model has only one
 };
 
-RTCGeometry triangles_of(RTCDevice device, const Model& model, const Eigen::Affine3f& T) {
-  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-  // Embree reads 16 bytes per vertex, so the positions are copied to a buffer that it pads.
-  auto* vertices = static_cast<Vector3f*>(rtcSetNewGeometryBuffer(
-      geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(Vector3f), model.positions_m.size()));
-  void* indices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                                          3 * sizeof(std::uint32_t), model.indices.size() / 3);
-  for (std::size_t i = 0; i < model.positions_m.size(); ++i) vertices[i] = T * model.positions_m[i];
-  std::copy(model.indices.begin(), model.indices.end(), static_cast<std::uint32_t*>(indices));
-  rtcCommitGeometry(geometry);
-  return geometry;
-}
-
 void let_through(const RTCFilterFunctionNArguments* found) { std::fill_n(found->valid, found->N, 0); }
-
-/// One device for all, so that trees can be moved between scenes.
-RTCDevice shared_device() {
-  static const std::unique_ptr<std::remove_pointer_t<RTCDevice>, decltype(&rtcReleaseDevice)> device(
-      rtcNewDevice("threads=1"), &rtcReleaseDevice);  // one thread: deterministic trees
-  if (!device) throw std::runtime_error("Embree has no device");
-  return device.get();
-}
-
-struct OwnScene {
-  RTCScene scene = rtcNewScene(shared_device());
-  OwnScene() { rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST); }
-  OwnScene(const OwnScene&) = delete;
-  OwnScene& operator=(const OwnScene&) = delete;
-  ~OwnScene() { rtcReleaseScene(scene); }
-
-  void add(RTCGeometry geometry, std::size_t id) {
-    rtcAttachGeometryByID(scene, geometry, static_cast<unsigned>(id));
-    rtcReleaseGeometry(geometry);
-  }
-};
-
-/// sRGB texture, bilinear between texel centres; repeats.
-Rgb texel(const capture::Image<std::uint8_t>& texture, const Vector2f& uv) {
-  const float x = (uv.x() - std::floor(uv.x())) * static_cast<float>(texture.width) - 0.5f;
-  const float y = (uv.y() - std::floor(uv.y())) * static_cast<float>(texture.height) - 0.5f;
-  const int x0 = static_cast<int>(std::floor(x)), y0 = static_cast<int>(std::floor(y));
-  const float fx = x - static_cast<float>(x0), fy = y - static_cast<float>(y0);
-  Rgb sum = Rgb::Zero();
-  for (int i = 0; i < 4; ++i) {
-    const int u = (x0 + (i & 1) + texture.width) % texture.width;
-    const int v = (y0 + (i >> 1) + texture.height) % texture.height;
-    const float weight = (i & 1 ? fx : 1 - fx) * (i >> 1 ? fy : 1 - fy);
-    for (int c = 0; c < 3; ++c) sum[c] += weight * capture::srgb_table().linear[texture.at(u, v, c)];
-  }
-  return sum;
-}
 
 Rgb pixel(const capture::Image<float>& image, int u, int v) {
   return {image.at(u, v, 0), image.at(u, v, 1), image.at(u, v, 2)};
@@ -101,13 +47,13 @@ std::optional<BsdfParams> seen_bsdf(const SeenMaterials& seen, const Vector3f& p
 
 struct ModelTree::State {
   std::shared_ptr<const Model> model;
-  OwnScene triangles;
+  EmbreeScene triangles;
   BoundingSphere sphere;
 };
 
 ModelTree::ModelTree(std::shared_ptr<const Model> model) : state_(std::make_unique<State>()) {
   state_->model = std::move(model);
-  state_->triangles.add(triangles_of(shared_device(), *state_->model, Eigen::Affine3f::Identity()), 0);
+  state_->triangles.add(triangles_of(*state_->model, Eigen::Affine3f::Identity()), 0);
   rtcCommitScene(state_->triangles.scene);
   state_->sphere = bounding_sphere(state_->model->positions_m);
 }
@@ -119,7 +65,7 @@ struct Meshes::State {
   std::vector<Eigen::Vector4f> spheres;
   const SeenMaterials* seen = nullptr;
   std::vector<std::shared_ptr<const ModelTree>> trees;
-  OwnScene all;
+  EmbreeScene all;
 
   void place(const ReferenceMesh& mesh, const BoundingSphere& around) {
     const Model& model = *mesh.model;
@@ -137,7 +83,7 @@ struct Meshes::State {
   void add(const ReferenceMesh& mesh) {
     std::vector<Vector3f> positions_m;
     for (const Vector3f& x : mesh.model->positions_m) positions_m.push_back(mesh.T_tag_model * x);
-    RTCGeometry triangles = triangles_of(shared_device(), *mesh.model, mesh.T_tag_model);
+    RTCGeometry triangles = triangles_of(*mesh.model, mesh.T_tag_model);
     if (!mesh.hides) {
       rtcSetGeometryOccludedFilterFunction(triangles, let_through);
       rtcCommitGeometry(triangles);
@@ -147,7 +93,7 @@ struct Meshes::State {
   }
 
   void add(const ReferenceMesh& mesh, const ModelTree::State& tree) {
-    RTCGeometry geometry = rtcNewGeometry(shared_device(), RTC_GEOMETRY_TYPE_INSTANCE);
+    RTCGeometry geometry = rtcNewGeometry(embree_device(), RTC_GEOMETRY_TYPE_INSTANCE);
     rtcSetGeometryInstancedScene(geometry, tree.triangles.scene);
     const Eigen::Matrix<float, 3, 4> T = mesh.T_tag_model.affine();
     rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, T.data());
@@ -279,10 +225,7 @@ SurfaceHit Meshes::surface(const MeshHit& hit, const Vector3f& w) const {
   s.position_m = placed.mesh.T_tag_model * mixed(p);
   s.face = (placed.normals * (p[corner[1]] - p[corner[0]]).cross(p[corner[2]] - p[corner[0]])).stableNormalized();
   s.normal = (placed.normals * mixed(model.normals)).stableNormalized();
-  if (s.face.dot(w) > 0) s.face = -s.face;
-  if (s.normal.dot(s.face) < 0) s.normal = -s.normal;
-  if (!(s.normal.dot(w) < 0)) s.normal = s.face;  // an interpolated normal that faces away from the ray
-
+  s.face_ray(w);
   if (placed.mesh.seen && state_->seen) {
     if (const std::optional<BsdfParams> bsdf = seen_bsdf(*state_->seen, s.position_m, s.face)) {
       s.bsdf = *bsdf;
@@ -294,7 +237,7 @@ SurfaceHit Meshes::surface(const MeshHit& hit, const Vector3f& w) const {
   Rgb base = material.base_color.array();
   if (!placed.mesh.material.base_color) {
     base *= mixed(model.colors).array();
-    if (part.base_color_texture) base *= texel(*part.base_color_texture, mixed(model.texcoords));
+    if (part.base_color_texture) base *= texel(*part.base_color_texture, mixed(model.texcoords)).array();
   }
   s.bsdf = bsdf_params_of(base, material);
   return s;

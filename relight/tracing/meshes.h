@@ -18,10 +18,16 @@ struct MeshHit {
 
 struct SurfaceHit {
   Eigen::Vector3f position_m = Eigen::Vector3f::Zero();
-  Eigen::Vector3f face = Eigen::Vector3f::UnitZ();    ///< unit, geometric normal of the triangle, on the side of the
-                                                      ///< ray's origin
+  Eigen::Vector3f face = Eigen::Vector3f::UnitZ();    ///< unit, geometric, on the side of the ray's origin
   Eigen::Vector3f normal = Eigen::Vector3f::UnitZ();  ///< unit, interpolated, on the same side
   BsdfParams bsdf;
+
+  /// Turns both normals towards the origin of a ray along w.
+  void face_ray(const Eigen::Vector3f& w) {
+    if (face.dot(w) > 0) face = -face;
+    if (normal.dot(face) < 0) normal = -normal;
+    if (!(normal.dot(w) < 0)) normal = face;  // an interpolated normal that faces away from the ray
+  }
 };
 
 /// A packet of rays with a common origin: cheaper than single rays.

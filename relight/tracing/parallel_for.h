@@ -9,6 +9,8 @@
 
 namespace lumigraft::relight {
 
+constexpr int kRows = 4;  ///< of pixels per thread and block
+
 /// Calls `work(first, last)` for blocks of [0, count), once each. If `work` throws, no further block starts, and the
 /// first exception is rethrown after all threads have ended.
 template <typename Work>
@@ -36,6 +38,22 @@ void for_each_block(int count, int block, Work work) {
     run();
   }
   if (failure) std::rethrow_exception(failure);
+}
+
+/// Calls `work(i)` for each i in [0, count), `block` of them at a time on a thread.
+template <typename Index, typename Work>
+void for_each_index(Index count, int block, Work work) {
+  for_each_block(static_cast<int>(count), block, [&](int first, int last) {
+    for (auto i = static_cast<Index>(first); i < static_cast<Index>(last); ++i) work(i);
+  });
+}
+
+/// Calls `work(u, v)` for each pixel of an image, `rows` rows at a time on a thread.
+template <typename Work>
+void for_each_pixel(int width, int height, int rows, Work work) {
+  for_each_index(height, rows, [&](int v) {
+    for (int u = 0; u < width; ++u) work(u, v);
+  });
 }
 
 }  // namespace lumigraft::relight

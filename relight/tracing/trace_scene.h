@@ -3,7 +3,6 @@
 // plain value; built from a reconstructed Scene by reference_room_of(), or by the caller.
 #include <Eigen/Geometry>
 #include <memory>
-#include <optional>
 #include <vector>
 
 #include "capture/camera/camera_model.h"

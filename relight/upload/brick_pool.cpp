@@ -45,16 +45,14 @@ std::vector<LatticePoint> surface_points(const reconstruct::BrickKey& key, const
     float weights = 0;
     for (int i = 0; i < kHalf * kHalf * kHalf; ++i) {
       const Eigen::Vector3i at = kHalf * cell + Eigen::Vector3i(i % kHalf, i / kHalf % kHalf, i / (kHalf * kHalf));
-      const auto k =
-          static_cast<std::size_t>(at.x() + reconstruct::kBrickEdge * (at.y() + reconstruct::kBrickEdge * at.z()));
+      const auto k = static_cast<std::size_t>(reconstruct::index_in_brick(at));
       const float weight = brick.weight[k] > 0 ? 1 - std::abs(brick.distance_m[k]) / voxel_m : 0.0f;
       if (weight <= 0) continue;
       sum += weight * at.cast<float>();
       weights += weight;
     }
     if (weights == 0) continue;
-    const Eigen::Vector3f corner = reconstruct::kBrickEdge * Eigen::Vector3i(key[0], key[1], key[2]).cast<float>();
-    points.push_back({cell, voxel_m * (corner + sum / weights)});
+    points.push_back({cell, voxel_m * (reconstruct::first_voxel(key).cast<float>() + sum / weights)});
   }
   return points;
 }
@@ -131,8 +129,7 @@ struct BrickPool::State {
     const float brick_m = voxel_m * reconstruct::kBrickEdge;
     std::vector<Slot*> packed;
     for (const auto& [key, brick] : field->bricks) {
-      const Eigen::Vector3f corner =
-          Eigen::Vector3f(static_cast<float>(key[0]), static_cast<float>(key[1]), static_cast<float>(key[2])) * brick_m;
+      const Eigen::Vector3f corner = brick_m * Eigen::Vector3i(key[0], key[1], key[2]).cast<float>();
       if (!region.intersects(Eigen::AlignedBox3f(corner, corner + Eigen::Vector3f::Constant(brick_m)))) continue;
       std::shared_ptr<const reconstruct::AlbedoBrick> colors;
       if (albedo && std::abs(albedo->voxel_m - field->voxel_m) < 1e-6f) {
@@ -147,14 +144,10 @@ struct BrickPool::State {
       slot.surface = surface_points(key, *brick, voxel_m);
       packed.push_back(&slot);
     }
-    for (auto it = slots.begin(); it != slots.end();) {
-      if (it->second.used) {
-        ++it;
-      } else {
-        free_slots.push_back(it->second.number);
-        it = slots.erase(it);
-      }
-    }
+    std::erase_if(slots, [&](const auto& entry) {
+      if (!entry.second.used) free_slots.push_back(entry.second.number);
+      return !entry.second.used;
+    });
     Range range;
     for (Slot* slot : packed) {
       if (slot->number < 0) {

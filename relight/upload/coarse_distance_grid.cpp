@@ -1,7 +1,6 @@
 #include "relight/upload/coarse_distance_grid.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 namespace lumigraft::relight {

@@ -8,6 +8,7 @@
 #include "capture/session/session.h"
 #include "relight/gpu/device.h"
 #include "relight/objects/flat_pieces.h"
+#include "relight/shaders/common/interop.h"
 
 namespace lumigraft::relight {
 

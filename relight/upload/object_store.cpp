@@ -94,11 +94,13 @@ std::vector<std::uint8_t> reflectances(const ObjectField& field, const Model& mo
 
 }  // namespace
 
-std::vector<gpu::VertexAttribute> vertex_attributes() {
-  return {{0, gpu::VertexFormat::float3, 0},
-          {1, gpu::VertexFormat::float3, 12},
-          {2, gpu::VertexFormat::float2, 24},
-          {3, gpu::VertexFormat::float3, 32}};
+gpu::RasterDesc vertex_raster(const char* vertex_shader, const char* fragment_shader,
+                              std::vector<gpu::Format> color_formats) {
+  return {.vertex_shader = vertex_shader,
+          .fragment_shader = fragment_shader,
+          .vertex_stride_bytes = kVertexFloats * static_cast<int>(sizeof(float)),
+          .attributes = {{0, 3, 0}, {1, 3, 12}, {2, 2, 24}, {3, 3, 32}},
+          .color_formats = std::move(color_formats)};
 }
 
 bool PlacedObject::operator==(const PlacedObject& o) const {

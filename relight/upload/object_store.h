@@ -66,6 +66,7 @@ class ObjectStore {
 };
 
 constexpr int kVertexFloats = 11;
-std::vector<gpu::VertexAttribute> vertex_attributes();
+gpu::RasterDesc vertex_raster(const char* vertex_shader, const char* fragment_shader,
+                              std::vector<gpu::Format> color_formats);  ///< draws such vertices
 
 }  // namespace lumigraft::relight

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <iostream>
 #include <set>
 #include <utility>
 
 #include "capture/error.h"
+#include "capture/message_text.h"
 #include "relight/objects/mesh_simplify.h"
 #include "server/bench/bench_session.h"
 #include "server/bench/error_budget.h"
@@ -34,14 +34,6 @@ struct NamedInput {
   ServiceInput input;
 };
 
-std::string joined(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) {
-    text += (text.empty() ? "" : ", ") + word;
-  }
-  return text;
-}
-
 const std::string kErrorTime = "error-time", kCostWork = "cost-work", kErrorBudget = "error-budget";
 
 bool contains(const std::vector<std::string>& words, const std::string& word) {
@@ -51,7 +43,7 @@ bool contains(const std::vector<std::string>& words, const std::string& word) {
 void check_words(const char* option, const std::vector<std::string>& found, const std::vector<std::string>& allowed) {
   for (const std::string& word : found) {
     if (!contains(allowed, word)) {
-      throw capture::InputError(std::string(option) + ": found \"" + word + "\", allowed: " + joined(allowed));
+      throw capture::InputError(std::string(option) + ": found \"" + word + "\", allowed: " + capture::listed(allowed));
     }
   }
 }
@@ -106,13 +98,13 @@ void make_folder(const fs::path& out) {
 }
 
 void say(const BenchRow& row, std::size_t done, std::size_t all) {
-  char text[256];
-  std::snprintf(text, sizeof text, "relight_error %.3f, %.0f ms CPU, %.0f ms wall", row.run.measures.relight_error,
-                row.run.moving.host.cpu_ms, row.run.moving.host.wall_ms);
-  std::cerr << "lumigraft: " << done << '/' << all << ' ' << row.session << ", " << row.method << ' ' << row.setting
-            << ": " << text << '\n';
+  const std::string run = row.session + ", " + row.method + ' ' + row.setting + ": ";
+  std::cerr << "lumigraft: " << done << '/' << all << ' ' << run
+            << capture::formatted("relight_error %.3f, %.0f ms CPU, %.0f ms wall", row.run.measures.relight_error,
+                                  row.run.moving.host.cpu_ms, row.run.moving.host.wall_ms)
+            << '\n';
   for (const std::string& warning : row.run.warnings) {
-    std::cerr << "lumigraft: " << row.session << ", " << row.method << ' ' << row.setting << ": " << warning << '\n';
+    std::cerr << "lumigraft: " << run << warning << '\n';
   }
 }
 
@@ -127,7 +119,8 @@ relight::Exhibit simplified(relight::Exhibit exhibit, int max_triangles) {
 bool measure_settings(const BenchCommand& command, const std::vector<NamedInput>& sessions,
                       const std::vector<Method>& methods, const std::shared_ptr<relight::gpu::Device>& device,
                       const std::atomic<bool>& interrupted, BenchResults& results) {
-  CsvFile table(command.out / "results.csv", result_columns()), stages(command.out / "stages.csv", stage_columns());
+  CsvFile table(command.out / "results.csv", fields_of(BenchRow{}));
+  CsvFile stages(command.out / "stages.csv", fields_of("", "", {}));
   std::size_t all = 0;
   for (const Method& method : methods) {
     all += sessions.size() * method.settings.size();
@@ -142,7 +135,7 @@ bool measure_settings(const BenchCommand& command, const std::vector<NamedInput>
     }
     results.stages[name] = scene.stages;
     for (const auto& [stage, cost] : scene.stages) {
-      stages.add(stage_cells(name, stage, cost));
+      stages.add(fields_of(name, stage, cost));
     }
     for (const Method& method : methods) {
       std::unique_ptr<relight::Renderer> renderer;  // shared by all settings of a method
@@ -156,7 +149,7 @@ bool measure_settings(const BenchCommand& command, const std::vector<NamedInput>
         BenchRow row{name, method.name, setting.name, results.oracle, setting.plan, {}};
         row.run =
             run_setting(*renderer, scene, exhibit, setting.plan, results.machine.hardware && setting.plan.on_device());
-        table.add(result_cells(row));
+        table.add(fields_of(row));
         results.rows.push_back(std::move(row));
         say(results.rows.back(), results.rows.size(), all);
       }
@@ -169,7 +162,7 @@ bool measure_settings(const BenchCommand& command, const std::vector<NamedInput>
 bool measure_work(const BenchCommand& command, const NamedInput& session,
                   const std::shared_ptr<relight::gpu::Device>& device, const std::atomic<bool>& interrupted,
                   BenchResults& results) {
-  CsvFile table(command.out / "cost_work.csv", work_columns());
+  CsvFile table(command.out / "cost_work.csv", fields_of(WorkRow{}));
   const BenchScene scene = learn_bench_scene(session.input.session, command.oracle, command.oracle);
   results.work_session = session.name;
   results.work_setting = "the plan of serve";
@@ -188,7 +181,7 @@ bool measure_work(const BenchCommand& command, const NamedInput& session,
       cost = cost_of_turning(*renderer, work.frame, work.scene, work.exhibit, work.plan, results.machine.hardware);
     }
     results.work.push_back({work.work, work.amount, work.base, cost});
-    table.add(work_cells(results.work.back()));
+    table.add(fields_of(results.work.back()));
     std::cerr << "lumigraft: cost of " << std::llround(work.amount) << ' ' << work.work << ": "
               << std::llround(cost.host.cpu_ms) << " ms CPU\n";
   }
@@ -198,7 +191,7 @@ bool measure_work(const BenchCommand& command, const NamedInput& session,
 bool measure_budgets(const BenchCommand& command, const std::vector<NamedInput>& sessions,
                      const std::shared_ptr<relight::gpu::Device>& device, const std::atomic<bool>& interrupted,
                      BenchResults& results) {
-  CsvFile table(command.out / "error_budget.csv", budget_columns());
+  CsvFile table(command.out / "error_budget.csv", fields_of(BudgetRow{}));
   results.budget_setting = "the plan of replay";
   for (const auto& [name, input] : sessions) {
     for (const BudgetCase& budget : budget_cases()) {
@@ -207,7 +200,7 @@ bool measure_budgets(const BenchCommand& command, const std::vector<NamedInput>&
       }
       results.budget.push_back(measure_budget(device, name, input.session, input.exhibit, replay_plan(), budget));
       const BudgetRow& row = results.budget.back();
-      table.add(budget_cells(row));
+      table.add(fields_of(row));
       std::cerr << "lumigraft: " << name << ", estimated: " << row.estimated << ": relight_error " << row.relight_error
                 << '\n';
     }

@@ -1,10 +1,10 @@
 #include "server/bench/bench_session.h"
 
-#include <algorithm>
 #include <utility>
 
 #include "capture/error.h"
 #include "capture/source.h"
+#include "reconstruct/math/median.h"
 #include "reconstruct/scene_store.h"
 #include "server/pipeline/camera_picture.h"
 #include "server/truth/truth.h"
@@ -34,12 +34,6 @@ std::uint64_t last_with_truth(const fs::path& session, const OracleParts& needed
   return last;
 }
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 std::map<std::string, reconstruct::StageCost> medians(
     const std::map<std::string, std::vector<reconstruct::StageCost>>& runs) {
   std::map<std::string, reconstruct::StageCost> result;
@@ -49,7 +43,7 @@ std::map<std::string, reconstruct::StageCost> medians(
       wall_ms.push_back(cost.wall_ms);
       cpu_ms.push_back(cost.cpu_ms);
     }
-    result[name] = {median(wall_ms), median(cpu_ms)};
+    result[name] = {reconstruct::median(wall_ms), reconstruct::median(cpu_ms)};
   }
   return result;
 }
@@ -91,9 +85,7 @@ BenchScene learn_bench_scene(const capture::Session& session, const OracleParts&
       result.scene = std::move(built.scene);
     }
   }
-  if (truth.empty()) {
-    throw capture::InputError(session.folder.string() + ": no colour picture that has truth can be read");
-  }
+  capture::refuse_if(truth.empty(), session.folder.string() + ": no colour picture that has truth can be read");
   result.camera = camera_picture(*result.frame.color);
   result.truth = read_true_pictures(truth, session.color.exposure);
   result.stages = medians(runs);

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <numbers>
-#include <optional>
+
+#include "capture/message_text.h"
 
 namespace lumigraft::server::chart {
 namespace {
@@ -14,13 +14,7 @@ namespace {
 constexpr double kPngScale = 1.5;
 
 std::string time_label(double ms) {
-  char text[32];
-  if (ms < 1000) {
-    std::snprintf(text, sizeof text, "%g ms", ms);
-  } else {
-    std::snprintf(text, sizeof text, "%g s", ms / 1000);
-  }
-  return text;
+  return ms < 1000 ? capture::formatted("%g ms", ms) : capture::formatted("%g s", ms / 1000);
 }
 
 double round_step(double high, int wanted) {
@@ -111,9 +105,7 @@ std::vector<Tick> round_ticks(double high, int wanted) {
   const double step = round_step(high, wanted);
   std::vector<Tick> ticks;
   for (int i = 0; i * step <= high * (1 + 1e-9); ++i) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%g", std::round(i * step * 1e6) / 1e6);
-    ticks.push_back({i * step, text});
+    ticks.push_back({i * step, capture::formatted("%g", std::round(i * step * 1e6) / 1e6)});
   }
   return ticks;
 }

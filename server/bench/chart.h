@@ -10,6 +10,7 @@
 namespace lumigraft::server::chart {
 
 constexpr Colour kInk{0.13, 0.13, 0.13, 1}, kQuiet{0.42, 0.42, 0.42, 1}, kGrid{0.91, 0.91, 0.91, 1};
+constexpr double kText = 12, kSmall = 10.5;  ///< sizes of text
 
 /// Colours that colour-blind readers can distinguish (Okabe & Ito 2008); repeats.
 Colour colour_of(std::size_t index);

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
+#include "capture/message_text.h"
 #include "server/bench/bench_session.h"
 #include "server/bench/chart.h"
 #include "server/pipeline/make_renderer.h"
@@ -14,7 +14,6 @@ namespace {
 using namespace chart;
 
 constexpr OracleParts kAllTrue{.pose = true, .geometry = true, .light = true, .albedo = true};
-constexpr double kText = 12, kSmall = 10.5;
 
 Colour colour_of_case(std::size_t index, std::size_t count) {
   return index == 0 ? Colour{0.75, 0.75, 0.75, 1} : index + 1 == count ? kInk.faded(0.75) : colour_of(index - 1);
@@ -48,12 +47,9 @@ BudgetRow measure_budget(const std::shared_ptr<relight::gpu::Device>& device, co
 
 void draw_error_budget(const BenchResults& results, const std::filesystem::path& stem) {
   const std::vector<BudgetCase> cases = budget_cases();
-  std::vector<std::string> sessions;
+  const std::vector<std::string> sessions = distinct(results.budget, &BudgetRow::session);
   double worst = 0;
   for (const BudgetRow& row : results.budget) {
-    if (std::find(sessions.begin(), sessions.end(), row.session) == sessions.end()) {
-      sessions.push_back(row.session);
-    }
     worst = std::isfinite(row.relight_error) ? std::max(worst, row.relight_error) : worst;
   }
   if (sessions.empty() || worst == 0) {
@@ -95,9 +91,8 @@ void draw_error_budget(const BenchResults& results, const std::filesystem::path&
       if (i == 0) {
         drawing.line({{first, top}, {first + bar * static_cast<double>(cases.size()), top}}, {kQuiet.faded(0.6), 1, 3});
       }
-      char text[16];
-      std::snprintf(text, sizeof text, "%.3f", row.relight_error);
-      drawing.text({at + 0.5 * bar, top - 4}, text, {.size = bar < 34 ? 8.5 : kSmall, .colour = kInk, .across = 0.5});
+      drawing.text({at + 0.5 * bar, top - 4}, capture::formatted("%.3f", row.relight_error),
+                   {.size = bar < 34 ? 8.5 : kSmall, .colour = kInk, .across = 0.5});
     }
   }
   drawing.text({20, kHeight - 12}, results.machine.device + "; " + results.machine.program,

@@ -6,14 +6,13 @@
 #include <optional>
 #include <utility>
 
+#include "capture/message_text.h"
 #include "server/bench/chart.h"
 
 namespace lumigraft::server {
 namespace {
 
 using namespace chart;
-
-constexpr double kText = 12, kSmall = 10.5;
 
 /// A virtual Cornell box with a bunny inside on a real plane: Franke 2015, fig. 5.19 (time of a frame, PSNR).
 struct Published {
@@ -34,22 +33,12 @@ std::optional<double> cost_of(const FrameCost& cost, CostKind kind) {
 /// The plan's methods in a fixed order, then other methods named by the rows: external programs.
 std::vector<std::string> all_methods(const std::vector<BenchRow>& rows) {
   std::vector<std::string> methods = relight::plan_methods();
-  for (const BenchRow& row : rows) {
-    if (std::find(methods.begin(), methods.end(), row.method) == methods.end()) {
-      methods.push_back(row.method);
+  for (const std::string& method : distinct(rows, &BenchRow::method)) {
+    if (std::find(methods.begin(), methods.end(), method) == methods.end()) {
+      methods.push_back(method);
     }
   }
   return methods;
-}
-
-std::vector<std::string> session_names(const std::vector<BenchRow>& rows) {
-  std::vector<std::string> names;
-  for (const BenchRow& row : rows) {
-    if (std::find(names.begin(), names.end(), row.session) == names.end()) {
-      names.push_back(row.session);
-    }
-  }
-  return names;
 }
 
 /// A decade's 1, 2 or 5 at or below (above) a value.
@@ -213,18 +202,10 @@ std::string about_room(const std::string& oracle) {
                                                 : "with the room as estimated but for true " + parts;
 }
 
-std::string joined(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) {
-    text += (text.empty() ? "" : ", ") + word;
-  }
-  return text;
-}
-
 }  // namespace
 
 std::vector<SettingMean> mean_over_sessions(const std::vector<BenchRow>& rows, CostKind kind) {
-  const std::size_t sessions = session_names(rows).size();
+  const std::size_t sessions = distinct(rows, &BenchRow::session).size();
   std::vector<SettingMean> means;
   for (const BenchRow& first : rows) {
     const auto same = [&](const SettingMean& m) { return m.method == first.method && m.setting == first.setting; };
@@ -285,20 +266,14 @@ void draw_error_time(const BenchResults& results, CostKind kind, const std::file
   constexpr double kWidth = 960, kHeight = 540;
   Drawing drawing(kWidth, kHeight);
   const Box left{64, 104, two ? 612 : kWidth - 24, kHeight - 74}, right{672, 104, kWidth - 24, kHeight - 74};
-
-  std::vector<std::string> methods;
-  for (const SettingMean& mean : means) {
-    if (std::find(methods.begin(), methods.end(), mean.method) == methods.end()) {
-      methods.push_back(mean.method);
-    }
-  }
-  const std::vector<std::string> sessions = session_names(results.rows);
+  const std::vector<std::string> sessions = distinct(results.rows, &BenchRow::session);
   drawing.text({20, 30}, "Error against time", {.size = 18, .bold = true});
-  drawing.text({20, 50},
-               (sessions.size() > 1 ? "Mean over " : "") + joined(sessions) + "; " + about_room(results.oracle),
-               {.size = kText, .colour = kQuiet});
+  drawing.text(
+      {20, 50},
+      (sessions.size() > 1 ? "Mean over " : "") + capture::listed(sessions) + "; " + about_room(results.oracle),
+      {.size = kText, .colour = kQuiet});
   const MethodStyles styles(results.rows);
-  draw_legend(drawing, {20, 78}, methods, styles);
+  draw_legend(drawing, {20, 78}, distinct(means, &SettingMean::method), styles);
   draw_errors(drawing, left, means, kind, styles);
   if (two) {
     drawing.text({right.left, 78}, kPublishedScene, {.size = kText, .bold = true});

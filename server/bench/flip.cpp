@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <numeric>
 #include <stdexcept>
 #include <vector>
 
@@ -105,13 +106,7 @@ capture::Image<float> convolve(const capture::Image<float>& in, const std::vecto
   return pass(pass(in, along_x, true), along_y, false);
 }
 
-double total(const std::vector<double>& weights) {
-  double sum = 0;
-  for (const double w : weights) {
-    sum += w;
-  }
-  return sum;
-}
+double total(const std::vector<double>& weights) { return std::accumulate(weights.begin(), weights.end(), 0.0); }
 
 std::vector<double> sampled(int radius, const std::function<double(double)>& function) {
   std::vector<double> weights;

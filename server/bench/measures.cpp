@@ -9,6 +9,7 @@
 #include "capture/error.h"
 #include "capture/formats/picture_file.h"
 #include "server/bench/flip.h"
+#include "server/truth/truth.h"
 
 namespace lumigraft::server {
 namespace {
@@ -29,12 +30,7 @@ struct Squares {
 };
 
 capture::Image<float> exposed(const std::filesystem::path& exr, double exposure) {
-  capture::Image<float> picture;
-  try {
-    picture = capture::read_radiance(exr);
-  } catch (const capture::InputError& e) {
-    throw capture::InputError(exr.string() + ": " + e.what());
-  }
+  capture::Image<float> picture = read_true_picture(exr);
   for (float& value : picture.data) {
     value = std::clamp(static_cast<float>(value * exposure), 0.0f, 1.0f);
   }

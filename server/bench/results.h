@@ -1,5 +1,6 @@
 #pragma once
 // Results of the bench, and the machine that they were measured on.
+#include <algorithm>
 #include <map>
 #include <string>
 #include <vector>
@@ -40,5 +41,17 @@ struct BenchResults {
   std::vector<BudgetRow> budget;
   std::map<std::string, std::map<std::string, reconstruct::StageCost>> stages;  ///< by session and stage
 };
+
+/// The different values of one member, in the order of their first rows.
+template <typename Row>
+std::vector<std::string> distinct(const std::vector<Row>& rows, std::string Row::*member) {
+  std::vector<std::string> values;
+  for (const Row& row : rows) {
+    if (std::find(values.begin(), values.end(), row.*member) == values.end()) {
+      values.push_back(row.*member);
+    }
+  }
+  return values;
+}
 
 }  // namespace lumigraft::server

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <functional>
 #include <numbers>
-#include <vector>
 
 #include "relight/amortized_light_update.h"
 #include "relight/planner.h"

@@ -1,7 +1,5 @@
 #include "server/bench/settings.h"
 
-#include "server/pipeline/service_config.h"
-
 namespace lumigraft::server {
 namespace {
 

@@ -1,26 +1,26 @@
 #include "server/bench/tables.h"
 
 #include <cmath>
-#include <cstdio>
-#include <optional>
 #include <stdexcept>
 
 #include "capture/error.h"
+#include "capture/message_text.h"
 
 namespace lumigraft::server {
 namespace {
 
-/// Empty where the number is missing.
-std::string cell(double value, int decimals) {
-  if (!std::isfinite(value)) {
-    return "";
-  }
-  char text[64];
-  std::snprintf(text, sizeof text, "%.*f", decimals, value);
-  return text;
-}
+Number device_ms(const FrameCost& cost) { return {cost.gpu_ms.value_or(std::nan("")), 3}; }
 
-std::string cell(const std::optional<double>& value, int decimals) { return value ? cell(*value, decimals) : ""; }
+std::string cell(const FieldValue& value) {
+  if (const auto* text = std::get_if<std::string>(&value)) {
+    return *text;
+  }
+  if (const auto* flag = std::get_if<bool>(&value)) {
+    return *flag ? "1" : "0";
+  }
+  const Number& number = std::get<Number>(value);
+  return std::isfinite(number.value) ? capture::formatted("%.*f", number.decimals, number.value) : "";
+}
 
 std::string quoted(const std::string& text) {
   if (text.find_first_of(",\"\n") == std::string::npos) {
@@ -35,14 +35,20 @@ std::string quoted(const std::string& text) {
 
 }  // namespace
 
-CsvFile::CsvFile(const std::filesystem::path& path, const std::vector<std::string>& columns) : path_(path), out_(path) {
-  if (!out_) {
-    throw capture::InputError(path.string() + ": cannot be written");
-  }
-  add(columns);
+CsvFile::CsvFile(const std::filesystem::path& path, const Fields& columns) : path_(path), out_(path) {
+  capture::refuse_if(!out_, path.string() + ": cannot be written");
+  std::vector<std::string> names;
+  for (const auto& [name, value] : columns) names.push_back(name);
+  write(names);
 }
 
-void CsvFile::add(const std::vector<std::string>& cells) {
+void CsvFile::add(const Fields& row) {
+  std::vector<std::string> cells;
+  for (const auto& [name, value] : row) cells.push_back(cell(value));
+  write(cells);
+}
+
+void CsvFile::write(const std::vector<std::string>& cells) {
   for (std::size_t i = 0; i < cells.size(); ++i) {
     out_ << (i == 0 ? "" : ",") << quoted(cells[i]);
   }
@@ -52,56 +58,47 @@ void CsvFile::add(const std::vector<std::string>& cells) {
   }
 }
 
-std::vector<std::string> result_columns() {
-  return {"session", "method",        "setting",      "oracle",        "relight_error", "object_error",
-          "psnr",    "psnr_affected", "psnr_object",  "psnr_relit",    "flip",          "cpu_ms",
-          "wall_ms", "gpu_ms",        "still_cpu_ms", "still_wall_ms", "still_gpu_ms"};
-}
-
-std::vector<std::string> result_cells(const BenchRow& row) {
+Fields fields_of(const BenchRow& row) {
   const Measures& m = row.run.measures;
   const FrameCost &moving = row.run.moving, &still = row.run.still;
-  return {row.session,
-          row.method,
-          row.setting,
-          row.oracle,
-          cell(m.relight_error, 4),
-          cell(m.object_error, 4),
-          cell(m.psnr_db, 2),
-          cell(m.psnr_affected_db, 2),
-          cell(m.psnr_object_db, 2),
-          cell(m.psnr_relit_db, 2),
-          cell(m.flip, 4),
-          cell(moving.host.cpu_ms, 1),
-          cell(moving.host.wall_ms, 1),
-          cell(moving.gpu_ms, 3),
-          cell(still.host.cpu_ms, 1),
-          cell(still.host.wall_ms, 1),
-          cell(still.gpu_ms, 3)};
+  return {{"session", row.session},
+          {"method", row.method},
+          {"setting", row.setting},
+          {"oracle", row.oracle},
+          {"relight_error", Number{m.relight_error, 4}},
+          {"object_error", Number{m.object_error, 4}},
+          {"psnr", Number{m.psnr_db, 2}},
+          {"psnr_affected", Number{m.psnr_affected_db, 2}},
+          {"psnr_object", Number{m.psnr_object_db, 2}},
+          {"psnr_relit", Number{m.psnr_relit_db, 2}},
+          {"flip", Number{m.flip, 4}},
+          {"cpu_ms", Number{moving.host.cpu_ms, 1}},
+          {"wall_ms", Number{moving.host.wall_ms, 1}},
+          {"gpu_ms", device_ms(moving)},
+          {"still_cpu_ms", Number{still.host.cpu_ms, 1}},
+          {"still_wall_ms", Number{still.host.wall_ms, 1}},
+          {"still_gpu_ms", device_ms(still)}};
 }
 
-std::vector<std::string> work_columns() { return {"work", "amount", "base", "cpu_ms", "wall_ms", "gpu_ms"}; }
-
-std::vector<std::string> work_cells(const WorkRow& row) {
-  return {row.work,
-          cell(row.amount, 0),
-          row.base ? "1" : "0",
-          cell(row.cost.host.cpu_ms, 1),
-          cell(row.cost.host.wall_ms, 1),
-          cell(row.cost.gpu_ms, 3)};
+Fields fields_of(const WorkRow& row) {
+  return {{"work", row.work},
+          {"amount", Number{row.amount, 0}},
+          {"base", row.base},
+          {"cpu_ms", Number{row.cost.host.cpu_ms, 1}},
+          {"wall_ms", Number{row.cost.host.wall_ms, 1}},
+          {"gpu_ms", device_ms(row.cost)}};
 }
 
-std::vector<std::string> budget_columns() { return {"session", "estimated", "relight_error", "object_error"}; }
-
-std::vector<std::string> budget_cells(const BudgetRow& row) {
-  return {row.session, row.estimated, cell(row.relight_error, 4), cell(row.object_error, 4)};
+Fields fields_of(const BudgetRow& row) {
+  return {{"session", row.session},
+          {"estimated", row.estimated},
+          {"relight_error", Number{row.relight_error, 4}},
+          {"object_error", Number{row.object_error, 4}}};
 }
 
-std::vector<std::string> stage_columns() { return {"session", "stage", "cpu_ms", "wall_ms"}; }
-
-std::vector<std::string> stage_cells(const std::string& session, const std::string& stage,
-                                     const reconstruct::StageCost& cost) {
-  return {session, stage, cell(cost.cpu_ms, 1), cell(cost.wall_ms, 1)};
+Fields fields_of(const std::string& session, const std::string& stage, const reconstruct::StageCost& cost) {
+  return {
+      {"session", session}, {"stage", stage}, {"cpu_ms", Number{cost.cpu_ms, 1}}, {"wall_ms", Number{cost.wall_ms, 1}}};
 }
 
 }  // namespace lumigraft::server

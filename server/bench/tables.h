@@ -1,34 +1,40 @@
 #pragma once
-// The bench's CSV tables, flushed after every row.
+// The bench's results as named values, for its CSV tables and for results.json.
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <utility>
+#include <variant>
 #include <vector>
 
 #include "server/bench/results.h"
 
 namespace lumigraft::server {
 
+struct Number {
+  double value = 0;  ///< not finite where it is missing: no such pixels, no GPU
+  int decimals = 0;  ///< in a table
+};
+using FieldValue = std::variant<std::string, bool, Number>;
+using Fields = std::vector<std::pair<std::string, FieldValue>>;
+
+Fields fields_of(const BenchRow& row);
+Fields fields_of(const WorkRow& row);
+Fields fields_of(const BudgetRow& row);
+Fields fields_of(const std::string& session, const std::string& stage, const reconstruct::StageCost& cost);
+
+/// A CSV table, flushed after every row. Missing numbers are empty cells.
 class CsvFile {
  public:
-  /// Throws InputError where the file cannot be written.
-  CsvFile(const std::filesystem::path& path, const std::vector<std::string>& columns);
-  void add(const std::vector<std::string>& cells);
+  /// Names the columns as the fields of a row. Throws InputError where the file cannot be written.
+  CsvFile(const std::filesystem::path& path, const Fields& columns);
+  void add(const Fields& row);
 
  private:
+  void write(const std::vector<std::string>& cells);
+
   std::filesystem::path path_;
   std::ofstream out_;
 };
-
-// Missing numbers (no such pixels, no GPU) are empty cells.
-std::vector<std::string> result_columns();
-std::vector<std::string> result_cells(const BenchRow& row);
-std::vector<std::string> work_columns();
-std::vector<std::string> work_cells(const WorkRow& row);
-std::vector<std::string> budget_columns();
-std::vector<std::string> budget_cells(const BudgetRow& row);
-std::vector<std::string> stage_columns();
-std::vector<std::string> stage_cells(const std::string& session, const std::string& stage,
-                                     const reconstruct::StageCost& cost);
 
 }  // namespace lumigraft::server

@@ -1,6 +1,5 @@
 #pragma once
 // Cost of a frame against the amount of work: one kind varies, all else as in the session.
-#include <functional>
 #include <string>
 #include <vector>
 

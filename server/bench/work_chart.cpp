@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "capture/message_text.h"
 #include "server/bench/chart.h"
 #include "server/bench/work.h"
 
@@ -9,19 +10,12 @@ namespace {
 
 using namespace chart;
 
-constexpr double kText = 12, kSmall = 10.5;
-
 /// Such as "12.3 k" or "4 M".
 std::string short_number(double value) {
-  char text[32];
   if (value >= 1e6) {
-    std::snprintf(text, sizeof text, "%.3g M", value / 1e6);
-  } else if (value >= 1e4) {
-    std::snprintf(text, sizeof text, "%.3g k", value / 1e3);
-  } else {
-    std::snprintf(text, sizeof text, "%.0f", value);
+    return capture::formatted("%.3g M", value / 1e6);
   }
-  return text;
+  return value >= 1e4 ? capture::formatted("%.3g k", value / 1e3) : capture::formatted("%.0f", value);
 }
 
 double powers_of_two(double value, double (*round)(double)) { return std::exp2(round(std::log2(value))); }
@@ -56,21 +50,17 @@ void draw_kind(Drawing& drawing, const Box& frame, const std::string& kind, cons
   drawing.line(line, {colour_of(0), 2});
   for (std::size_t i = 0; i < rows.size(); ++i) {
     drawing.mark(Mark::disk, line[i], 4.5, colour_of(0), rows[i].base);
-    char text[16];
-    std::snprintf(text, sizeof text, "%.2f", rows[i].cost.host.cpu_ms / base_ms);
-    drawing.text({line[i].x, line[i].y - 9}, text, {.size = kSmall, .across = 0.5});
+    drawing.text({line[i].x, line[i].y - 9}, capture::formatted("%.2f", rows[i].cost.host.cpu_ms / base_ms),
+                 {.size = kSmall, .across = 0.5});
   }
 }
 
 }  // namespace
 
 void draw_cost_work(const BenchResults& results, const std::filesystem::path& stem) {
-  std::vector<std::string> kinds;
+  const std::vector<std::string> kinds = distinct(results.work, &WorkRow::work);
   double base_ms = 0, low = 1, high = 1;
   for (const WorkRow& row : results.work) {
-    if (std::find(kinds.begin(), kinds.end(), row.work) == kinds.end()) {
-      kinds.push_back(row.work);
-    }
     base_ms = row.base && base_ms == 0 ? row.cost.host.cpu_ms : base_ms;
   }
   if (base_ms == 0) {
@@ -82,17 +72,15 @@ void draw_cost_work(const BenchResults& results, const std::filesystem::path& st
   low = powers_of_two(0.85 * low, std::floor), high = powers_of_two(1.3 * high, std::ceil);
   std::vector<Tick> y_ticks;
   for (double value = low; value <= high * 1.01; value *= 2) {
-    char text[16];
-    std::snprintf(text, sizeof text, "%g", value);
-    y_ticks.push_back({value, text});
+    y_ticks.push_back({value, capture::formatted("%g", value)});
   }
   constexpr double kWidth = 960, kHeight = 600;
   Drawing drawing(kWidth, kHeight);
   drawing.text({20, 30}, "Cost against work", {.size = 18, .bold = true});
-  char text[160];
-  std::snprintf(text, sizeof text, "CPU time of a frame over that of %s with %s, %.0f ms, the object turning by 1°",
-                results.work_session.c_str(), results.work_setting.c_str(), base_ms);
-  drawing.text({20, 50}, text, {.size = kText, .colour = kQuiet});
+  drawing.text({20, 50},
+               capture::formatted("CPU time of a frame over that of %s with %s, %.0f ms, the object turning by 1°",
+                                  results.work_session.c_str(), results.work_setting.c_str(), base_ms),
+               {.size = kText, .colour = kQuiet});
   drawing.mark(Mark::disk, {26, 70}, 4.5, colour_of(0), true);
   drawing.text({36, 74}, "as in the session", {.size = kText});
   const double after = 36 + drawing.text_width("as in the session", {.size = kText}) + 20;

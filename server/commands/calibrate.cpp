@@ -14,9 +14,11 @@
 #include "capture/error.h"
 #include "capture/formats/picture_file.h"
 #include "capture/formats/picture_list.h"
+#include "capture/message_text.h"
 #include "capture/source.h"
 #include "capture/sync/depth_registration.h"
 #include "capture/sync/pairing_reader.h"
+#include "capture/text_file.h"
 #include "reconstruct/calibrate/board.h"
 #include "reconstruct/calibrate/depth.h"
 #include "reconstruct/calibrate/extrinsics.h"
@@ -36,7 +38,6 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kTick{50};
-constexpr std::array kNames = {"colour", "fish-eye"};
 
 /// Camera models and serial numbers known before calibration.
 struct Input {
@@ -55,16 +56,14 @@ void draw_board(const reconstruct::Board& board, const fs::path& file) {
   std::ofstream out(file);
   reconstruct::write_board_svg(out, board);
   out.close();
-  if (!out) {
-    throw capture::InputError("--draw: " + file.string() + " cannot be written");
-  }
+  capture::refuse_if(!out, "--draw: " + file.string() + " cannot be written");
 }
 
 void say_view(std::ostream& report, std::size_t number, const reconstruct::ViewSelector::Seen& seen) {
   report << "view " << number << ":";
   for (std::size_t c = 0; c < 2; ++c) {
     if (seen.corners[c] > 0) {
-      report << ' ' << kNames[c] << ' ' << seen.corners[c] << " corners";
+      report << ' ' << kCameraNames[c] << ' ' << seen.corners[c] << " corners";
     }
   }
   report << std::endl;  // flush: a person waits for it
@@ -128,12 +127,10 @@ void check_size(const capture::Frame& picture, const fs::path& file, std::option
     camera->height = picture.encoded.height;
     camera->fov_rad = fisheye && fov_degrees ? *fov_degrees * std::numbers::pi / 180 : 0;
   }
-  if (camera->width != picture.encoded.width || camera->height != picture.encoded.height) {
-    throw capture::InputError(file.string() + ": found " + std::to_string(picture.encoded.width) + "x" +
-                              std::to_string(picture.encoded.height) +
-                              " pixels, allowed: " + std::to_string(camera->width) + "x" +
-                              std::to_string(camera->height) + " as the pictures before it");
-  }
+  capture::refuse_if(
+      camera->width != picture.encoded.width || camera->height != picture.encoded.height,
+      file.string() + capture::formatted(": found %dx%d pixels, allowed: %dx%d as the pictures before it",
+                                         picture.encoded.width, picture.encoded.height, camera->width, camera->height));
 }
 
 Input read_folder_views(const CalibrateCommand& command, const std::atomic<bool>& interrupted,
@@ -175,8 +172,8 @@ Input read_folder_views(const CalibrateCommand& command, const std::atomic<bool>
 
 /// The room's tag, unless its number is also on the board.
 std::optional<capture::Tag> room_tag_of(const capture::Session& session, const reconstruct::Board& board) {
-  const bool on_board = board.kind == reconstruct::Board::Kind::tags && session.tag.family == board.family &&
-                        session.tag.id >= board.first_id && session.tag.id < board.first_id + board.tags();
+  const bool on_board = session.tag.family == board.family && session.tag.id >= board.first_id &&
+                        session.tag.id < board.first_id + board.tags();
   return on_board ? std::nullopt : std::optional(session.tag);
 }
 
@@ -188,9 +185,9 @@ CalibratedCamera calibrated(const capture::CameraModel& camera, const reconstruc
     pictures.push_back(moment.by_camera[c]);
   }
   const reconstruct::CameraCalibration found = reconstruct::calibrate_camera(camera, collector.finder(), pictures);
-  write_calibration_report(report, kNames[c], found);
+  write_calibration_report(report, kCameraNames[c], found);
   if (!found.refusal.empty()) {
-    throw std::runtime_error(std::string("calibration refused: ") + kNames[c] + ": " + found.refusal);
+    throw std::runtime_error(std::string("calibration refused: ") + kCameraNames[c] + ": " + found.refusal);
   }
   for (reconstruct::BoardPicture& picture : pictures) {
     views.push_back(std::move(picture.view));
@@ -205,15 +202,13 @@ bool saw_board(const reconstruct::ViewSelector& collector, std::size_t camera) {
 }
 
 using Cameras = std::array<std::optional<CalibratedCamera>, 2>;
-
 using Views = std::array<std::vector<reconstruct::BoardView>, 2>;
 
 /// Pose and time offset of the fish-eye relative to the colour camera.
 std::optional<Eigen::Isometry3d> find_extrinsics(const reconstruct::ViewSelector& collector,
                                                  const reconstruct::Board& board, const Cameras& cameras,
                                                  const Views& views, CalibratedRest& rest, std::ostream& report) {
-  if (!cameras[0] || !cameras[1] ||
-      board.kind != reconstruct::Board::Kind::tags) {  // a chessboard is symmetric under half a turn
+  if (!cameras[0] || !cameras[1] || board.tags() == 0) {  // a chessboard is symmetric under half a turn
     return std::nullopt;
   }
   const capture::CameraModel &color = cameras[0]->calibration.model, &fisheye = cameras[1]->calibration.model;
@@ -289,26 +284,12 @@ std::optional<CalibratedRest::Depth> find_depth(const capture::DepthCamera& dept
   return CalibratedRest::Depth{depth.model.width, depth.model.height, depth.serial, found.T_color_depth};
 }
 
-/// Writes the file atomically.
-void write_file(const fs::path& file, const std::string& text) {
-  const fs::path partial = file.string() + ".partial";
-  std::ofstream out(partial);
-  out << text;
-  out.close();
-  if (!out) {
-    throw std::runtime_error(partial.string() + ": cannot be written");
-  }
-  fs::rename(partial, file);
-}
-
 void find_response(const CalibrateCommand& command, std::ostream& report) {
   std::vector<reconstruct::ExposedPicture> pictures;
   for (const capture::ListedPicture& listed :
        capture::read_picture_list(command.sweep, {.exposures = true, .brackets = true})) {
     const std::string where = command.sweep.string() + ":" + std::to_string(listed.line) + ": ";
-    if (!listed.exposure) {
-      throw capture::InputError(where + "found no exposure, allowed: \"time path exposure\" in every line");
-    }
+    capture::refuse_if(!listed.exposure, where + "found no exposure, allowed: \"time path exposure\" in every line");
     try {
       pictures.push_back({*listed.exposure, capture::read_encoded(listed.path)});
     } catch (const capture::InputError& e) {
@@ -321,7 +302,7 @@ void find_response(const CalibrateCommand& command, std::ostream& report) {
   }
   std::ostringstream text;
   reconstruct::write_response_file(text, found);
-  write_file(command.out, text.str());
+  capture::write_text(command.out, text.str());
   report << "response: " << pictures.size() << " pictures, code values " << found.darkest << " to " << found.brightest
          << " at two exposures or more\nwritten to " << command.out.string() << '\n';
 }
@@ -336,7 +317,7 @@ void conclude(const CalibrateCommand& command, const reconstruct::Board& board, 
       cameras[c] = calibrated(*input.cameras[c], collector, c, views[c], report);
       cameras[c]->serial = input.serials[c];
     } else if (input.cameras[c]) {
-      report << kNames[c] << ": saw no board\n";
+      report << kCameraNames[c] << ": saw no board\n";
     }
   }
   if (!cameras[0] && !cameras[1]) {
@@ -345,16 +326,15 @@ void conclude(const CalibrateCommand& command, const reconstruct::Board& board, 
   CalibratedRest rest;
   const auto T_fisheye_color = find_extrinsics(collector, board, cameras, views, rest, report);
   rest.T_tag_fisheye = find_room_tag(collector, cameras, T_fisheye_color, report);
-  const bool tags = board.kind == reconstruct::Board::Kind::tags;
-  if (cameras[1] && tags) {
+  if (cameras[1] && board.tags() > 0) {
     rest.vignetting = find_vignetting(*cameras[1], views[1], report);
   }
-  if (session != nullptr && session->depth && !session->depth->registered && cameras[0] && tags) {
+  if (session != nullptr && session->depth && !session->depth->registered && cameras[0] && board.tags() > 0) {
     rest.depth = find_depth(*session->depth, *cameras[0], collector, board, views[0], report);
   }
   std::ostringstream text;
   write_calibration_file(text, cameras[0], cameras[1], rest);
-  write_file(command.out, text.str());
+  capture::write_text(command.out, text.str());
   report << "written to " << command.out.string() << '\n';
 }
 
@@ -389,14 +369,7 @@ void find_lenses_in(const capture::Session& session, const CalibrateCommand& com
   }
 }
 
-void find_lenses_in_folders(const CalibrateCommand& command, const reconstruct::Board& board,
-                            const std::atomic<bool>& interrupted, std::ostream& report) {
-  reconstruct::ViewSelector collector(board, std::nullopt);
-  const Input input = read_folder_views(command, interrupted, collector);
-  conclude(command, board, nullptr, input, collector, report);
-}
-
-/// The same with the guide page, which is served until interrupted.
+/// Like find_lenses_in, with the guide page, which is served until interrupted.
 void find_lenses_guided(const CalibrateCommand& command, const reconstruct::Board& board,
                         const capture::Session& session, const std::atomic<bool>& interrupted, std::ostream& report) {
   ServerSettings listen;
@@ -450,7 +423,9 @@ void run_calibrate(const CalibrateCommand& command, const std::atomic<bool>& int
     return;
   }
   if (!command.color.empty() || !command.fisheye.empty()) {
-    find_lenses_in_folders(command, board, interrupted, report);
+    reconstruct::ViewSelector collector(board, std::nullopt);
+    const Input input = read_folder_views(command, interrupted, collector);
+    conclude(command, board, nullptr, input, collector, report);
     return;
   }
   const capture::Session session = read_service(command.files, interactive_plan()).session;

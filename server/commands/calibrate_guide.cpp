@@ -5,21 +5,13 @@
 #include <nlohmann/json.hpp>
 
 #include "reconstruct/calibrate/acceptance.h"
+#include "server/pipeline/json_text.h"
 #include "server/stream/page.h"
 
 namespace lumigraft::server {
 namespace {
 
 using Json = nlohmann::ordered_json;
-constexpr std::array kNames = {"colour", "fish-eye"};
-
-std::size_t corners_in(const reconstruct::BoardView& view) {
-  std::size_t count = 0;
-  for (const reconstruct::SeenPoints& seen : view.seen) {
-    count += seen.pixels.size();
-  }
-  return count;
-}
 
 void mark(capture::Image<std::uint8_t>& rgb, const Eigen::Vector2d& pixel) {
   const int x0 = static_cast<int>(std::lround(pixel.x())), y0 = static_cast<int>(std::lround(pixel.y()));
@@ -136,9 +128,9 @@ std::string CalibrateGuide::json() const {
     for (const char cell : coverage.wanted) {
       wanted.push_back(cell != 0);
     }
-    json["cameras"].push_back({{"name", kNames[c]},
+    json["cameras"].push_back({{"name", kCameraNames[c]},
                                {"picture", c == 0 ? "color.jpg" : "fisheye.jpg"},
-                               {"corners_now", corners_in(camera.view)},
+                               {"corners_now", camera.view.points()},
                                {"views", camera.views},
                                {"views_wanted", kEnoughViews},
                                {"rings", coverage.rings},
@@ -149,7 +141,7 @@ std::string CalibrateGuide::json() const {
                                {"reached", coverage.reached()},
                                {"missing", coverage.missing()}});
   }
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return json_line(json);
 }
 
 WebReply CalibrateGuide::picture(std::size_t camera) {

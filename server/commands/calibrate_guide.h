@@ -14,6 +14,8 @@
 
 namespace lumigraft::server {
 
+inline constexpr std::array kCameraNames = {"colour", "fish-eye"};
+
 class CalibrateGuide {
  public:
   /// The colour camera and the fish-eye; either may be missing.

@@ -2,29 +2,21 @@
 
 #include <array>
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
 #include <numbers>
+
+#include "capture/message_text.h"
+#include "reconstruct/math/rotation_vector.h"
 
 namespace lumigraft::server {
 namespace {
 
-constexpr double kDegrees = 180 / std::numbers::pi;
+using capture::formatted;
 
-[[gnu::format(printf, 2, 3)]] void print(std::ostream& out, const char* format, ...) {
-  std::array<char, 400> line;
-  va_list values;
-  va_start(values, format);
-  std::vsnprintf(line.data(), line.size(), format, values);
-  va_end(values);
-  out << line.data();
-}
+constexpr double kDegrees = 180 / std::numbers::pi;
 
 /// Enough digits to read the same number back, always with a decimal point: TOML distinguishes integers from floats.
 std::string number(double value) {
-  std::array<char, 40> text;
-  std::snprintf(text.data(), text.size(), "%.12g", value);
-  const std::string digits = text.data();
+  const std::string digits = formatted("%.12g", value);
   return digits.find_first_of(".en") == std::string::npos ? digits + ".0" : digits;
 }
 
@@ -44,16 +36,22 @@ std::string rows_of(const Eigen::Isometry3d& T) {
   return text + "]\n";
 }
 
+/// Writes why something was not found.
+bool refused(std::ostream& out, const char* what, const std::string& refusal) {
+  if (!refusal.empty()) out << what << ": not found: " << refusal << '\n';
+  return !refusal.empty();
+}
+
 /// Translation and rotation between two cameras, with 1σ.
 void write_transform(std::ostream& out, const Eigen::Isometry3d& T, const Eigen::Vector3d& shift_sigma_m,
                      const Eigen::Vector3d& turn_sigma_rad) {
   const Eigen::Vector3d shift_mm = 1e3 * T.translation(), sigma_mm = 1e3 * shift_sigma_m;
-  const Eigen::AngleAxisd turn(T.linear());
-  const Eigen::Vector3d turn_degrees = turn.angle() * turn.axis() * kDegrees, sigma = turn_sigma_rad * kDegrees;
-  print(out, "  shift = %.2f %.2f %.2f ± %.2f %.2f %.2f mm\n", shift_mm.x(), shift_mm.y(), shift_mm.z(), sigma_mm.x(),
-        sigma_mm.y(), sigma_mm.z());
-  print(out, "  turn = %.3f %.3f %.3f ± %.3f %.3f %.3f degrees\n", turn_degrees.x(), turn_degrees.y(), turn_degrees.z(),
-        sigma.x(), sigma.y(), sigma.z());
+  const Eigen::Vector3d turn_degrees = kDegrees * reconstruct::rotation_vector(T.linear());
+  const Eigen::Vector3d sigma = kDegrees * turn_sigma_rad;
+  out << formatted("  shift = %.2f %.2f %.2f ± %.2f %.2f %.2f mm\n", shift_mm.x(), shift_mm.y(), shift_mm.z(),
+                   sigma_mm.x(), sigma_mm.y(), sigma_mm.z());
+  out << formatted("  turn = %.3f %.3f %.3f ± %.3f %.3f %.3f degrees\n", turn_degrees.x(), turn_degrees.y(),
+                   turn_degrees.z(), sigma.x(), sigma.y(), sigma.z());
 }
 
 void write_size(std::ostream& out, int width, int height, const std::string& serial) {
@@ -63,8 +61,8 @@ void write_size(std::ostream& out, int width, int height, const std::string& ser
 
 void write_head(std::ostream& out, const char* table, const CalibratedCamera& camera) {
   const reconstruct::CameraCalibration& c = camera.calibration;
-  print(out, "\n[%s]\n# %d views, %d corners: %.3f px in the median, 95 %% below %.3f px\n", table, c.views, c.corners,
-        c.median_px, c.percent95_px);
+  out << formatted("\n[%s]\n# %d views, %d corners: %.3f px in the median, 95 %% below %.3f px\n", table, c.views,
+                   c.corners, c.median_px, c.percent95_px);
   write_size(out, c.model.width, c.model.height, camera.serial);
 }
 
@@ -77,24 +75,24 @@ void write_focal(std::ostream& out, const capture::CameraModel& model) {
 
 void write_calibration_report(std::ostream& out, const std::string& name, const reconstruct::CameraCalibration& c) {
   const bool pinhole = c.model.kind == capture::CameraModel::Kind::pinhole;
-  print(out, "%s: %d views, %d corners, %d of them left out\n", name.c_str(), c.views, c.corners, c.outliers);
+  out << formatted("%s: %d views, %d corners, %d of them left out\n", name.c_str(), c.views, c.corners, c.outliers);
   if (c.corners == 0) return;
-  print(out, "  residual: %.3f px in the median, 95 %% below %.3f px\n", c.median_px, c.percent95_px);
+  out << formatted("  residual: %.3f px in the median, 95 %% below %.3f px\n", c.median_px, c.percent95_px);
   constexpr std::array kPinhole = {"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3"};
   constexpr std::array kFisheye = {"fx", "fy", "cx", "cy", "k1", "k2", "k3", "k4"};
   const reconstruct::LensNumbers lens = reconstruct::lens_numbers(c.model);
   for (std::size_t i = 0; i < (pinhole ? kPinhole.size() : kFisheye.size()); ++i)
-    print(out, i < 4 ? "  %s = %.3f ± %.3f px\n" : "  %s = %.6f ± %.6f\n", pinhole ? kPinhole[i] : kFisheye[i], lens[i],
-          c.sigma[i]);
-  print(out, "  a place in the picture is known to %.2f px or better (1 sigma)\n", c.widest_sigma_px);
+    out << formatted(i < 4 ? "  %s = %.3f ± %.3f px\n" : "  %s = %.6f ± %.6f\n", pinhole ? kPinhole[i] : kFisheye[i],
+                     lens[i], c.sigma[i]);
+  out << formatted("  a place in the picture is known to %.2f px or better (1 sigma)\n", c.widest_sigma_px);
   const reconstruct::Coverage& seen = c.coverage;
   if (pinhole)
-    print(out, "  corners in %.0f %% of the picture:\n", 100 * seen.reached());
+    out << formatted("  corners in %.0f %% of the picture:\n", 100 * seen.reached());
   else
-    print(out,
-          "  corners in %.0f %% of the field, up to %.1f° of %.1f° from the axis; a line for each 10°, from the "
-          "right clockwise:\n",
-          100 * seen.reached(), seen.widest_rad * kDegrees, seen.field_rad * kDegrees);
+    out << formatted(
+        "  corners in %.0f %% of the field, up to %.1f° of %.1f° from the axis; a line for each 10°, from the "
+        "right clockwise:\n",
+        100 * seen.reached(), seen.widest_rad * kDegrees, seen.field_rad * kDegrees);
   const std::string map = seen.map();
   for (std::size_t from = 0; from < map.size();) {
     const std::size_t end = map.find('\n', from);
@@ -104,44 +102,32 @@ void write_calibration_report(std::ostream& out, const std::string& name, const 
 }
 
 void write_extrinsics_report(std::ostream& out, const reconstruct::ExtrinsicsCalibration& extrinsics) {
-  if (!extrinsics.refusal.empty()) {
-    out << "fish-eye to colour: not found: " << extrinsics.refusal << '\n';
-    return;
-  }
-  print(out, "fish-eye to colour: %d moments, %.3f px in the median\n", extrinsics.moments, extrinsics.median_px);
+  if (refused(out, "fish-eye to colour", extrinsics.refusal)) return;
+  out << formatted("fish-eye to colour: %d moments, %.3f px in the median\n", extrinsics.moments, extrinsics.median_px);
   write_transform(out, extrinsics.T_second_first, extrinsics.shift_sigma_m, extrinsics.turn_sigma_rad);
 }
 
 void write_vignetting_report(std::ostream& out, const reconstruct::VignettingCalibration& v) {
-  if (!v.refusal.empty()) {
-    out << "fish-eye's vignetting: not found: " << v.refusal << '\n';
-    return;
-  }
-  print(out, "fish-eye's vignetting: %d tags in %d views, readings to %.1f %%, boards lit unevenly by %.0f %%\n",
-        v.samples, v.moments, 100 * v.residual, 100 * v.unevenness);
+  if (refused(out, "fish-eye's vignetting", v.refusal)) return;
+  out << formatted("fish-eye's vignetting: %d tags in %d views, readings to %.1f %%, boards lit unevenly by %.0f %%\n",
+                   v.samples, v.moments, 100 * v.residual, 100 * v.unevenness);
   for (int degrees = 30; degrees * 1.0 <= v.field_rad * kDegrees; degrees += 30)
-    print(out, "  %.3f of the axis' light at %d°\n", v.vignetting.transmission(degrees / kDegrees), degrees);
-  print(out, "  known to %.1f %% or better (1 sigma), seen up to %.1f°\n", 100 * v.widest_sigma,
-        v.widest_rad * kDegrees);
+    out << formatted("  %.3f of the axis' light at %d°\n", v.vignetting.transmission(degrees / kDegrees), degrees);
+  out << formatted("  known to %.1f %% or better (1 sigma), seen up to %.1f°\n", 100 * v.widest_sigma,
+                   v.widest_rad * kDegrees);
 }
 
 void write_time_report(std::ostream& out, const reconstruct::TimeOffsetCalibration& time) {
-  if (!time.refusal.empty()) {
-    out << "fish-eye's time offset: not found: " << time.refusal << '\n';
-    return;
-  }
-  print(out,
-        "fish-eye's time offset: %.2f ± %.2f ms, from %d pictures of a board at %.0f px/s, %.2f px in the median\n",
-        1e3 * time.offset_s, 1e3 * time.sigma_s, time.pictures, time.speed_px, time.median_px);
+  if (refused(out, "fish-eye's time offset", time.refusal)) return;
+  out << formatted(
+      "fish-eye's time offset: %.2f ± %.2f ms, from %d pictures of a board at %.0f px/s, %.2f px in the median\n",
+      1e3 * time.offset_s, 1e3 * time.sigma_s, time.pictures, time.speed_px, time.median_px);
 }
 
 void write_depth_report(std::ostream& out, const reconstruct::DepthCalibration& depth) {
-  if (!depth.refusal.empty()) {
-    out << "depth to colour: not found: " << depth.refusal << '\n';
-    return;
-  }
-  print(out, "depth to colour: %d views, depth %.2f mm from the boards in the median\n", depth.views,
-        1e3 * depth.median_m);
+  if (refused(out, "depth to colour", depth.refusal)) return;
+  out << formatted("depth to colour: %d views, depth %.2f mm from the boards in the median\n", depth.views,
+                   1e3 * depth.median_m);
   write_transform(out, depth.T_color_depth, depth.shift_sigma_m, depth.turn_sigma_rad);
 }
 

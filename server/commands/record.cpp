@@ -1,6 +1,5 @@
 #include "server/commands/record.h"
 
-#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cstdio>
@@ -9,7 +8,6 @@
 #include <set>
 #include <thread>
 
-#include "capture/error.h"
 #include "capture/record/recording_lanes.h"
 #include "capture/sync/pairing_reader.h"
 
@@ -17,7 +15,7 @@ namespace lumigraft::server {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr std::chrono::milliseconds kTick{50};
+constexpr std::chrono::milliseconds kPollInterval{50};
 
 /// Time span of a stream in its own time.
 struct Span {
@@ -53,7 +51,7 @@ class Recording {
         std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds_.value_or(0)));
     while (reading_ > 0 && !interrupted && !stop_ && !lanes_.failure() && (!limited || Clock::now() < deadline)) {
       print_faults();
-      std::this_thread::sleep_for(kTick);
+      std::this_thread::sleep_for(kPollInterval);
     }
     stop_ = true;
     if (lanes_.failure()) {
@@ -71,7 +69,7 @@ class Recording {
 
   void report(std::ostream& out, const std::filesystem::path& folder) const {
     out << "recorded to " << folder.string() << ":\n";
-    for (const capture::Stream stream : {capture::Stream::color, capture::Stream::depth, capture::Stream::fisheye}) {
+    for (const capture::Stream stream : capture::kStreams) {
       if (used_[static_cast<std::size_t>(stream)]) {
         const capture::RecordingLanes::Count count = lanes_.count(stream);
         out << "  " << name_of(stream) << ": " << count.frames << " pictures";
@@ -126,7 +124,7 @@ class Recording {
   void read(capture::Source& source) {
     try {
       while (!stop_ && !source.finished() && !all_over(source)) {
-        std::optional<capture::SourceItem> item = source.next(kTick);
+        std::optional<capture::SourceItem> item = source.next(kPollInterval);
         if (!item) {
           continue;
         }

@@ -4,8 +4,6 @@
 #include <ctime>
 #include <utility>
 
-#include "capture/error.h"
-
 namespace lumigraft::server {
 namespace {
 
@@ -25,12 +23,8 @@ capture::SourceItem kept(const capture::SourceItem& item) {
   if (frame == nullptr || !frame->original) {
     return item;
   }
-  capture::Frame out;
-  out.stamp = frame->stamp;
-  out.stream = frame->stream;
-  out.exposure = frame->exposure;
-  out.original = frame->original;
-  return out;
+  return capture::Frame{
+      .stamp = frame->stamp, .stream = frame->stream, .exposure = frame->exposure, .original = frame->original};
 }
 
 std::string reason_of(const std::exception_ptr& failure) {
@@ -109,7 +103,7 @@ void RecordButton::count() {
     state_.seconds = std::chrono::duration<double>(Clock::now() - began_).count();
   }
   state_.frames = state_.lost = 0;
-  for (const capture::Stream stream : {capture::Stream::color, capture::Stream::depth, capture::Stream::fisheye}) {
+  for (const capture::Stream stream : capture::kStreams) {
     state_.frames += lanes_->count(stream).frames;
     state_.lost += lanes_->count(stream).lost;
   }

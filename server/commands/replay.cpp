@@ -11,7 +11,6 @@
 #include "capture/source.h"
 #include "reconstruct/field/surface_mesh.h"
 #include "server/pipeline/frame_record.h"
-#include "server/pipeline/make_renderer.h"
 #include "server/pipeline/offline_pipeline.h"
 
 namespace lumigraft::server {
@@ -33,9 +32,7 @@ class PartialOutput {
       fs::remove_all(partial_, error);
       fs::create_directory(partial_, error);
     }
-    if (error) {
-      throw capture::InputError("--out: " + out_.string() + ": " + error.message());
-    }
+    capture::refuse_if(error.value() != 0, "--out: " + out_.string() + ": " + error.message());
   }
   PartialOutput(const PartialOutput&) = delete;
   PartialOutput& operator=(const PartialOutput&) = delete;

@@ -51,10 +51,8 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
   if (!listen.empty()) {
     read_listen(listen, "--listen", input.server);
   }
-  if (input.plan.method == "reference") {
-    throw capture::InputError(
-        "plan.method: found \"reference\", allowed with serve: what draws while it runs, as \"dvct\"");
-  }
+  capture::refuse_if(input.plan.method == "reference",
+                     "plan.method: found \"reference\", allowed with serve: what draws while it runs, as \"dvct\"");
   const capture::Session session = input.session;
   const ServerSettings server = input.server;
   capture::SourceObserver tap;

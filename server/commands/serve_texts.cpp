@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "server/metrics/version.h"
-#include "server/pipeline/plan_json.h"
+#include "server/pipeline/json_text.h"
 
 namespace lumigraft::server {
 namespace {
@@ -11,14 +11,12 @@ namespace {
 using Json = nlohmann::ordered_json;
 constexpr double kStaleAfter_s = 5.0;
 
-std::string text(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
-
 Json recording_json(const RecordButton::State& state) {
   constexpr const char* kDoing[] = {"nothing", "recording", "finishing", "compressing"};
   return {{"doing", kDoing[static_cast<int>(state.doing)]},
           {"seconds", state.seconds},
           {"folder", state.folder},
-          {"pictures", state.pictures},
+          {"pictures", state.frames},
           {"lost", state.lost},
           {"error", state.error}};
 }
@@ -31,18 +29,18 @@ Json playback_json(const Playback::State& state) {
 
 std::string hello_text(const capture::Session& session, const ExhibitState& exhibit) {
   const capture::CameraModel& c = session.color.model;
-  return text({{"type", "hello"},
-               {"protocol", kProtocolVersion},
-               {"program", version_line()},
-               {"session", session.name},
-               {"width", c.width},
-               {"height", c.height},
-               {"camera", {{"fx", c.fx}, {"fy", c.fy}, {"cx", c.cx}, {"cy", c.cy}}},
-               {"objects", Json::parse(exhibit.objects_json())}});
+  return json_line({{"type", "hello"},
+                    {"protocol", kProtocolVersion},
+                    {"program", version_line()},
+                    {"session", session.name},
+                    {"width", c.width},
+                    {"height", c.height},
+                    {"camera", {{"fx", c.fx}, {"fy", c.fy}, {"cx", c.cx}, {"cy", c.cy}}},
+                    {"objects", Json::parse(exhibit.objects_json())}});
 }
 
 std::string state_text(const ExhibitState& exhibit) {
-  return text({{"type", "state"}, {"objects", Json::parse(exhibit.objects_json())}});
+  return json_line({{"type", "state"}, {"objects", Json::parse(exhibit.objects_json())}});
 }
 
 std::string stats_text(const Pipeline::Record& record, const Metrics& metrics, const Metrics::Interval& interval,
@@ -55,7 +53,7 @@ std::string stats_text(const Pipeline::Record& record, const Metrics& metrics, c
             {"stage_ms", Json::object()},
             {"drops", Json::object()},
             {"plan", plan_json(record.plan)},
-            {"T_tag_camera", Json()},
+            {"T_tag_camera", record.T_tag_camera ? transform_json(*record.T_tag_camera) : Json()},
             {"scene",
              {{"learning", record.learning},
               {"settled", record.settled},
@@ -71,24 +69,17 @@ std::string stats_text(const Pipeline::Record& record, const Metrics& metrics, c
   for (const auto& [stage, count] : metrics.drops()) {
     json["drops"][stage] = count;
   }
-  if (record.T_tag_camera) {
-    json["T_tag_camera"] = Json::array();
-    for (int r = 0; r < 4; ++r) {
-      const Eigen::Isometry3d& t = *record.T_tag_camera;
-      json["T_tag_camera"].push_back({t(r, 0), t(r, 1), t(r, 2), t(r, 3)});
-    }
-  }
-  return text(json);
+  return json_line(json);
 }
 
 Health health(const Metrics& metrics) {
   Health health;
   const double age_s = metrics.age_of_last_frame_s();
   health.ok = age_s >= 0 && age_s < kStaleAfter_s;
-  health.json = text({{"ok", health.ok},
-                      {"frames", metrics.frames()},
-                      {"age_of_last_frame_s", age_s < 0 ? Json() : Json(age_s)},
-                      {"viewers", metrics.viewers()}}) +
+  health.json = json_line({{"ok", health.ok},
+                           {"frames", metrics.frames()},
+                           {"age_of_last_frame_s", age_s < 0 ? Json() : Json(age_s)},
+                           {"viewers", metrics.viewers()}}) +
                 "\n";
   return health;
 }

@@ -2,7 +2,6 @@
 // The service's state as JSON: for viewers and monitoring.
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "capture/session/session.h"
 #include "server/commands/record_button.h"

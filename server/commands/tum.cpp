@@ -3,15 +3,16 @@
 #include <unistd.h>
 
 #include <cmath>
-#include <cstdio>
-#include <fstream>
+#include <cstdlib>
 
 #include "capture/error.h"
 #include "capture/formats/picture_file.h"
 #include "capture/formats/picture_list.h"
 #include "capture/formats/picture_writer.h"
+#include "capture/message_text.h"
 #include "capture/session/session_text.h"
 #include "capture/sync/pairing_reader.h"
+#include "capture/text_file.h"
 #include "server/commands/record.h"
 
 namespace lumigraft::server {
@@ -20,31 +21,9 @@ namespace {
 namespace fs = std::filesystem;
 constexpr double kCountsPerMetre = 5000.0;
 
-void make_folder(const fs::path& folder) {
-  std::error_code error;
-  if (fs::exists(folder) && (!fs::is_directory(folder) || !fs::is_empty(folder, error))) {
-    throw capture::InputError("--out: found " + folder.string() + " in use, allowed: a folder that is new or empty");
-  }
-  fs::create_directories(folder, error);
-  if (error) {
-    throw capture::InputError("--out: " + folder.string() + ": " + error.message());
-  }
-}
-
 std::string seconds_text(std::int64_t time_ns) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%lld.%09lld", static_cast<long long>(time_ns / 1'000'000'000),
-                static_cast<long long>(time_ns % 1'000'000'000));
-  return text;
-}
-
-void write_text(const fs::path& file, const std::string& text) {
-  std::ofstream out(file);
-  out << text;
-  out.close();
-  if (!out) {
-    throw std::runtime_error(file.string() + ": cannot be written, the disk may be full");
-  }
+  const std::lldiv_t time = std::lldiv(time_ns, 1'000'000'000);
+  return capture::formatted("%lld.%09lld", time.quot, time.rem);
 }
 
 /// Session keys that neither kind of recording contains. The lens is the TUM benchmark's for registered pictures of its
@@ -58,9 +37,7 @@ std::string session_text(const std::string& name, const std::string& color, cons
                      "\ncx = " + std::to_string(0.5 * (width - 1)) + "\ncy = " + std::to_string(0.5 * (height - 1)) +
                      "\nexposure = 1.0\n";
   if (!depth.empty()) {
-    char unit[32];
-    std::snprintf(unit, sizeof unit, "%.6f", unit_m);
-    text += "\n[depth]\nsource = \"" + depth + "\"\nunit_m = " + unit + "\nregistered = true\n";
+    text += capture::formatted("\n[depth]\nsource = \"%s\"\nunit_m = %.6f\nregistered = true\n", depth.c_str(), unit_m);
   }
   return text + "\n[tag]\nid = 0\nsize_m = 0.16\n";
 }
@@ -76,33 +53,29 @@ std::size_t copy_stream(const fs::path& from, const fs::path& out, const std::st
     if (interrupted) {
       throw std::runtime_error("interrupted, " + out.string() + " is not whole");
     }
-    char file[32];
-    std::snprintf(file, sizeof file, "/%06zu", count++);
-    const std::string to = name + file + picture.path.extension().string();
+    const std::string to = name + capture::formatted("/%06zu", count++) + picture.path.extension().string();
     std::error_code error;
     fs::copy_file(picture.path, out / to, error);
-    if (error) {
-      throw capture::InputError(from.string() + ":" + std::to_string(picture.line) + ": " + picture.name + ": " +
-                                error.message());
-    }
+    capture::refuse_if(error.value() != 0, from.string() + ":" + std::to_string(picture.line) + ": " + picture.name +
+                                               ": " + error.message());
     list += seconds_text(picture.time_ns) + " " + to + "\n";
   }
-  write_text(out / (name + ".txt"), list);
+  capture::write_text(out / (name + ".txt"), list);
   return count;
 }
 
 void import_tum(const ImportCommand& command, const std::atomic<bool>& interrupted, std::ostream& report) {
   const fs::path rgb = command.from / "rgb.txt", depth = command.from / "depth.txt";
   const capture::PictureHeader first = capture::read_picture_header(capture::read_picture_list(rgb, {}).front().path);
-  make_folder(command.out);
+  capture::make_out_folder(command.out);
   const bool with_depth = fs::exists(depth);
   const std::size_t colors = copy_stream(rgb, command.out, "color", interrupted);
   const std::size_t depths = with_depth ? copy_stream(depth, command.out, "depth", interrupted) : 0;
   const std::string name = fs::absolute(command.from).lexically_normal().filename().string();
   const fs::path session = command.out / "session.toml";
-  write_text(session, session_text(name, "images:color.txt", with_depth ? "images:depth.txt" : "", first.width,
-                                   first.height, 1.0 / kCountsPerMetre));
-  write_text(session, capture::text_with_overrides({session, command.overrides}));
+  capture::write_text(session, session_text(name, "images:color.txt", with_depth ? "images:depth.txt" : "", first.width,
+                                            first.height, 1.0 / kCountsPerMetre));
+  capture::write_text(session, capture::text_with_overrides({session, command.overrides}));
   capture::open_frames(capture::read_session(capture::ConfigTable::load(session)));  // reports errors in it now
   report << "imported to " << command.out.string() << ":\n  colour: " << colors << " pictures\n  depth: " << depths
          << " pictures\n";
@@ -112,7 +85,7 @@ void import_oni(const ImportCommand& command, const std::atomic<bool>& interrupt
   const fs::path file = fs::absolute(command.from);
   const fs::path text = fs::temp_directory_path() / ("lumigraft-import-" + std::to_string(::getpid()) + ".toml");
   const std::string source = "oni:" + file.string();
-  write_text(text, session_text(file.stem().string(), source, source, 640, 480, 0.001));
+  capture::write_text(text, session_text(file.stem().string(), source, source, 640, 480, 0.001));
   RecordCommand record{.files = {}, .out = command.out, .seconds = std::nullopt};
   record.files.config = text;
   record.files.overrides = command.overrides;
@@ -156,15 +129,12 @@ void run_export(const ExportCommand& command, const std::atomic<bool>& interrupt
   files.overrides = command.overrides;
   const capture::Session session = read_service(files, interactive_plan()).session;
   const std::unique_ptr<capture::FrameReader> frames = capture::open_frames(session);
-  if (frames->live()) {
-    throw capture::InputError("export: " + session.name + " has live cameras, allowed: a recorded session");
-  }
-  make_folder(command.out);
+  capture::refuse_if(frames->live(), "export: " + session.name + " has live cameras, allowed: a recorded session");
+  capture::make_out_folder(command.out);
   const capture::CameraModel& lens = session.color.model;
-  char camera[160];
-  std::snprintf(camera, sizeof camera, "# fx %.9g fy %.9g cx %.9g cy %.9g\n", lens.fx, lens.fy, lens.cx, lens.cy);
-  std::string rgb = "# timestamp filename\n" + std::string(camera), depth = "# timestamp filename\n",
-              fisheye = "# timestamp filename exposure\n";
+  std::string rgb = capture::formatted("# timestamp filename\n# fx %.9g fy %.9g cx %.9g cy %.9g\n", lens.fx, lens.fy,
+                                       lens.cx, lens.cy);
+  std::string depth = "# timestamp filename\n", fisheye = "# timestamp filename exposure\n";
   std::uint64_t colors = 0, depths = 0, fisheyes = 0, radiance = 0, too_far = 0, warnings = 0;
   for (const char* stream : {"rgb", "depth", "fisheye"}) {
     fs::create_directory(command.out / stream);
@@ -200,16 +170,14 @@ void run_export(const ExportCommand& command, const std::atomic<bool>& interrupt
       }
       const auto [file, time] = line("fisheye", picture.stamp, i > 0 ? "-" + std::to_string(i) : "");
       capture::write_png(command.out / file, picture.encoded);
-      char exposure[32];
-      std::snprintf(exposure, sizeof exposure, " %.9g\n", picture.exposure);
-      fisheye += time + " " + file + exposure;
+      fisheye += time + " " + file + capture::formatted(" %.9g\n", picture.exposure);
       ++fisheyes;
     }
   }
-  write_text(command.out / "rgb.txt", rgb);
-  write_text(command.out / "depth.txt", depth);
+  capture::write_text(command.out / "rgb.txt", rgb);
+  capture::write_text(command.out / "depth.txt", depth);
   if (fisheyes > 0) {
-    write_text(command.out / "fisheye.txt", fisheye);
+    capture::write_text(command.out / "fisheye.txt", fisheye);
   } else {
     fs::remove(command.out / "fisheye");
   }

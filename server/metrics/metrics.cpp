@@ -111,38 +111,34 @@ std::string Metrics::prometheus() const {
   const auto head = [&out](const char* name, const char* kind, const char* help) {
     out << "# HELP " << name << ' ' << help << "\n# TYPE " << name << ' ' << kind << '\n';
   };
-  head("lumigraft_frames_total", "counter", "Pictures made.");
-  out << "lumigraft_frames_total " << frames_ << '\n';
-  head("lumigraft_last_frame_age_seconds", "gauge", "Age of the newest picture; -1 before the first.");
-  out << "lumigraft_last_frame_age_seconds " << age_s << '\n';
-  head("lumigraft_viewers", "gauge", "Open streams.");
-  out << "lumigraft_viewers " << viewers_ << '\n';
-  head("lumigraft_cameras_in_trouble", "gauge", "Cameras that deliver no frames at present.");
-  out << "lumigraft_cameras_in_trouble " << cameras_with_faults_ << '\n';
-  head("lumigraft_connections_refused_total", "counter", "Connections and streams refused or cut short by a limit.");
-  out << "lumigraft_connections_refused_total " << refused_ << '\n';
-  head("lumigraft_warnings_total", "counter", "Warnings that frames carried.");
-  out << "lumigraft_warnings_total " << warnings_ << '\n';
-  head("lumigraft_dropped_total", "counter", "Items dropped because the named stage was busy.");
-  for (const auto& [stage, count] : drops_) {
-    out << "lumigraft_dropped_total{stage=\"" << stage << "\"} " << count << '\n';
-  }
-  head("lumigraft_encoded_pictures_total", "counter", "Pictures encoded.");
-  for (const auto& [codec, done] : encoded_) {
-    out << "lumigraft_encoded_pictures_total{codec=\"" << codec << "\"} " << done.first << '\n';
-  }
-  head("lumigraft_encoded_bytes_total", "counter", "Bytes of encoded pictures.");
-  for (const auto& [codec, done] : encoded_) {
-    out << "lumigraft_encoded_bytes_total{codec=\"" << codec << "\"} " << done.second << '\n';
-  }
-  head("lumigraft_plan", "gauge", "Value chosen for a key of the plan.");
-  for (const auto& [key, decided] : decided_) {
-    out << "lumigraft_plan{key=\"" << key << "\"} " << decided.first << '\n';
-  }
-  head("lumigraft_plan_left_out", "gauge", "Fraction of the irradiance that the decision leaves out.");
-  for (const auto& [key, decided] : decided_) {
-    out << "lumigraft_plan_left_out{key=\"" << key << "\"} " << decided.second << '\n';
-  }
+  const auto one = [&](const char* name, const char* kind, const char* help, auto value) {
+    head(name, kind, help);
+    out << name << ' ' << value << '\n';
+  };
+  const auto each = [&](const char* name, const char* kind, const char* help, const char* label, const auto& values,
+                        const auto& part) {
+    head(name, kind, help);
+    for (const auto& [key, value] : values) {
+      out << name << '{' << label << "=\"" << key << "\"} " << part(value) << '\n';
+    }
+  };
+  const auto whole = [](auto value) { return value; };
+  const auto first = [](const auto& pair) { return pair.first; };
+  const auto second = [](const auto& pair) { return pair.second; };
+  one("lumigraft_frames_total", "counter", "Pictures made.", frames_);
+  one("lumigraft_last_frame_age_seconds", "gauge", "Age of the newest picture; -1 before the first.", age_s);
+  one("lumigraft_viewers", "gauge", "Open streams.", viewers_.load());
+  one("lumigraft_cameras_in_trouble", "gauge", "Cameras that deliver no frames at present.",
+      cameras_with_faults_.load());
+  one("lumigraft_connections_refused_total", "counter", "Connections and streams refused or cut short by a limit.",
+      refused_);
+  one("lumigraft_warnings_total", "counter", "Warnings that frames carried.", warnings_);
+  each("lumigraft_dropped_total", "counter", "Items dropped because the named stage was busy.", "stage", drops_, whole);
+  each("lumigraft_encoded_pictures_total", "counter", "Pictures encoded.", "codec", encoded_, first);
+  each("lumigraft_encoded_bytes_total", "counter", "Bytes of encoded pictures.", "codec", encoded_, second);
+  each("lumigraft_plan", "gauge", "Value chosen for a key of the plan.", "key", decided_, first);
+  each("lumigraft_plan_left_out", "gauge", "Fraction of the irradiance that the decision leaves out.", "key", decided_,
+       second);
   head("lumigraft_stage_seconds", "histogram", "Wall time of a stage.");
   for (const auto& [name, stage] : stages_) {
     std::uint64_t count = 0;

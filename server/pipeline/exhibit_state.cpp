@@ -4,6 +4,8 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "server/pipeline/json_text.h"
+
 namespace lumigraft::server {
 namespace {
 
@@ -108,7 +110,7 @@ std::string ExhibitState::objects_json() const {
                                 {"material", json_of(o.material)}};
     objects.push_back(std::move(json));
   }
-  return objects.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+  return json_line(objects);
 }
 
 }  // namespace lumigraft::server

@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "server/pipeline/plan_json.h"
+#include "server/pipeline/json_text.h"
 
 namespace lumigraft::server {
 namespace {
@@ -10,14 +10,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 Json rgb(const Eigen::Vector3f& v) { return Json::array({v.x(), v.y(), v.z()}); }
-
-Json transform(const Eigen::Isometry3d& t) {
-  Json rows = Json::array();
-  for (int r = 0; r < 4; ++r) {
-    rows.push_back(Json::array({t(r, 0), t(r, 1), t(r, 2), t(r, 3)}));
-  }
-  return rows;
-}
 
 Json lamp(const reconstruct::PointLight& light) {
   Json json{{"id", light.id},
@@ -35,15 +27,12 @@ Json lamp(const reconstruct::PointLight& light) {
   return json;
 }
 
-/// One line of valid UTF-8: invalid bytes, such as those of file names in warnings, are replaced.
-std::string line(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
-
 }  // namespace
 
 std::string frame_record_line(const capture::FrameSet& frame, const FrameRecord& record) {
   const reconstruct::Scene& scene = record.scene;
   Json json{{"index", frame.index}, {"time_s", 1e-9 * static_cast<double>(frame.time_ns)}};
-  json["T_tag_camera"] = scene.pose ? transform(scene.pose->T_tag_camera) : Json();
+  json["T_tag_camera"] = scene.pose ? transform_json(scene.pose->T_tag_camera) : Json();
   json["lights"] = Json::array();
   json["sh"] = Json();
   if (scene.illumination) {
@@ -72,22 +61,22 @@ std::string frame_record_line(const capture::FrameSet& frame, const FrameRecord&
     json["pass_ms"][pass.name] = json["pass_ms"].value(pass.name, 0.0) + pass.gpu_ms;
   }
   json["warnings"] = record.warnings;
-  return line(json);
+  return json_line(json);
 }
 
 std::string skipped_frame_line(std::uint64_t index, const std::vector<std::string>& warnings) {
-  return line(Json{{"index", index},
-                   {"skipped", true},
-                   {"time_s", Json()},
-                   {"T_tag_camera", Json()},
-                   {"lights", Json::array()},
-                   {"sh", Json()},
-                   {"plan", Json()},
-                   {"planned", Json::array()},
-                   {"stage_ms", Json::object()},
-                   {"stage_cpu_ms", Json::object()},
-                   {"pass_ms", Json::object()},
-                   {"warnings", warnings}});
+  return json_line(Json{{"index", index},
+                        {"skipped", true},
+                        {"time_s", Json()},
+                        {"T_tag_camera", Json()},
+                        {"lights", Json::array()},
+                        {"sh", Json()},
+                        {"plan", Json()},
+                        {"planned", Json::array()},
+                        {"stage_ms", Json::object()},
+                        {"stage_cpu_ms", Json::object()},
+                        {"pass_ms", Json::object()},
+                        {"warnings", warnings}});
 }
 
 }  // namespace lumigraft::server

@@ -1,6 +1,7 @@
 #pragma once
 // The pipeline as one function, frame by frame on the caller's thread: no frame is dropped, no result depends on a
 // clock, and the same frames give the same images on every run.
+#include <array>
 #include <functional>
 #include <map>
 #include <memory>

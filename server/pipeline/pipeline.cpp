@@ -1,9 +1,5 @@
 #include "server/pipeline/pipeline.h"
 
-#include <sys/resource.h>
-#include <sys/syscall.h>
-#include <unistd.h>
-
 #include <atomic>
 #include <condition_variable>
 #include <mutex>
@@ -13,6 +9,7 @@
 
 #include "reconstruct/scene_builder.h"
 #include "relight/planner.h"
+#include "server/pipeline/background_threads.h"
 #include "server/pipeline/frame_player.h"
 #include "server/pipeline/mailbox.h"
 #include "server/pipeline/pacing.h"
@@ -26,7 +23,6 @@ constexpr std::chrono::milliseconds kTick{100};
 constexpr std::chrono::milliseconds kGeometryEvery{100}, kLightEvery{100}, kRoomEvery{1000};
 constexpr std::int64_t kSameMoment_ns = 250'000'000;  // between a colour and a fish-eye frame: light changes slowly
 constexpr std::chrono::milliseconds kKeepAlive{1000};
-constexpr int kBackgroundNiceness = 10;  // of geometry, lamp tags, light and albedo
 // Rest after a turn, as a multiple of its processor time: each uses a third of a core while the room is unknown, later
 // geometry and room use a tenth. For albedo see RestingPace.
 constexpr int kRest = 2, kGeometryRestLater = 9, kRoomRestLater = 9;
@@ -40,31 +36,6 @@ struct PosedFrame {
 struct FisheyeView {
   capture::FisheyeFrames frames;
   std::shared_ptr<const capture::Frame> color;  ///< captured within kSameMoment_ns; may be null
-};
-
-/// Threads of lower priority than rendering.
-class BackgroundThreads {
- public:
-  /// Adds the calling thread.
-  void add() {
-    const auto thread = static_cast<id_t>(syscall(SYS_gettid));
-    std::lock_guard lock(mutex_);
-    threads_.push_back(thread);
-    setpriority(PRIO_PROCESS, thread, kBackgroundNiceness);
-  }
-  /// Restores the normal priority where the system permits it. The last thread of a process frees its memory when it
-  /// ends, which on a busy machine takes seconds at low priority.
-  void restore_priority() {
-    std::lock_guard lock(mutex_);
-    for (const id_t thread : threads_) {
-      setpriority(PRIO_PROCESS, thread, getpriority(PRIO_PROCESS, static_cast<id_t>(getpid())));
-    }
-    threads_.clear();
-  }
-
- private:
-  std::mutex mutex_;
-  std::vector<id_t> threads_;
 };
 
 }  // namespace
@@ -231,6 +202,7 @@ void Pipeline::State::fisheye_turn() {
 
 PosedFrame Pipeline::State::pose_of(const PlayedFrame& played) {
   PosedFrame posed{played, {}};
+  std::shared_ptr<capture::FrameSet> frame;
   {
     const StageTimer timer(metrics, "register depth");
     posed.played.frame = std::make_shared<const capture::FrameSet>(builder.register_depth(*played.frame));

@@ -13,7 +13,6 @@
 // recording, capture passes its frames to light. Geometry, lamp tags, light, albedo and room have lower priority and
 // rest between turns, so that on two cores rendering comes first.
 #include <Eigen/Geometry>
-#include <chrono>
 #include <functional>
 #include <memory>
 #include <optional>

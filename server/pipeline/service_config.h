@@ -2,7 +2,6 @@
 // Configuration of a service, from files and the command line.
 #include <cstdint>
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <vector>
 

@@ -1,15 +1,16 @@
 #include "server/stream/encode_h264.h"
 
 extern "C" {
-#include <libavcodec/avcodec.h>
 #include <libavutil/imgutils.h>
 #include <libavutil/opt.h>
 #include <libswscale/swscale.h>
 }
 
 #include <array>
-#include <cstdio>
 #include <stdexcept>
+
+#include "capture/formats/libav_pointers.h"
+#include "capture/message_text.h"
 
 namespace lumigraft::server {
 namespace {
@@ -27,9 +28,7 @@ std::runtime_error failure(const char* what, int code) {
 std::string find_codec_string(const std::vector<std::uint8_t>& annex_b) {
   for (std::size_t i = 0; i + 6 < annex_b.size(); ++i) {
     if (annex_b[i] == 0 && annex_b[i + 1] == 0 && annex_b[i + 2] == 1 && (annex_b[i + 3] & 0x1f) == 7) {
-      std::array<char, 16> text{};
-      std::snprintf(text.data(), text.size(), "avc1.%02x%02x%02x", annex_b[i + 4], annex_b[i + 5], annex_b[i + 6]);
-      return text.data();
+      return capture::formatted("avc1.%02x%02x%02x", annex_b[i + 4], annex_b[i + 5], annex_b[i + 6]);
     }
   }
   return {};
@@ -38,9 +37,9 @@ std::string find_codec_string(const std::vector<std::uint8_t>& annex_b) {
 }  // namespace
 
 struct H264Encoder::State {
-  AVCodecContext* codec = nullptr;
-  AVFrame* frame = nullptr;
-  AVPacket* packet = nullptr;
+  capture::CodecContext codec;
+  capture::LibavFrame frame{av_frame_alloc()};
+  capture::LibavPacket packet{av_packet_alloc()};
   SwsContext* to_yuv = nullptr;
   std::int64_t first_time_ns = 0, last_key_ns = 0, last_pts = -1;
   std::string codec_string;
@@ -48,12 +47,7 @@ struct H264Encoder::State {
   State() = default;
   State(const State&) = delete;
   State& operator=(const State&) = delete;
-  ~State() {
-    sws_freeContext(to_yuv);
-    av_packet_free(&packet);
-    av_frame_free(&frame);
-    avcodec_free_context(&codec);
-  }
+  ~State() { sws_freeContext(to_yuv); }
 };
 
 H264Encoder::H264Encoder(int width, int height) : state_(std::make_unique<State>()) {
@@ -62,9 +56,7 @@ H264Encoder::H264Encoder(int width, int height) : state_(std::make_unique<State>
   if (x264 == nullptr) {
     throw std::runtime_error("H.264: libavcodec was built without libx264");
   }
-  s.codec = avcodec_alloc_context3(x264);
-  s.frame = av_frame_alloc();
-  s.packet = av_packet_alloc();
+  s.codec.reset(avcodec_alloc_context3(x264));
   if (s.codec == nullptr || s.frame == nullptr || s.packet == nullptr) {
     throw std::runtime_error("H.264: out of memory");
   }
@@ -87,13 +79,13 @@ H264Encoder::H264Encoder(int width, int height) : state_(std::make_unique<State>
   av_opt_set(s.codec->priv_data, "crf", "21", 0);
   av_opt_set(s.codec->priv_data, "forced-idr", "1", 0);
   av_opt_set(s.codec->priv_data, "x264-params", "sliced-threads=0:repeat-headers=1:annexb=1", 0);
-  if (const int code = avcodec_open2(s.codec, x264, nullptr); code < 0) {
+  if (const int code = avcodec_open2(s.codec.get(), x264, nullptr); code < 0) {
     throw failure("does not open", code);
   }
   s.frame->format = s.codec->pix_fmt;
   s.frame->width = s.codec->width;
   s.frame->height = s.codec->height;
-  if (const int code = av_frame_get_buffer(s.frame, 0); code < 0) {
+  if (const int code = av_frame_get_buffer(s.frame.get(), 0); code < 0) {
     throw failure("no picture", code);
   }
   s.to_yuv = sws_getContext(s.codec->width, s.codec->height, AV_PIX_FMT_RGB24, s.codec->width, s.codec->height,
@@ -117,7 +109,7 @@ H264Encoder::AccessUnit H264Encoder::encode(const capture::Image<std::uint8_t>& 
   if (key) {
     s.last_key_ns = time_ns;
   }
-  if (const int code = av_frame_make_writable(s.frame); code < 0) {
+  if (const int code = av_frame_make_writable(s.frame.get()); code < 0) {
     throw failure("no picture", code);
   }
   const std::uint8_t* rows[] = {srgb.data.data()};
@@ -127,16 +119,16 @@ H264Encoder::AccessUnit H264Encoder::encode(const capture::Image<std::uint8_t>& 
   s.last_pts = std::max(pts, s.last_pts + 1);
   s.frame->pts = s.last_pts;
   s.frame->pict_type = key ? AV_PICTURE_TYPE_I : AV_PICTURE_TYPE_NONE;
-  if (const int code = avcodec_send_frame(s.codec, s.frame); code < 0) {
+  if (const int code = avcodec_send_frame(s.codec.get(), s.frame.get()); code < 0) {
     throw failure("encoding", code);
   }
-  if (const int code = avcodec_receive_packet(s.codec, s.packet); code < 0) {
+  if (const int code = avcodec_receive_packet(s.codec.get(), s.packet.get()); code < 0) {
     throw failure("encoding", code);
   }
   AccessUnit unit;
   unit.key = (s.packet->flags & AV_PKT_FLAG_KEY) != 0;
   unit.bytes.assign(s.packet->data, s.packet->data + s.packet->size);
-  av_packet_unref(s.packet);
+  av_packet_unref(s.packet.get());
   if (unit.key) {
     s.codec_string = find_codec_string(unit.bytes);
   }

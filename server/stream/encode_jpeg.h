@@ -1,7 +1,6 @@
 #pragma once
 // Encodes RGB frames as JPEG files with TurboJPEG.
 #include <cstdint>
-#include <memory>
 #include <vector>
 
 #include "capture/image.h"

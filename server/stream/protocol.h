@@ -1,7 +1,6 @@
 #pragma once
 // Parsing and serialisation of the stream's messages, as in docs/protocol.md. Pure functions.
 #include <Eigen/Geometry>
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>

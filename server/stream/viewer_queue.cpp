@@ -26,17 +26,9 @@ bool ViewerQueue::offer_frame(std::shared_ptr<const StreamMessage> message) {
       config_ = std::move(message);
       config_sent_ = false;
       return false;
-    case StreamKind::jpeg: {
-      if (codec_ != Codec::jpeg) {
-        return false;
-      }
-      const bool dropped = !frames_.empty();
-      frames_.clear();
-      frames_.push_back(std::move(message));
-      return dropped;
-    }
+    case StreamKind::jpeg:
     case StreamKind::h264_key: {
-      if (codec_ != Codec::h264) {
+      if (codec_ != (message->header.kind == StreamKind::jpeg ? Codec::jpeg : Codec::h264)) {
         return false;
       }
       const bool dropped = !frames_.empty();

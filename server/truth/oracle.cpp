@@ -1,6 +1,7 @@
 #include "server/truth/oracle.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <sstream>
@@ -11,7 +12,6 @@
 #include "reconstruct/light/light.h"
 #include "server/truth/true_environment.h"
 #include "server/truth/true_surface.h"
-#include "server/truth/truth.h"
 
 namespace lumigraft::server {
 namespace {
@@ -20,6 +20,11 @@ constexpr float kSurfaceBand_voxels = 2.0f;  // range around the surface in whic
 constexpr float kSameSurface_voxels = 3.0f;  // a pixel sees the voxel when its depth differs by less
 constexpr float kSameLamp_rad = 0.087f;      // 5°: the split's centroid against the lamp's centre
 constexpr float kTruthSigma = 0.01f;         // of albedo: quantisation of an 8-bit texture
+
+constexpr std::array<std::pair<const char*, bool OracleParts::*>, 4> kParts = {{{"pose", &OracleParts::pose},
+                                                                                {"geometry", &OracleParts::geometry},
+                                                                                {"light", &OracleParts::light},
+                                                                                {"albedo", &OracleParts::albedo}}};
 
 /// Bilinear interpolation of the picture, as fusion samples radiance; the nearest pixel where the four neighbours show
 /// several surfaces. Empty where its depth differs from `z_m` by more than `same_m`.
@@ -64,33 +69,21 @@ OracleParts parse_oracle_parts(const std::string& list) {
   OracleParts parts;
   std::istringstream names(list);
   for (std::string name; std::getline(names, name, ',');) {
-    if (name == "pose") {
-      parts.pose = true;
-    } else if (name == "geometry") {
-      parts.geometry = true;
-    } else if (name == "light") {
-      parts.light = true;
-    } else if (name == "albedo") {
-      parts.albedo = true;
-    } else {
-      throw capture::InputError("--oracle: found \"" + name +
-                                "\", allowed: pose, geometry, light, albedo, with commas between");
-    }
+    const auto part = std::find_if(kParts.begin(), kParts.end(), [&](const auto& p) { return name == p.first; });
+    capture::refuse_if(part == kParts.end(),
+                       "--oracle: found \"" + name + "\", allowed: pose, geometry, light, albedo, with commas between");
+    parts.*part->second = true;
   }
   return parts;
 }
 
 std::string name_of(const OracleParts& parts) {
   std::string name;
-  const auto add = [&](bool taken, const char* part) {
-    if (taken) {
+  for (const auto& [part, taken] : kParts) {
+    if (parts.*taken) {
       name += (name.empty() ? "" : "+") + std::string(part);
     }
-  };
-  add(parts.pose, "pose");
-  add(parts.geometry, "geometry");
-  add(parts.light, "light");
-  add(parts.albedo, "albedo");
+  }
   return name.empty() ? "none" : name;
 }
 
@@ -121,7 +114,7 @@ reconstruct::Illumination with_true_lamps(const reconstruct::Illumination& split
     const auto found = std::find_if(result.lights.begin(), result.lights.end(), shows_it);
     if (found != result.lights.end()) {
       light.id = found->id;
-      result.lights.erase(std::remove_if(result.lights.begin(), result.lights.end(), shows_it), result.lights.end());
+      std::erase_if(result.lights, shows_it);
       result.lights.push_back(light);
       continue;
     }
@@ -146,7 +139,7 @@ struct Oracle::State {
   std::optional<TrueEnvironment> environment;
 
   State(const capture::Session& the_session, const OracleParts& the_parts)
-      : session(the_session), parts(the_parts), light(the_session, reconstruct::LightSettings{}) {}
+      : session(the_session), parts(the_parts), light(the_session) {}
 
   std::filesystem::path file(std::uint64_t index, const char* name) const {
     return truth_folder(session.folder, index) / name;
@@ -289,11 +282,7 @@ std::shared_ptr<const reconstruct::AlbedoField> Oracle::albedo(const capture::Fr
       if (brick->weight[i] <= 0 || std::abs(brick->distance_m[i]) > kSurfaceBand_voxels * field.voxel_m) {
         continue;
       }
-      const Eigen::Vector3d voxel(
-          reconstruct::kBrickEdge * key[0] + i % reconstruct::kBrickEdge,
-          reconstruct::kBrickEdge * key[1] + i / reconstruct::kBrickEdge % reconstruct::kBrickEdge,
-          reconstruct::kBrickEdge * key[2] + i / (reconstruct::kBrickEdge * reconstruct::kBrickEdge));
-      const Eigen::Vector3d p = T_camera_tag * (field.voxel_m * voxel);
+      const Eigen::Vector3d p = T_camera_tag * (field.voxel_m * reconstruct::voxel_in(key, i).cast<double>());
       const std::optional<Eigen::Vector2d> pixel = p.z() > 0 ? camera.project(p) : std::nullopt;
       if (!pixel || !camera.inside(*pixel)) {
         continue;

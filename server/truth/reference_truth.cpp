@@ -1,7 +1,6 @@
 #include "server/truth/reference_truth.h"
 
 #include <algorithm>
-#include <cmath>
 #include <vector>
 
 #include "capture/error.h"

@@ -46,7 +46,7 @@ TrueEnvironment::TrueEnvironment(const capture::Session& session)
   }
   capture::FrameSet frame;
   frame.fisheye = {picture};
-  lamps_ = reconstruct::LightStage(around, reconstruct::LightSettings{}).extract(frame).illumination->lights;
+  lamps_ = reconstruct::LightStage(around).extract(frame).illumination->lights;
 }
 
 Eigen::Vector3f TrueEnvironment::mean_over_pixel(const capture::FisheyeCamera& camera, int u, int v) const {

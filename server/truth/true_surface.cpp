@@ -1,6 +1,5 @@
 #include "server/truth/true_surface.h"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 

@@ -5,24 +5,24 @@
 #include <ImfHeader.h>
 #include <ImfInputFile.h>
 
-#include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "capture/error.h"
 #include "capture/formats/picture_file.h"
+#include "capture/message_text.h"
 
 namespace lumigraft::server {
 namespace {
 
-nlohmann::json read_json(const std::filesystem::path& path) {
+/// What `parse` reads from a file.
+template <typename Parse>
+auto read_json(const std::filesystem::path& path, const Parse& parse) {
   std::ifstream in(path);
-  if (!in) {
-    throw capture::InputError(path.string() + ": found no such file, needed by --oracle");
-  }
+  capture::refuse_if(!in, path.string() + ": found no such file, needed by --oracle");
   try {
-    return nlohmann::json::parse(in);
+    return parse(nlohmann::json::parse(in));
   } catch (const nlohmann::json::exception& e) {
     throw capture::InputError(path.string() + ": " + e.what());
   }
@@ -42,32 +42,27 @@ double TrueLamp::seen_area_m2(const Eigen::Vector3d& from_m) const {
 }
 
 std::filesystem::path truth_folder(const std::filesystem::path& session, std::uint64_t index) {
-  char name[24];
-  std::snprintf(name, sizeof name, "%06llu", static_cast<unsigned long long>(index));
+  const std::string name = capture::formatted("%06llu", static_cast<unsigned long long>(index));
   const std::filesystem::path truth = session / "truth";
   const bool is_static = !std::filesystem::exists(truth / "000001");
   return std::filesystem::exists(truth / name) || !is_static ? truth / name : truth / "000000";
 }
 
 Eigen::Isometry3d read_true_pose(const std::filesystem::path& pose_json) {
-  const nlohmann::json json = read_json(pose_json);
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  try {
+  return read_json(pose_json, [](const nlohmann::json& json) {
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
     for (int r = 0; r < 3; ++r) {
       for (int c = 0; c < 4; ++c) {
         pose(r, c) = json.at("T_tag_from_camera").at(r).at(c).get<double>();
       }
     }
-  } catch (const nlohmann::json::exception& e) {
-    throw capture::InputError(pose_json.string() + ": " + e.what());
-  }
-  return pose;
+    return pose;
+  });
 }
 
 std::vector<TrueLamp> read_true_lamps(const std::filesystem::path& lights_json) {
-  const nlohmann::json json = read_json(lights_json);
-  std::vector<TrueLamp> lamps;
-  try {
+  return read_json(lights_json, [](const nlohmann::json& json) {
+    std::vector<TrueLamp> lamps;
     for (const nlohmann::json& entry : json.at("lights")) {
       TrueLamp lamp;
       lamp.name = entry.value("name", "lamp");
@@ -85,28 +80,22 @@ std::vector<TrueLamp> read_true_lamps(const std::filesystem::path& lights_json) 
       }
       lamps.push_back(lamp);
     }
-  } catch (const nlohmann::json::exception& e) {
-    throw capture::InputError(lights_json.string() + ": " + e.what());
-  }
-  return lamps;
+    return lamps;
+  });
 }
 
 TrueSky read_true_sky(const std::filesystem::path& lights_json) {
-  const nlohmann::json json = read_json(lights_json);
-  TrueSky sky;
-  const auto entry = json.find("environment");
-  if (entry == json.end() || entry->is_null()) {
-    return sky;
-  }
-  try {
-    sky.is_picture = !entry->contains("constant");
-    if (!sky.is_picture) {
-      sky.constant = vector(entry->at("constant"));
+  return read_json(lights_json, [](const nlohmann::json& json) {
+    TrueSky sky;
+    const auto entry = json.find("environment");
+    if (entry != json.end() && !entry->is_null()) {
+      sky.is_picture = !entry->contains("constant");
+      if (!sky.is_picture) {
+        sky.constant = vector(entry->at("constant"));
+      }
     }
-  } catch (const nlohmann::json::exception& e) {
-    throw capture::InputError(lights_json.string() + ": " + e.what());
-  }
-  return sky;
+    return sky;
+  });
 }
 
 capture::Image<float> read_true_picture(const std::filesystem::path& exr) {

@@ -8,7 +8,7 @@
 namespace lumigraft::reconstruct {
 namespace {
 
-Illumination one_lamp(std::uint64_t version, float irradiance) {
+Illumination lamp_along_x(std::uint64_t version, float irradiance) {
   Illumination light;
   light.version = version;
   light.probe_position_m = Eigen::Vector3f(0, 0, 1);
@@ -35,13 +35,13 @@ TEST(SceneStore, ConvergesWhenTheNewestFramesChangeNothing) {
   SceneStore board;
   auto field = std::make_shared<DistanceField>();
   field->version = 3;
-  const auto light = std::make_shared<const Illumination>(one_lamp(2, 10));
+  const auto light = std::make_shared<const Illumination>(lamp_along_x(2, 10));
   const auto publish_again = [&] {
     board.publish_field(field);
     board.publish_light(light);
   };
   const auto solve = [&](std::uint64_t field_version, std::uint64_t light_version) {
-    const auto measured = std::make_shared<const Illumination>(one_lamp(light_version, 10));
+    const auto measured = std::make_shared<const Illumination>(lamp_along_x(light_version, 10));
     board.publish_solution({std::make_shared<AlbedoField>(), light, {}}, field_version, measured);
   };
   EXPECT_FALSE(board.settled(board.newest()));
@@ -69,14 +69,14 @@ TEST(SceneStore, ConvergesWhenTheNewestFramesChangeNothing) {
 
 TEST(SceneStore, SolvedDistancesHoldForLaterLight) {
   SceneStore board;
-  const auto measured = std::make_shared<const Illumination>(one_lamp(1, 10));
+  const auto measured = std::make_shared<const Illumination>(lamp_along_x(1, 10));
   board.publish_light(measured);
-  const auto solved = std::make_shared<const Illumination>(at_two_metres(one_lamp(1, 10)));
+  const auto solved = std::make_shared<const Illumination>(at_two_metres(lamp_along_x(1, 10)));
   board.publish_solution({std::make_shared<AlbedoField>(), solved, {"dim"}}, 0, measured);
   EXPECT_EQ(board.newest().illumination, solved) << "the very light that was solved";
   EXPECT_EQ(board.newest().warnings, std::vector<std::string>{"dim"});
 
-  board.publish_light(std::make_shared<const Illumination>(one_lamp(2, 30)));
+  board.publish_light(std::make_shared<const Illumination>(lamp_along_x(2, 30)));
   const Scene later = board.newest();
   const PointLight& lamp = later.illumination->lights[0];
   ASSERT_TRUE(lamp.distance_known);
@@ -91,17 +91,17 @@ TEST(SceneStore, SolvedDistancesHoldForLaterLight) {
 }
 
 TEST(SceneStore, AnUnknownLampStaysInfinitelyFar) {
-  Illumination other = one_lamp(2, 5);
+  Illumination other = lamp_along_x(2, 5);
   other.lights[0].id = 9;
-  const auto carried = carry_lamps(other, one_lamp(1, 10), at_two_metres(one_lamp(1, 10)));
+  const auto carried = carry_lamps(other, lamp_along_x(1, 10), at_two_metres(lamp_along_x(1, 10)));
   EXPECT_FALSE(carried->lights.at(0).distance_known);
   EXPECT_EQ(carried->lights.at(0).irradiance.x(), 5);
 }
 
 // The image gives a lower bound of a clipped lamp's power. Solving found 3 times that; the ratio is kept later.
 TEST(SceneStore, AClippedLampKeepsItsGain) {
-  Illumination measured = one_lamp(1, 10), newest = one_lamp(2, 11);
-  Illumination solved = at_two_metres(one_lamp(1, 30));
+  Illumination measured = lamp_along_x(1, 10), newest = lamp_along_x(2, 11);
+  Illumination solved = at_two_metres(lamp_along_x(1, 30));
   measured.lights[0].clipped = newest.lights[0].clipped = solved.lights[0].clipped = true;
   const PointLight near = carry_lamps(newest, measured, solved)->lights.at(0);
   EXPECT_FLOAT_EQ(near.irradiance.x(), 33);
@@ -114,7 +114,7 @@ TEST(SceneStore, AClippedLampKeepsItsGain) {
 
 // A lamp that a tag places and no fish-eye sees: solving found 5 times the power that was guessed. It moves.
 TEST(SceneStore, AnUnseenLampKeepsItsPowerAndItsTagsPlace) {
-  Illumination measured = one_lamp(1, 2);
+  Illumination measured = lamp_along_x(1, 2);
   measured.lights[0].visibility = PointLight::Visibility::dark;
   measured.lights[0].distance_known = true;
   measured.lights[0].position_m = Eigen::Vector3f(3, 0, 1);
@@ -138,7 +138,7 @@ TEST(SceneStore, AnUnseenLampKeepsItsPowerAndItsTagsPlace) {
 // A wall is clipped next to a lamp; solving raised it to the radiance that the lamp causes, and unseen cells with it.
 TEST(SceneStore, AClippedWallStaysAsBrightAsItWasFound) {
   constexpr std::size_t kClipped = 10 * 64 + 20, kUnseen = 30 * 64 + 5, kPlain = 10 * 64 + 40;
-  Illumination measured = one_lamp(1, 10);
+  Illumination measured = lamp_along_x(1, 10);
   measured.environment.radiance = capture::Image<float>(64, 32, 3);
   std::fill(measured.environment.radiance.data.begin(), measured.environment.radiance.data.end(), 1.0f);
   measured.environment.clipped = capture::Image<std::uint8_t>(64, 32, 1);
@@ -164,10 +164,10 @@ TEST(SceneStore, AClippedWallStaysAsBrightAsItWasFound) {
 }
 
 TEST(SceneStore, AReflectionStaysOne) {
-  Illumination newest = one_lamp(2, 7), solved = one_lamp(1, 10);
+  Illumination newest = lamp_along_x(2, 7), solved = lamp_along_x(1, 10);
   newest.environment.radiance = capture::Image<float>(64, 32, 3);
   solved.lights.clear();
-  const auto carried = carry_lamps(newest, one_lamp(1, 10), solved);
+  const auto carried = carry_lamps(newest, lamp_along_x(1, 10), solved);
   EXPECT_TRUE(carried->lights.empty());
   EXPECT_GT(carried->environment.sample(Eigen::Vector3f::UnitX()).x(), 100) << "7 W/m² in a disk of 0.1 rad";
   EXPECT_GT(carried->environment_sh[0].x(), 1);

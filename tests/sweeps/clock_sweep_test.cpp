@@ -14,7 +14,7 @@ namespace lumigraft::test {
 namespace {
 
 constexpr std::int64_t kMs = 1'000'000, kPeriod = 33 * kMs;
-constexpr std::uint64_t kFrames = 3000, kSettled = 60;  // two seconds, for clock estimation to converge
+constexpr std::uint64_t kClockFrames = 3000, kSettled = 60;  // two seconds, for clock estimation to converge
 constexpr double kLost = 0.01;
 
 class Script : public capture::Source {
@@ -43,8 +43,8 @@ Outcome outcome(double jitter_ms, double drift_ppm) {
   std::uniform_real_distribution<double> late(0.0, jitter_ms * 1e6), loss(0.0, 1.0);
   capture::DeviceClock color_clock, depth_clock;
   std::vector<capture::SourceItem> colors, depths;
-  std::vector<bool> both(kFrames, true);
-  for (std::uint64_t i = 0; i < kFrames; ++i) {
+  std::vector<bool> both(kClockFrames, true);
+  for (std::uint64_t i = 0; i < kClockFrames; ++i) {
     const auto elapsed = static_cast<std::int64_t>(i) * kPeriod;
     const auto arrival = [&] { return 900'000 * kMs + elapsed + 3 * kMs + static_cast<std::int64_t>(late(random)); };
     const std::int64_t of_color = color_clock.to_host(elapsed, arrival());
@@ -83,7 +83,7 @@ Outcome outcome(double jitter_ms, double drift_ppm) {
     }
   }
   result.wrong *= 100 / std::max(pairs, 1.0);
-  result.unpaired *= 100.0 / static_cast<double>(kFrames - kSettled);
+  result.unpaired *= 100.0 / static_cast<double>(kClockFrames - kSettled);
   return result;
 }
 

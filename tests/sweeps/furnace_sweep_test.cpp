@@ -10,14 +10,14 @@ namespace {
 class FurnaceSweep : public SweepTest {};
 ON_BOTH_DEVICES(FurnaceSweep);
 
-constexpr float kRadius_m = 0.1f, kWall_m = 0.012f;
+constexpr float kShellRadius_m = 0.1f, kWall_m = 0.012f;
 
 /// A hollow hemisphere, open at the top: inner surface, outer surface and rim.
 relight::Model bowl() {
   constexpr int steps = 24;
   return model_of(revolved(2 * steps + 1, 2 * steps, [](float t) {
     const int n = static_cast<int>(std::lround(t * (2 * steps + 1)));
-    const float r = n <= steps ? kRadius_m + kWall_m : kRadius_m;
+    const float r = n <= steps ? kShellRadius_m + kWall_m : kShellRadius_m;
     if (n == 0 || n == 2 * steps + 1) return Eigen::Vector2f(0, -r);
     if (n == steps || n == steps + 1) return Eigen::Vector2f(r, 0);
     const float polar =
@@ -61,7 +61,7 @@ TEST_P(FurnaceSweep, BallAndBowlOverAlbedo) {
   scene.sky = sky;
   scene.radiance = [](const Eigen::Vector3f&) { return sky; };
   for (const bool open : {false, true}) {
-    scene.exhibit.objects = {sphere_object(kRadius_m, {0, 0, 0.6f}, 0)};
+    scene.exhibit.objects = {sphere_object(kShellRadius_m, {0, 0, 0.6f}, 0)};
     scene.eye_m = {0, -0.3f, 0.75f};
     scene.look_at_m = {0, 0, 0.6f};
     if (open) {  // from above, so close that only the inside is visible

@@ -6,8 +6,6 @@
 namespace lumigraft::test {
 namespace {
 
-constexpr float kPi = std::numbers::pi_v<float>;
-
 class GrazingSweep : public SweepTest {};
 ON_BOTH_DEVICES(GrazingSweep);
 
@@ -60,7 +58,7 @@ TEST_P(GrazingSweep, NothingShadowsAPlate) {
     for (const bool by_lamp : {false, true}) {
       Curve& curve = sweep.curves.emplace_back(Curve{method.name + (by_lamp ? ", lamp at 8°" : ", sky")});
       for (const double degrees : sweep.x) {
-        const float tilt = static_cast<float>(degrees) * kPi / 180;
+        const float tilt = static_cast<float>(degrees) * std::numbers::pi_v<float> / 180;
         ClosedScene scene = plate(tilt);
         const Eigen::Vector3f up = Eigen::AngleAxisf(tilt, Eigen::Vector3f::UnitY()) * Eigen::Vector3f::UnitZ();
         if (by_lamp) {
@@ -79,7 +77,8 @@ TEST_P(GrazingSweep, NothingShadowsAPlate) {
         double darkest = 9;
         const relight::RelitPicture picture = relit(scene, method.plan);
         for_each_pixel_of_plate(scene, tilt, picture, [&](const Eigen::Vector3f&, const Eigen::Vector3f&, float got) {
-          darkest = std::min(darkest, double{got} / (by_lamp ? 12 * std::sin(0.14f) / kPi : 0.5f));
+          darkest =
+              std::min(darkest, double{got} / (by_lamp ? 12 * std::sin(0.14f) / std::numbers::pi_v<float> : 0.5f));
         });
         curve.y.push_back(darkest);
       }

@@ -118,11 +118,11 @@ TEST(HarmonicsSweep, CutAtNothingIsNearerThanAnyWindow) {
                            reconstruct::sh_irradiance(bands[2], n).x());
       want.push_back(sky + std::max(n.dot(at), 0.0f));
     }
-    struct Found {
+    struct Fit {
       double off = 0, min_value = 1;
     };
     const auto with = [&](double first, double second, double floor) {
-      Found found;
+      Fit found;
       for (std::size_t p = 0; p < want.size(); ++p) {
         const double e = by_band[p].dot(Eigen::Vector3d(1, first, second));
         found.min_value = std::min(found.min_value, e);
@@ -134,7 +134,7 @@ TEST(HarmonicsSweep, CutAtNothingIsNearerThanAnyWindow) {
     for (const double e : want) total += e * e;
     for (int i = 0; i <= steps; ++i)
       for (int j = 0; j <= steps; ++j) {
-        const Found found = with(1.0 * i / steps, 1.0 * j / steps, -1);
+        const Fit found = with(1.0 * i / steps, 1.0 * j / steps, -1);
         if (found.min_value >= 0) best = std::min(best, found.off);
       }
     const double min_value = with(1, 1, -1).min_value;

@@ -155,7 +155,7 @@ TEST(LightSweep, CoveredLamp) {
   for (int i = 0; i < kPictures; ++i) sweep.x.push_back(i);
   for (const int pictures : {1, 4, kPictures}) {
     Curve& curve = sweep.curves[pictures == 1 ? 0 : pictures == 4 ? 1 : 2];
-    reconstruct::LightStage stage(session, {});
+    reconstruct::LightStage stage(session);
     int id = -1;
     for (int i = 0; i < kPictures; ++i) {
       const auto result = stage.extract(i >= kFrom && i < kFrom + pictures ? hidden : open);

@@ -10,7 +10,7 @@ class LongShadowSweep : public SweepTest {};
 ON_BOTH_DEVICES(LongShadowSweep);
 
 constexpr float kElevation = 10 * std::numbers::pi_v<float> / 180;
-constexpr float kHalf_m = 0.03f, kHeight_m = 0.12f;
+constexpr float kPillarHalf_m = 0.03f, kPillarHeight_m = 0.12f;
 
 reconstruct::PointLight sun() {
   reconstruct::PointLight light;
@@ -28,7 +28,8 @@ ClosedScene column(float ahead_m) {
   scene.eye_m = {-ahead_m, -0.25f, 0.85f};
   scene.look_at_m = {-ahead_m, 0, 0};
   scene.lamps = {sun()};
-  scene.exhibit.objects = {box_object({-kHalf_m, -kHalf_m, 0}, {kHalf_m, kHalf_m, kHeight_m}, 0)};
+  scene.exhibit.objects = {
+      box_object({-kPillarHalf_m, -kPillarHalf_m, 0}, {kPillarHalf_m, kPillarHalf_m, kPillarHeight_m}, 0)};
   return scene;
 }
 
@@ -56,8 +57,8 @@ TEST_P(LongShadowSweep, AColumnInASunOfTenDegrees) {
     std::vector<int> counts(bins, 0);
     const relight::RelitPicture picture = served(scene, method.plan);
     for_each_floor_pixel(scene, picture, [&](const Eigen::Vector3f& p, const Eigen::Vector3f& delta, float) {
-      const int i = static_cast<int>(std::lround((-p.x() - kHalf_m) / 0.04f)) - 1;
-      if (std::abs(p.y()) > 0.5f * kHalf_m || i < 0 || i >= bins) return;
+      const int i = static_cast<int>(std::lround((-p.x() - kPillarHalf_m) / 0.04f)) - 1;
+      if (std::abs(p.y()) > 0.5f * kPillarHalf_m || i < 0 || i >= bins) return;
       sums[static_cast<std::size_t>(i)] -= delta.x() / lit;
       ++counts[static_cast<std::size_t>(i)];
     });
@@ -92,7 +93,7 @@ TEST_P(LongShadowSweep, LightTellsTheAlbedoBeyondTheField) {
   int count = 0;
   for_each_floor_pixel(scene, relit(scene, careful_plan(64, 1)),
                        [&](const Eigen::Vector3f& p, const Eigen::Vector3f& delta, float) {
-                         if (p.x() < -0.67f || p.x() > -0.57f || std::abs(p.y()) > 0.5f * kHalf_m) return;
+                         if (p.x() < -0.67f || p.x() > -0.57f || std::abs(p.y()) > 0.5f * kPillarHalf_m) return;
                          sum -= delta.x();
                          ++count;
                        });

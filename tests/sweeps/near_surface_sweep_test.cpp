@@ -9,8 +9,7 @@ namespace {
 class NearSurfaceSweep : public SweepTest {};
 ON_BOTH_DEVICES(NearSurfaceSweep);
 
-constexpr float kPi = std::numbers::pi_v<float>;
-constexpr float kHalf_m = 0.15f, kHeight_m = 0.2f;  // half width and height of the lit face
+constexpr float kFaceHalf_m = 0.15f, kFaceHeight_m = 0.2f;  // half width and height of the lit face
 
 /// Form factor from a floor point to an upright rectangle that stands on the floor; the point is y in front of the foot
 /// of one of its vertical edges (Siegel & Howell 1992, appendix C, differential element to a rectangle at right
@@ -43,8 +42,8 @@ TEST_P(NearSurfaceSweep, BeforeALitFace) {
   sun.irradiance.setConstant(irradiance);
   sun.angular_radius_rad = 0.0047f;
   scene.lamps = {sun};
-  scene.exhibit.objects = {box_object({-kHalf_m, 0, 0.0005f}, {kHalf_m, 0.1f, kHeight_m}, rho)};
-  const double sent = rho * (irradiance / kPi + 0.5 * floor_radiance);
+  scene.exhibit.objects = {box_object({-kFaceHalf_m, 0, 0.0005f}, {kFaceHalf_m, 0.1f, kFaceHeight_m}, rho)};
+  const double sent = rho * (irradiance / std::numbers::pi_v<float> + 0.5 * floor_radiance);
   for (const Method& method : methods(64, 2)) {
     std::vector<double> got(sweep.x.size(), 0.0), want(got);
     std::vector<int> counts(sweep.x.size(), 0);
@@ -57,7 +56,8 @@ TEST_P(NearSurfaceSweep, BeforeALitFace) {
             if (std::abs(p.x()) > 0.05f || p.y() > -0.0043f || i >= got.size() || close != (i < 3)) return;
             got[i] += delta.x() * area_m2;
             want[i] += scene.albedo * sent * area_m2 *
-                       (corner(-p.y(), kHalf_m - p.x(), kHeight_m) + corner(-p.y(), kHalf_m + p.x(), kHeight_m));
+                       (corner(-p.y(), kFaceHalf_m - p.x(), kFaceHeight_m) +
+                        corner(-p.y(), kFaceHalf_m + p.x(), kFaceHeight_m));
             ++counts[i];
           });
     }

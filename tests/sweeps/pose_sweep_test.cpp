@@ -18,11 +18,7 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-constexpr double kDegree = M_PI / 180;
-constexpr std::int64_t kFrameNs = 33'333'333;
 constexpr double kTagM = 0.16;
-
-capture::Tag some_tag() { return capture::Tag{"tag36h11", 2, kTagM}; }
 
 capture::CameraModel vga_camera() {
   capture::CameraModel camera;

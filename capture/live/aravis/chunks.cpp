@@ -118,10 +118,7 @@ std::vector<Chunks::RequiredChunk> Chunks::chunks_of(ArvGcNode* node, int depth)
 /// Enables one chunk. Empty if the camera does not offer it or refuses.
 std::optional<Chunks::Feature> Chunks::enable(ArvCamera& camera, const std::string& name, GType type) {
   Check check;
-  guint count = 0;
-  const std::unique_ptr<const char*, FreeMemory> offered(
-      arv_camera_dup_available_enumerations_as_strings(&camera, "ChunkSelector", &count, check));
-  const std::span<const char*> all(offered.get(), offered != nullptr ? count : 0);
+  const std::vector<std::string> all = entries_of(&camera, "ChunkSelector", check);
   if (std::find(all.begin(), all.end(), name) == all.end()) return std::nullopt;
   Feature feature{"Chunk" + name, {}};
   ArvGcNode* node = arv_device_get_feature(arv_camera_get_device(&camera), feature.name.c_str());

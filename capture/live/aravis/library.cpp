@@ -22,6 +22,10 @@ constexpr std::array<FormatPair, 8> kFormats = {{{ARV_PIXEL_FORMAT_BAYER_RG_8, P
                                                  {ARV_PIXEL_FORMAT_MONO_8, PixelFormat::grey8},
                                                  {ARV_PIXEL_FORMAT_MONO_16, PixelFormat::grey16}}};
 
+struct FreeMemory {
+  void operator()(gpointer p) const { g_free(p); }
+};
+
 }  // namespace
 
 std::string Check::text() const {
@@ -49,6 +53,21 @@ void Check::or_throw(const std::string& what) const {
 bool usb3_vision_is_forbidden() {
   constexpr int kMiscellaneous = 0xEF, kUsb3Vision = 0x05;  // class and subclass of the USB3 Vision standard
   return is_forbidden_usb_interface(kMiscellaneous, kUsb3Vision);
+}
+
+std::vector<gint64> pixel_formats_of(ArvCamera* camera) {
+  Check check;
+  guint count = 0;
+  const std::unique_ptr<gint64, FreeMemory> formats(arv_camera_dup_available_pixel_formats(camera, &count, check));
+  check.or_throw("pixel formats");
+  return {formats.get(), formats.get() + count};
+}
+
+std::vector<std::string> entries_of(ArvCamera* camera, const std::string& feature, Check& check) {
+  guint count = 0;
+  const std::unique_ptr<const char*, FreeMemory> entries(
+      arv_camera_dup_available_enumerations_as_strings(camera, feature.c_str(), &count, check));
+  return entries ? std::vector<std::string>(entries.get(), entries.get() + count) : std::vector<std::string>();
 }
 
 std::optional<PixelFormat> pixel_format_of(gint64 format) {

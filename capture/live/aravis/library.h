@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "capture/error.h"
 #include "capture/formats/pixel_format.h"
@@ -16,10 +17,6 @@ struct Unref {
 };
 template <typename T>
 using Ref = std::unique_ptr<T, Unref>;
-
-struct FreeMemory {
-  void operator()(gpointer p) const { g_free(p); }
-};
 
 /// Receives the error of a call. or_throw() throws a CameraFault for errors that may be temporary, else an InputError.
 class Check {
@@ -43,6 +40,11 @@ class Check {
 
 /// Whether there is a USB3 Vision camera without permission, which Aravis silently ignores.
 bool usb3_vision_is_forbidden();
+
+/// Pixel formats that the camera offers, of any kind. Throws as Check::or_throw.
+std::vector<gint64> pixel_formats_of(ArvCamera* camera);
+/// Entries of an enumeration among the camera's features that can be chosen now.
+std::vector<std::string> entries_of(ArvCamera* camera, const std::string& feature, Check& check);
 
 std::optional<PixelFormat> pixel_format_of(gint64 format);
 std::optional<ArvPixelFormat> aravis_format_of(PixelFormat format);

@@ -17,29 +17,22 @@ void list_device(ArvCamera* camera, CameraListing& listing) {
     arv_camera_get_frame_rate_bounds(camera, &slowest_hz, &fastest_hz, check);
     check.or_throw("rate");
   }
-  guint count = 0;
-  const std::unique_ptr<gint64, aravis::FreeMemory> formats(
-      arv_camera_dup_available_pixel_formats(camera, &count, check));
-  check.or_throw("pixel formats");
-  for (guint i = 0; i < count; ++i) {
-    const auto format = aravis::pixel_format_of(formats.get()[i]);
-    listing.formats.push_back({format ? std::string(name_of(*format)) : "GenICam " + std::to_string(formats.get()[i]),
-                               width, height, fastest_hz});
+  for (const gint64 offered : aravis::pixel_formats_of(camera)) {
+    const auto format = aravis::pixel_format_of(offered);
+    listing.formats.push_back(
+        {format ? std::string(name_of(*format)) : "GenICam " + std::to_string(offered), width, height, fastest_hz});
   }
-  OfferedControl exposure{.name = "exposure_us"};
-  if (arv_camera_is_exposure_time_available(camera, check)) {
-    arv_camera_get_exposure_time_bounds(camera, &exposure.low, &exposure.high, check);
-    exposure.value = arv_camera_get_exposure_time(camera, check);
-    check.or_throw("exposure");
-    listing.controls.push_back(exposure);
-  }
-  OfferedControl gain{.name = "gain"};
-  if (arv_camera_is_gain_available(camera, check)) {
-    arv_camera_get_gain_bounds(camera, &gain.low, &gain.high, check);
-    gain.value = arv_camera_get_gain(camera, check);
-    check.or_throw("gain");
-    listing.controls.push_back(gain);
-  }
+  const auto list_control = [&](const char* name, auto* available, auto* bounds, auto* value) {
+    if (!available(camera, check)) return;
+    OfferedControl control{.name = name};
+    bounds(camera, &control.low, &control.high, check);
+    control.value = value(camera, check);
+    check.or_throw(name);
+    listing.controls.push_back(control);
+  };
+  list_control("exposure_us", arv_camera_is_exposure_time_available, arv_camera_get_exposure_time_bounds,
+               arv_camera_get_exposure_time);
+  list_control("gain", arv_camera_is_gain_available, arv_camera_get_gain_bounds, arv_camera_get_gain);
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "capture/live/error_context.h"
 #include "capture/live/parameters.h"
 #include "capture/live/usb_permission.h"
+#include "capture/message_text.h"
 
 namespace lumigraft::capture {
 namespace {
@@ -28,7 +29,7 @@ constexpr PixelFormat kPreferred[] = {PixelFormat::bayer_rggb8, PixelFormat::bay
 }  // namespace
 
 /// The camera from opening to closing. The constructor throws with the reason alone.
-class AravisSource::Camera {
+class AravisSource::Camera : public Source {
  public:
   Camera(const std::string& name, const StreamSpec& spec) : spec_(spec) {
     Check check;
@@ -56,7 +57,7 @@ class AravisSource::Camera {
   }
 
   /// Closes the camera on another thread, since Aravis waits a dozen seconds for a camera that is gone.
-  ~Camera() {
+  ~Camera() override {
     if (device_ != nullptr) {
       g_signal_handlers_disconnect_by_data(device_, this);
     }
@@ -78,7 +79,7 @@ class AravisSource::Camera {
   Camera(const Camera&) = delete;
   Camera& operator=(const Camera&) = delete;
 
-  std::optional<SourceItem> next(std::chrono::milliseconds timeout) {
+  std::optional<SourceItem> next(std::chrono::milliseconds timeout) override {
     ArvBuffer* buffer =
         arv_stream_timeout_pop_buffer(stream_.get(), static_cast<guint64>(std::chrono::microseconds(timeout).count()));
     if (buffer == nullptr) return std::nullopt;
@@ -87,8 +88,9 @@ class AravisSource::Camera {
     return item;
   }
 
-  bool lost() const { return lost_; }
-  std::string take_warning() { return std::exchange(warning_, ""); }
+  bool finished() const override { return lost_; }
+  void rewind() override {}
+  std::string take_warning() override { return std::exchange(warning_, ""); }
 
  private:
   /// A program that was killed may have left the camera running; it would refuse settings or send frames elsewhere.
@@ -99,13 +101,9 @@ class AravisSource::Camera {
 
   void choose_format() {
     Check check;
-    guint count = 0;
-    const std::unique_ptr<gint64, aravis::FreeMemory> offered(
-        arv_camera_dup_available_pixel_formats(camera_.get(), &count, check));
-    check.or_throw("pixel formats");
     std::vector<PixelFormat> known;
-    for (guint i = 0; i < count; ++i) {
-      if (const auto format = aravis::pixel_format_of(offered.get()[i])) {
+    for (const gint64 offered : aravis::pixel_formats_of(camera_.get())) {
+      if (const auto format = aravis::pixel_format_of(offered)) {
         known.push_back(*format);
       }
     }
@@ -171,18 +169,14 @@ class AravisSource::Camera {
       arv_camera_set_string(camera, "BalanceWhiteAuto", "Off", check);
       check.or_throw("white balance");
     }
-    if (spec_.settings.exposure_us) {
-      arv_camera_set_exposure_time(camera, *spec_.settings.exposure_us, check);
-      check.or_throw("exposure_us");
-    }
-    if (spec_.settings.gain) {
-      arv_camera_set_gain(camera, *spec_.settings.gain, check);
-      check.or_throw("gain");
-    }
-    if (spec_.settings.rate_hz) {
-      arv_camera_set_frame_rate(camera, *spec_.settings.rate_hz, check);
-      check.or_throw("rate_hz");
-    }
+    const auto set = [&](const char* key, const std::optional<double>& wanted, auto* function) {
+      if (!wanted) return;
+      function(camera, *wanted, check);
+      check.or_throw(key);
+    };
+    set("exposure_us", spec_.settings.exposure_us, arv_camera_set_exposure_time);
+    set("gain", spec_.settings.gain, arv_camera_set_gain);
+    set("rate_hz", spec_.settings.rate_hz, arv_camera_set_frame_rate);
   }
 
   /// Controls are named FEATURE, or FEATURE[ENTRY] with the entry of FEATURESelector, as in GenICam.
@@ -202,18 +196,10 @@ class AravisSource::Camera {
       throw InputError(key + ": found no " + selector + " among the camera's features");
     }
     Check check;
-    guint count = 0;
-    const std::unique_ptr<const char*, aravis::FreeMemory> offered(
-        arv_camera_dup_available_enumerations_as_strings(camera_.get(), selector.c_str(), &count, check));
+    const std::vector<std::string> offered = aravis::entries_of(camera_.get(), selector, check);
     check.or_throw(key);
-    std::string names;
-    bool found = false;
-    for (guint i = 0; i < count; ++i) {
-      names += std::string(i > 0 ? ", " : "") + offered.get()[i];
-      found = found || entry == offered.get()[i];
-    }
-    if (!found) {
-      throw InputError(key + ": found \"" + entry + "\", allowed: " + names);
+    if (std::find(offered.begin(), offered.end(), entry) == offered.end()) {
+      throw InputError(key + ": found \"" + entry + "\", allowed: " + listed(offered));
     }
     arv_camera_set_string(camera_.get(), selector.c_str(), entry.c_str(), check);
     check.or_throw(key);
@@ -390,14 +376,7 @@ class AravisSource::Camera {
 };
 
 AravisSource::AravisSource(const std::string& camera, const StreamSpec& spec)
-    : camera_(with_error_context("aravis:" + camera, [&] { return std::make_unique<Camera>(camera, spec); })) {}
-
-AravisSource::~AravisSource() = default;
-
-std::optional<SourceItem> AravisSource::next(std::chrono::milliseconds timeout) { return camera_->next(timeout); }
-
-bool AravisSource::finished() const { return camera_->lost(); }
-
-std::string AravisSource::take_warning() { return camera_->take_warning(); }
+    : ForwardingSource(with_error_context("aravis:" + camera, [&] { return std::make_shared<Camera>(camera, spec); })) {
+}
 
 }  // namespace lumigraft::capture

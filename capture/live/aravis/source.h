@@ -12,20 +12,13 @@
 
 namespace lumigraft::capture {
 
-class AravisSource : public Source {
+class AravisSource : public ForwardingSource {
  public:
   /// Throws CameraFault if the camera does not answer, InputError if it does not offer what the session requires.
   AravisSource(const std::string& camera, const StreamSpec& spec);
-  ~AravisSource() override;
-
-  std::optional<SourceItem> next(std::chrono::milliseconds timeout) override;
-  bool finished() const override;
-  void rewind() override {}
-  std::string take_warning() override;
 
  private:
   class Camera;
-  std::unique_ptr<Camera> camera_;
 };
 
 }  // namespace lumigraft::capture

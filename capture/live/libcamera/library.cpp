@@ -78,6 +78,15 @@ std::optional<double> control_named(const CameraSettings& settings, const std::s
   return found != settings.controls.end() ? std::optional(found->second) : std::nullopt;
 }
 
+[[noreturn]] void refuse_control(const std::string& key) {
+  throw InputError(key + ": found no such number among the camera's controls, allowed: what `lumigraft devices` lists");
+}
+
+void check_range(const std::string& key, double number, double low, double high) {
+  refuse_if(!(number >= low && number <= high), key + ": found " + std::to_string(number) + ", allowed: " +
+                                                    std::to_string(low) + " to " + std::to_string(high));
+}
+
 /// Sets both gains at once, since libcamera has one control for them.
 void set_white_balance(libcamera::ControlList& list, const libcamera::ControlInfoMap& offered,
                        const CameraSettings& settings) {
@@ -85,20 +94,12 @@ void set_white_balance(libcamera::ControlList& list, const libcamera::ControlInf
   if (!red && !blue) return;
   const std::string key = std::string("controls.") + (red ? kRedGain : kBlueGain);
   const auto found = offered.find(libcamera::controls::ColourGains.id());
-  if (found == offered.end()) {
-    throw InputError(key +
-                     ": found no such number among the camera's controls, allowed: what `lumigraft devices` lists");
-  }
-  if (!red || !blue) {
-    throw InputError(key + ": found it alone, allowed: together with " + (red ? kBlueGain : kRedGain));
-  }
+  if (found == offered.end()) refuse_control(key);
+  refuse_if(!red || !blue, key + ": found it alone, allowed: together with " + (red ? kBlueGain : kRedGain));
   const double low = number_in(found->second.min()).value_or(0.0);
   const double high = number_in(found->second.max()).value_or(std::numeric_limits<double>::max());
   for (const auto& [name, gain] : {std::pair(kRedGain, *red), std::pair(kBlueGain, *blue)}) {
-    if (!(gain >= low && gain <= high)) {
-      throw InputError(std::string("controls.") + name + ": found " + std::to_string(gain) +
-                       ", allowed: " + std::to_string(low) + " to " + std::to_string(high));
-    }
+    check_range(std::string("controls.") + name, gain, low, high);
   }
   list.set(libcamera::controls::ColourGains, {static_cast<float>(*red), static_cast<float>(*blue)});
 }
@@ -153,16 +154,8 @@ void set_number(libcamera::ControlList& list, const libcamera::ControlInfoMap& o
   const auto found = std::find_if(offered.begin(), offered.end(), [&](const auto& c) {
     return c.first->name() == name && !is_array(*c.first) && number_in(c.second.min()) && number_in(c.second.max());
   });
-  if (found == offered.end()) {
-    throw InputError(key +
-                     ": found no such number among the camera's controls, allowed: what `lumigraft devices` lists");
-  }
-  const double low = *number_in(found->second.min());
-  const double high = *number_in(found->second.max());
-  if (!(number >= low && number <= high)) {
-    throw InputError(key + ": found " + std::to_string(number) + ", allowed: " + std::to_string(low) + " to " +
-                     std::to_string(high));
-  }
+  if (found == offered.end()) refuse_control(key);
+  check_range(key, number, *number_in(found->second.min()), *number_in(found->second.max()));
   list.set(found->first->id(), value_of(found->first->type(), number));
 }
 

@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
 #include <mutex>
 #include <utility>
@@ -21,6 +20,7 @@
 #include "capture/live/libcamera/messages.h"
 #include "capture/live/parameters.h"
 #include "capture/live/sequence_unwrapper.h"
+#include "capture/message_text.h"
 
 namespace lumigraft::capture {
 namespace {
@@ -97,11 +97,7 @@ struct Shared {
   std::vector<MappedBuffer> memory;  ///< by index
 };
 
-std::string text_of(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.17g", value);
-  return text;
-}
+std::string text_of(double value) { return formatted("%.17g", value); }
 
 std::vector<std::string> helper_arguments(const std::string& camera, const StreamSpec& spec) {
   std::vector<std::string> arguments = {"open", camera, std::to_string(spec.width), std::to_string(spec.height),
@@ -126,7 +122,7 @@ std::vector<std::string> helper_arguments(const std::string& camera, const Strea
 }  // namespace
 
 /// The camera from opening to closing. The constructor throws with the reason alone.
-class LibcameraSource::Camera {
+class LibcameraSource::Camera : public Source {
  public:
   Camera(const std::string& name, const StreamSpec& spec) : spec_(spec) {
     int ends[2];
@@ -155,7 +151,7 @@ class LibcameraSource::Camera {
     }
     shared_->with_driver = static_cast<int>(opened.buffers);
   }
-  ~Camera() {
+  ~Camera() override {
     const std::lock_guard lock(shared_->mutex);
     process_.reset();
     shared_->socket = Descriptor();
@@ -163,7 +159,7 @@ class LibcameraSource::Camera {
   Camera(const Camera&) = delete;
   Camera& operator=(const Camera&) = delete;
 
-  std::optional<SourceItem> next(std::chrono::milliseconds timeout) {
+  std::optional<SourceItem> next(std::chrono::milliseconds timeout) override {
     auto message = receive(timeout);
     if (message && refused(message->first)) return std::nullopt;
     return message && message->first.kind == HelperMessage::Kind::frame && message->first.index < shared_->memory.size()
@@ -171,8 +167,11 @@ class LibcameraSource::Camera {
                : std::nullopt;
   }
 
-  const std::string& fault() const { return fault_; }
-  const std::string& serial() const { return serial_; }
+  bool finished() const override { return !fault_.empty(); }
+  void rewind() override {}
+  std::string fault() const override { return fault_; }
+  std::string serial() const override { return serial_; }
+  bool on_host_clock() const override { return true; }
   pid_t process() const { return process_->id(); }
 
  private:
@@ -289,23 +288,13 @@ class LibcameraSource::Camera {
   SequenceUnwrapper count_;
 };
 
-LibcameraSource::LibcameraSource(const std::string& camera, const StreamSpec& spec) {
-  with_error_context("libcamera:" + camera, [&] {
-    camera_ = std::make_unique<Camera>(camera, spec);
-    camera_->open();
-  });
-}
+LibcameraSource::LibcameraSource(const std::string& camera, const StreamSpec& spec)
+    : ForwardingSource(with_error_context("libcamera:" + camera, [&] {
+        auto opened = std::make_shared<Camera>(camera, spec);
+        opened->open();
+        return opened;
+      })) {}
 
-LibcameraSource::~LibcameraSource() = default;
-
-std::optional<SourceItem> LibcameraSource::next(std::chrono::milliseconds timeout) { return camera_->next(timeout); }
-
-bool LibcameraSource::finished() const { return !camera_->fault().empty(); }
-
-std::string LibcameraSource::fault() const { return camera_->fault(); }
-
-std::string LibcameraSource::serial() const { return camera_->serial(); }
-
-pid_t LibcameraSource::process() const { return camera_->process(); }
+pid_t LibcameraSource::process() const { return static_cast<const Camera&>(*source_).process(); }
 
 }  // namespace lumigraft::capture

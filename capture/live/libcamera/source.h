@@ -15,24 +15,14 @@
 
 namespace lumigraft::capture {
 
-class LibcameraSource : public Source {
+class LibcameraSource : public ForwardingSource {
  public:
   /// Throws CameraFault if the camera is absent or in use, InputError if it does not offer what the session requires.
   LibcameraSource(const std::string& camera, const StreamSpec& spec);
-  ~LibcameraSource() override;
-
-  std::optional<SourceItem> next(std::chrono::milliseconds timeout) override;
-  bool finished() const override;
-  void rewind() override {}
-  std::string fault() const override;
-  std::string serial() const override;
-  bool on_host_clock() const override { return true; }
-
   pid_t process() const;  ///< the helper
 
  private:
   class Camera;
-  std::unique_ptr<Camera> camera_;
 };
 
 }  // namespace lumigraft::capture

@@ -13,6 +13,7 @@
 
 #include "capture/camera/camera_serial.h"
 #include "capture/error.h"
+#include "capture/live/error_context.h"
 #include "capture/live/usb_permission.h"
 
 namespace lumigraft::capture {
@@ -130,7 +131,7 @@ struct OpenDevice {
 
 /// A device from opening to closing, or one pass over a recording. The constructor throws InputError with the reason
 /// alone.
-class OpenNiSource::Reader {
+class OpenNiSource::Reader : public Source {
  public:
   Reader(Kind kind, const std::string& uri, const std::vector<StreamSpec>& specs, std::chrono::milliseconds silence)
       : kind_(kind), silence_(silence) {
@@ -151,8 +152,6 @@ class OpenNiSource::Reader {
     }
     for (const StreamSpec& spec : specs) {
       check_serial(serial_, spec.serial);
-    }
-    for (const StreamSpec& spec : specs) {
       rate_hz_ = spec.settings.rate_hz ? spec.settings.rate_hz : rate_hz_;
     }
     for (const StreamSpec& spec : specs) {
@@ -189,7 +188,7 @@ class OpenNiSource::Reader {
     }
   }
 
-  std::optional<SourceItem> next(std::chrono::milliseconds timeout) {
+  std::optional<SourceItem> next(std::chrono::milliseconds timeout) override {
     // A recording is read as fast as possible. It ends after its number of frames or, if that is wrong, by silence.
     if (finished_) return std::nullopt;
     std::vector<openni::VideoStream*> streams;
@@ -215,8 +214,9 @@ class OpenNiSource::Reader {
     return item;
   }
 
-  bool finished() const { return finished_; }
-  const std::string& serial() const { return serial_; }
+  bool finished() const override { return finished_; }
+  void rewind() override {}
+  std::string serial() const override { return serial_; }
 
  private:
   std::string serial_of_device() const {
@@ -259,9 +259,7 @@ class OpenNiSource::Reader {
   void prepare_device() {
     for (const auto& lane : lanes_) {
       lane->stream.setMirroringEnabled(false);
-      if (lane->stream.getMirroringEnabled()) {
-        throw InputError("found a device that only gives mirrored pictures");
-      }
+      refuse_if(lane->stream.getMirroringEnabled(), "found a device that only gives mirrored pictures");
       if (lane->spec.stream == Stream::depth) {
         const auto wanted =
             lane->spec.registered ? openni::IMAGE_REGISTRATION_DEPTH_TO_COLOR : openni::IMAGE_REGISTRATION_OFF;
@@ -280,18 +278,14 @@ class OpenNiSource::Reader {
     const CameraSettings& wanted = lane.spec.settings;
     openni::CameraSettings* camera = lane.stream.getCameraSettings();
     if (camera == nullptr) {
-      if (wanted.gain || !wanted.controls.empty()) {
-        throw InputError(
-            "found a device whose exposure and gain cannot be set, allowed: neither `gain` nor `controls`");
-      }
+      refuse_if(wanted.gain || !wanted.controls.empty(),
+                "found a device whose exposure and gain cannot be set, allowed: neither `gain` nor `controls`");
       return;
     }
     camera->setAutoExposureEnabled(false);
     camera->setAutoWhiteBalanceEnabled(false);
-    if (camera->getAutoExposureEnabled() || camera->getAutoWhiteBalanceEnabled()) {
-      throw InputError(
-          "found a device whose exposure or white balance stays automatic, allowed: one that can be fixed");
-    }
+    refuse_if(camera->getAutoExposureEnabled() || camera->getAutoWhiteBalanceEnabled(),
+              "found a device whose exposure or white balance stays automatic, allowed: one that can be fixed");
     const auto set = [](const std::string& key, double value, const auto& apply) {
       if (std::floor(value) != value || apply(static_cast<int>(value)) != openni::STATUS_OK) {
         throw InputError(key + ": found " + std::to_string(value) +
@@ -365,25 +359,8 @@ class OpenNiSource::Reader {
 };
 
 OpenNiSource::OpenNiSource(Kind kind, const std::string& uri, const std::vector<StreamSpec>& specs,
-                           std::chrono::milliseconds silence) {
-  try {
-    reader_ = std::make_unique<Reader>(kind, uri, specs, silence);
-  } catch (const CameraFault& e) {
-    if (kind == Kind::device) {
-      throw CameraFault("openni2:" + uri + ": " + e.what());
-    }
-    throw InputError(uri + ": " + e.what());
-  } catch (const InputError& e) {
-    throw InputError((kind == Kind::device ? "openni2:" : "") + uri + ": " + e.what());
-  }
-}
-
-OpenNiSource::~OpenNiSource() = default;
-
-std::optional<SourceItem> OpenNiSource::next(std::chrono::milliseconds timeout) { return reader_->next(timeout); }
-
-bool OpenNiSource::finished() const { return reader_->finished(); }
-
-std::string OpenNiSource::serial() const { return reader_->serial(); }
+                           std::chrono::milliseconds silence)
+    : ForwardingSource(with_error_context((kind == Kind::device ? "openni2:" : "") + uri,
+                                          [&] { return std::make_shared<Reader>(kind, uri, specs, silence); })) {}
 
 }  // namespace lumigraft::capture

@@ -6,7 +6,6 @@
 // Also reads OpenNI2's recordings, in a helper process (oni_source.h): frame by frame without seeking, which crashes
 // OpenNI2 2.2; times start at 0.
 #include <chrono>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -16,7 +15,7 @@
 
 namespace lumigraft::capture {
 
-class OpenNiSource : public Source {
+class OpenNiSource : public ForwardingSource {
  public:
   enum class Kind { recording, device };
 
@@ -24,16 +23,9 @@ class OpenNiSource : public Source {
   /// whose frame counts are wrong has ended. Throws InputError.
   OpenNiSource(Kind kind, const std::string& uri, const std::vector<StreamSpec>& specs,
                std::chrono::milliseconds silence = kOpenNiParameters.recording_silence);
-  ~OpenNiSource() override;
-
-  std::optional<SourceItem> next(std::chrono::milliseconds timeout) override;
-  bool finished() const override;
-  void rewind() override {}
-  std::string serial() const override;
 
  private:
   class Reader;
-  std::unique_ptr<Reader> reader_;
 };
 
 }  // namespace lumigraft::capture

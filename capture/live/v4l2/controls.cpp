@@ -1,7 +1,6 @@
 #include "capture/live/v4l2/controls.h"
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
@@ -50,6 +49,14 @@ bool is_wide(const Device& device, std::uint32_t id) {
   return device.call(VIDIOC_QUERY_EXT_CTRL, &query) == 0 && query.type == V4L2_CTRL_TYPE_INTEGER64;
 }
 
+v4l2_ext_controls request_of(v4l2_ext_control& one) {
+  v4l2_ext_controls request{};
+  request.which = V4L2_CTRL_WHICH_CUR_VAL;
+  request.count = 1;
+  request.controls = &one;
+  return request;
+}
+
 /// 0 or the errno.
 int set(const Device& device, std::uint32_t id, std::int64_t value) {
   v4l2_ext_control one{};
@@ -59,19 +66,14 @@ int set(const Device& device, std::uint32_t id, std::int64_t value) {
   } else {
     one.value = static_cast<__s32>(value);
   }
-  v4l2_ext_controls request{};
-  request.which = V4L2_CTRL_WHICH_CUR_VAL;
-  request.count = 1;
-  request.controls = &one;
+  v4l2_ext_controls request = request_of(one);
   return device.call(VIDIOC_S_EXT_CTRLS, &request);
 }
 
 /// Refuses values that the driver would clip to its range.
 void set_within(const Device& device, const Control& control, double value, const std::string& key) {
   const std::int64_t rounded = std::llround(value);
-  if (control.read_only) {
-    throw InputError(key + ": found a control that can only be read");
-  }
+  refuse_if(control.read_only, key + ": found a control that can only be read");
   if (rounded < control.low || rounded > control.high) {
     throw InputError(key + ": found " + std::to_string(rounded) + ", allowed: " + std::to_string(control.low) + " to " +
                      std::to_string(control.high));
@@ -91,9 +93,7 @@ void fix(const Device& device, const std::vector<Control>& all, std::uint32_t id
   const Control* control = find(all, id);
   if (control == nullptr || control->read_only) return;
   const int error = set(device, id, value);
-  if (error == EINVAL || error == ERANGE) {
-    throw InputError(std::string("found ") + what + " that cannot be switched off");
-  }
+  refuse_if(error == EINVAL || error == ERANGE, std::string("found ") + what + " that cannot be switched off");
   if (error != 0) {
     fail(error, what);
   }
@@ -126,10 +126,7 @@ std::vector<Control> controls(const Device& device) {
 std::int64_t value_of(const Device& device, const Control& control) {
   v4l2_ext_control one{};
   one.id = control.id;
-  v4l2_ext_controls request{};
-  request.which = V4L2_CTRL_WHICH_CUR_VAL;
-  request.count = 1;
-  request.controls = &one;
+  v4l2_ext_controls request = request_of(one);
   device.demand(VIDIOC_G_EXT_CTRLS, &request, control.name);
   return is_wide(device, control.id) ? one.value64 : one.value;
 }
@@ -159,17 +156,13 @@ void set_controls(const Device& device, const CameraSettings& settings) {
   if (settings.gain) {
     const Control* gain = find(all, V4L2_CID_GAIN);
     gain = gain != nullptr ? gain : find(all, V4L2_CID_ANALOGUE_GAIN);
-    if (gain == nullptr) {
-      throw InputError("gain: found a camera without");
-    }
+    refuse_if(gain == nullptr, "gain: found a camera without");
     set_within(device, *gain, *settings.gain, "gain");
   }
   for (const auto& [name, value] : settings.controls) {
     const std::string wanted = plain_name(name);
     const auto found = std::find_if(all.begin(), all.end(), [&](const Control& c) { return c.name == wanted; });
-    if (found == all.end()) {
-      throw InputError("controls." + name + ": found no such number among the camera's controls");
-    }
+    refuse_if(found == all.end(), "controls." + name + ": found no such number among the camera's controls");
     set_within(device, *found, value, "controls." + name);
   }
 }

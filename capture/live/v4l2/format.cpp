@@ -47,10 +47,8 @@ std::vector<Offer> choices(const Device& device, const StreamSpec& spec) {
     }
   }
   std::erase_if(all, [](const Offer& o) { return !o.has_size; });
-  if (all.empty()) {
-    throw InputError("found no pictures of " + size_text(spec.width, spec.height) +
-                     ", allowed: what `lumigraft devices` lists");
-  }
+  refuse_if(all.empty(),
+            "found no pictures of " + size_text(spec.width, spec.height) + ", allowed: what `lumigraft devices` lists");
   const double wanted_hz =
       spec.settings.rate_hz.value_or(kV4l2Parameters.sufficient_rate_hz) * kV4l2Parameters.rate_rounding;
   const auto rank = [&](const Offer& o) {
@@ -112,9 +110,7 @@ void set_rate(const Device& device, const std::optional<double>& wanted_hz) {
   parameters.parm.capture.timeperframe = {kNumerator, static_cast<__u32>(std::lround(rate_hz * kNumerator))};
   const int error = device.call(VIDIOC_S_PARM, &parameters);
   if (!wanted_hz) return;
-  if (error == ENOTTY || error == EINVAL) {
-    throw InputError("rate_hz: found a camera whose rate is not set this way");
-  }
+  refuse_if(error == ENOTTY || error == EINVAL, "rate_hz: found a camera whose rate is not set this way");
   if (error != 0) {
     fail(error, "rate_hz");
   }
@@ -131,16 +127,16 @@ v4l2_format set_format(const Device& device, const StreamSpec& spec, const Offer
   const bool planar = device.multi_planar();
   v4l2_format format{};
   format.type = device.buffers();
+  const auto ask = [&](auto& pixels) {
+    pixels.width = static_cast<__u32>(spec.width);
+    pixels.height = static_cast<__u32>(spec.height);
+    pixels.pixelformat = offer.fourcc;
+    pixels.field = V4L2_FIELD_NONE;
+  };
   if (planar) {
-    format.fmt.pix_mp.width = static_cast<__u32>(spec.width);
-    format.fmt.pix_mp.height = static_cast<__u32>(spec.height);
-    format.fmt.pix_mp.pixelformat = offer.fourcc;
-    format.fmt.pix_mp.field = V4L2_FIELD_NONE;
+    ask(format.fmt.pix_mp);
   } else {
-    format.fmt.pix.width = static_cast<__u32>(spec.width);
-    format.fmt.pix.height = static_cast<__u32>(spec.height);
-    format.fmt.pix.pixelformat = offer.fourcc;
-    format.fmt.pix.field = V4L2_FIELD_NONE;
+    ask(format.fmt.pix);
   }
   device.demand(VIDIOC_S_FMT, &format, "format");
   const FormatFields given = fields_of(format, planar);

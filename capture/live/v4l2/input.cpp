@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
-#include <cstdio>
 #include <cstring>
 
 #include "capture/error.h"
 #include "capture/live/parameters.h"
+#include "capture/message_text.h"
 
 namespace lumigraft::capture::v4l2 {
 namespace {
@@ -26,11 +26,10 @@ const char* signal_fault(int error) {
   }
 }
 
-std::string text_of(const v4l2_bt_timings& timings) {
+std::string timings_text(const v4l2_bt_timings& timings) {
   const double pixels = static_cast<double>(V4L2_DV_BT_FRAME_WIDTH(&timings)) * V4L2_DV_BT_FRAME_HEIGHT(&timings);
-  char rate[32];
-  std::snprintf(rate, sizeof rate, " at %.4g Hz", static_cast<double>(timings.pixelclock) / std::max(pixels, 1.0));
-  return std::to_string(timings.width) + "x" + std::to_string(timings.height) + rate;
+  return formatted("%ux%u at %.4g Hz", timings.width, timings.height,
+                   static_cast<double>(timings.pixelclock) / std::max(pixels, 1.0));
 }
 
 /// Grabbers that scale accept any signal, but another aspect ratio would invalidate the camera's calibration.
@@ -38,7 +37,7 @@ void check_shape(const v4l2_bt_timings& signal, const StreamSpec& spec, const In
   const double wanted = static_cast<double>(spec.width) / spec.height;
   const double found = static_cast<double>(signal.width) / std::max(signal.height, __u32{1});
   if (std::abs(found - wanted) > kV4l2Parameters.max_aspect_ratio_error * wanted) {
-    throw InputError("found a signal of " + text_of(signal) + " at its input \"" + input.name +
+    throw InputError("found a signal of " + timings_text(signal) + " at its input \"" + input.name +
                      "\", allowed by the session: " + size_text(spec.width, spec.height) + " or of that shape");
   }
 }
@@ -87,7 +86,7 @@ std::string signal_text(const Device& device) {
   v4l2_dv_timings timings{};
   const int error = device.call(VIDIOC_QUERY_DV_TIMINGS, &timings);
   if (const char* why = signal_fault(error)) return why;
-  return error == 0 ? text_of(timings.bt) : "";
+  return error == 0 ? timings_text(timings.bt) : "";
 }
 
 void select_input(const Device& device, const StreamSpec& spec) {
@@ -95,12 +94,10 @@ void select_input(const Device& device, const StreamSpec& spec) {
     const std::vector<Input> all = inputs(device);
     const auto wanted = std::find_if(all.begin(), all.end(), [&](const Input& i) { return i.name == *name; });
     if (wanted == all.end()) {
-      std::string names;
-      for (const Input& input : all) {
-        names += (names.empty() ? "\"" : ", \"") + input.name + "\"";
-      }
-      throw InputError("input: found \"" + *name +
-                       "\", allowed: " + (names.empty() ? "none, since it has no inputs to choose from" : names));
+      std::vector<std::string> names;
+      for (const Input& input : all) names.push_back("\"" + input.name + "\"");
+      throw InputError("input: found \"" + *name + "\", allowed: " +
+                       (names.empty() ? "none, since it has no inputs to choose from" : listed(names)));
     }
     int index = static_cast<int>(wanted->index);
     device.demand(VIDIOC_S_INPUT, &index, "input");

@@ -29,7 +29,7 @@ std::vector<std::uint8_t> packed(const v4l2::FilledBuffer& filled, const v4l2::N
 }  // namespace
 
 /// The camera from opening to closing. The constructor throws with the reason alone.
-class V4l2Source::Camera {
+class V4l2Source::Camera : public Source {
  public:
   Camera(const std::string& name, const StreamSpec& spec) : spec_(spec) {
     auto device = std::make_unique<v4l2::Device>(v4l2::find_node(name));
@@ -42,7 +42,7 @@ class V4l2Source::Camera {
     }
   }
 
-  std::optional<SourceItem> next(std::chrono::milliseconds timeout) {
+  std::optional<SourceItem> next(std::chrono::milliseconds timeout) override {
     using Clock = std::chrono::steady_clock;
     const Clock::time_point deadline = Clock::now() + timeout;
     for (;;) {
@@ -62,9 +62,11 @@ class V4l2Source::Camera {
     }
   }
 
-  const std::string& fault() const { return fault_.empty() ? stream_->fault() : fault_; }
-  bool on_host_clock() const { return monotonic_; }
-  bool bracket_incomplete() const { return !ready_.empty(); }  // ready_ holds one frame or one bracket
+  bool finished() const override { return !fault().empty(); }
+  void rewind() override {}
+  std::string fault() const override { return fault_.empty() ? stream_->fault() : fault_; }
+  bool on_host_clock() const override { return monotonic_; }
+  bool bracket_incomplete() const override { return !ready_.empty(); }  // ready_ holds one frame or one bracket
 
  private:
   void accept(const v4l2::FilledBuffer& filled) {
@@ -86,7 +88,6 @@ class V4l2Source::Camera {
   }
 
   SourceItem frame_of(const v4l2::FilledBuffer& filled, const Stamp& stamp) {
-    const auto lost = [&](const char* reason) { return LostFrame{stamp, spec_.stream, reason}; };
     std::vector<std::uint8_t> own;
     std::span<const std::uint8_t> bytes = filled.planes[0];
     if (format_.padded || format_.planes > 1) {
@@ -98,7 +99,7 @@ class V4l2Source::Camera {
     auto rgb = filled.damaged ? std::nullopt : pixels_.to_rgb(format_.format, spec_.width, spec_.height, bytes);
     if (!rgb) {
       stream_->give_back(filled.index);
-      return lost("the picture is damaged");
+      return LostFrame{stamp, spec_.stream, "the picture is damaged"};
     }
     Frame frame{.stamp = stamp, .stream = spec_.stream, .exposure = exposure_, .encoded = std::move(*rgb)};
     if (format_.format == PixelFormat::rgb8) {
@@ -160,18 +161,6 @@ class V4l2Source::Camera {
 };
 
 V4l2Source::V4l2Source(const std::string& camera, const StreamSpec& spec)
-    : camera_(with_error_context("v4l2:" + camera, [&] { return std::make_unique<Camera>(camera, spec); })) {}
-
-V4l2Source::~V4l2Source() = default;
-
-std::optional<SourceItem> V4l2Source::next(std::chrono::milliseconds timeout) { return camera_->next(timeout); }
-
-bool V4l2Source::finished() const { return !camera_->fault().empty(); }
-
-std::string V4l2Source::fault() const { return camera_->fault(); }
-
-bool V4l2Source::bracket_incomplete() const { return camera_->bracket_incomplete(); }
-
-bool V4l2Source::on_host_clock() const { return camera_->on_host_clock(); }
+    : ForwardingSource(with_error_context("v4l2:" + camera, [&] { return std::make_shared<Camera>(camera, spec); })) {}
 
 }  // namespace lumigraft::capture

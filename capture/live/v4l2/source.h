@@ -15,23 +15,14 @@
 
 namespace lumigraft::capture {
 
-class V4l2Source : public Source {
+class V4l2Source : public ForwardingSource {
  public:
   /// Throws CameraFault if the camera is absent, in use or forbidden, InputError if it does not offer what the session
   /// requires.
   V4l2Source(const std::string& camera, const StreamSpec& spec);
-  ~V4l2Source() override;
-
-  std::optional<SourceItem> next(std::chrono::milliseconds timeout) override;
-  bool finished() const override;
-  void rewind() override {}
-  std::string fault() const override;
-  bool on_host_clock() const override;
-  bool bracket_incomplete() const override;
 
  private:
   class Camera;
-  std::unique_ptr<Camera> camera_;
 };
 
 }  // namespace lumigraft::capture

@@ -4,11 +4,9 @@
 #include <array>
 #include <chrono>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <span>
 #include <string>
-#include <vector>
 
 #include "capture/live/v4l2/device.h"
 

@@ -6,13 +6,6 @@
 namespace lumigraft::relight::gpu::egl {
 namespace {
 
-template <typename Mine, typename Theirs>
-const Mine& own_pipeline(const Theirs& pipeline, const Context& context) {
-  const auto* mine = dynamic_cast<const Mine*>(&pipeline);
-  if (mine && mine->objects().context.get() == &context) return *mine;
-  throw std::logic_error("a pipeline belongs to another device");
-}
-
 /// Attaches the targets of a draw to the single framebuffer.
 struct Targets {
   struct Target {
@@ -141,7 +134,7 @@ void EglCommandList::Bound::apply(const Context& context) const {
 
 void EglCommandList::dispatch(const ComputePipeline& pipeline, std::span<const Binding> bindings,
                               std::span<const std::byte> params, int groups_x, int groups_y, int groups_z) {
-  const PipelineObjects& objects = own_pipeline<EglCompute>(pipeline, *context_).objects();
+  const PipelineObjects& objects = own_object<const EglCompute>(pipeline, *context_, "a pipeline").objects();
   check_groups(objects.name, {groups_x, groups_y, groups_z}, context_->limits().groups);
   const Current current = context_->enter();
   Bound bound = bind(objects, bindings, params);
@@ -174,7 +167,7 @@ std::function<void()> EglCommandList::draw_of(const EglRaster& pipeline, const D
 
 void EglCommandList::draw(const RasterPipeline& pipeline, std::span<const Attachment> colors, const Attachment* depth,
                           std::span<const DrawCall> calls, const Area* area) {
-  const EglRaster& raster = own_pipeline<EglRaster>(pipeline, *context_);
+  const EglRaster& raster = own_object<const EglRaster>(pipeline, *context_, "a pipeline");
   check_draw(raster.objects().name, raster.desc(), colors, depth, calls, area);
   const Current current = context_->enter();
 

@@ -2,26 +2,22 @@
 
 #include <EGL/eglext.h>
 
+#include <map>
+
 namespace lumigraft::relight::gpu::egl {
 namespace {
 
 std::string text_of(GLenum error) {
-  switch (error) {
-    case GL_OUT_OF_MEMORY:
-      return "out of device memory";
-    case GL_CONTEXT_LOST:
-      return "the device was lost (it hung, crashed or was removed)";
-    case GL_INVALID_ENUM:
-      return "GL_INVALID_ENUM";
-    case GL_INVALID_VALUE:
-      return "GL_INVALID_VALUE";
-    case GL_INVALID_OPERATION:
-      return "GL_INVALID_OPERATION";
-    case GL_INVALID_FRAMEBUFFER_OPERATION:
-      return "GL_INVALID_FRAMEBUFFER_OPERATION";
-    default:
-      return "OpenGL error " + std::to_string(error);
-  }
+  const std::map<GLenum, std::string> texts{
+      {GL_OUT_OF_MEMORY, "out of device memory"},
+      {GL_CONTEXT_LOST, "the device was lost (it hung, crashed or was removed)"},
+      {GL_INVALID_ENUM, "GL_INVALID_ENUM"},
+      {GL_INVALID_VALUE, "GL_INVALID_VALUE"},
+      {GL_INVALID_OPERATION, "GL_INVALID_OPERATION"},
+      {GL_INVALID_FRAMEBUFFER_OPERATION, "GL_INVALID_FRAMEBUFFER_OPERATION"},
+  };
+  const auto text = texts.find(error);
+  return text == texts.end() ? "OpenGL error " + std::to_string(error) : text->second;
 }
 
 /// Drivers also use the debug output for information (buffer locations, compiled shaders); errors have one of these
@@ -44,24 +40,20 @@ GLint integer(GLenum what) {
 }  // namespace
 
 std::string egl_error_text() {
+  static const std::string missing = "the driver does not have it", lost = "the device was lost";
+  static const std::map<EGLint, std::string> texts{
+      {EGL_BAD_ALLOC, "out of memory"},
+      {EGL_BAD_MATCH, missing},
+      {EGL_BAD_ATTRIBUTE, missing},
+      {EGL_BAD_CONFIG, missing},
+      {EGL_BAD_ACCESS, "another thread is using it, or access is denied"},
+      {EGL_NOT_INITIALIZED, "the driver could not start, or was shut down"},
+      {EGL_BAD_CONTEXT, lost},
+      {EGL_CONTEXT_LOST, lost},
+  };
   const EGLint error = eglGetError();
-  switch (error) {
-    case EGL_BAD_ALLOC:
-      return "out of memory";
-    case EGL_BAD_MATCH:
-    case EGL_BAD_ATTRIBUTE:
-    case EGL_BAD_CONFIG:
-      return "the driver does not have it";
-    case EGL_BAD_ACCESS:
-      return "another thread is using it, or access is denied";
-    case EGL_NOT_INITIALIZED:
-      return "the driver could not start, or was shut down";
-    case EGL_BAD_CONTEXT:
-    case EGL_CONTEXT_LOST:
-      return "the device was lost";
-    default:
-      return "EGL error " + std::to_string(error);
-  }
+  const auto text = texts.find(error);
+  return text == texts.end() ? "EGL error " + std::to_string(error) : text->second;
 }
 
 ContextHandle::ContextHandle(EGLDisplay of_display, bool debug) : display(of_display) {
@@ -139,8 +131,8 @@ Context::~Context() {
 }
 
 void Context::read_limits() {
-  limits_.texture_edge = integer(GL_MAX_TEXTURE_SIZE);
-  limits_.volume_edge = integer(GL_MAX_3D_TEXTURE_SIZE);
+  limits_.texture_edge = static_cast<std::size_t>(integer(GL_MAX_TEXTURE_SIZE));
+  limits_.volume_edge = static_cast<std::size_t>(integer(GL_MAX_3D_TEXTURE_SIZE));
   GLint64 storage = 0;
   glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &storage);
   limits_.storage_bytes = static_cast<std::size_t>(storage);

@@ -51,8 +51,7 @@ class Current {
 };
 
 struct Limits {
-  int texture_edge = 0, volume_edge = 0;
-  std::size_t storage_bytes = 0, params_alignment = 0;
+  std::size_t texture_edge = 0, volume_edge = 0, storage_bytes = 0, params_alignment = 0;
   std::array<std::uint32_t, 3> groups{};
 };
 

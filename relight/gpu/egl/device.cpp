@@ -48,7 +48,7 @@ class EglDevice final : public Device {
 
   void upload(const Buffer& buffer, std::size_t offset, std::span<const std::byte> bytes) override {
     const EglBuffer& target = own(buffer, *context_);
-    check_upload(buffer, target.name(), offset, bytes.size());
+    check_upload(buffer, offset, bytes.size());
     const Current current = context_->enter();
     glNamedBufferSubData(target.handle(), static_cast<GLintptr>(offset), static_cast<GLsizeiptr>(bytes.size()),
                          bytes.data());
@@ -76,9 +76,7 @@ class EglDevice final : public Device {
   std::unique_ptr<CommandList> begin() override { return std::make_unique<EglCommandList>(context_); }
 
   std::vector<PassTime> submit(CommandList& list) override {
-    auto* mine = dynamic_cast<EglCommandList*>(&list);
-    if (!mine || mine->context() != context_.get()) throw std::logic_error("a command list belongs to another device");
-    return mine->run();
+    return own_object<EglCommandList>(list, *context_, "a command list").run();
   }
 
  private:

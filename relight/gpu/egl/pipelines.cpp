@@ -6,6 +6,15 @@
 namespace lumigraft::relight::gpu::egl {
 namespace {
 
+/// `read` is glGetShaderInfoLog or glGetProgramInfoLog.
+std::string info_log(void (*read)(GLuint, GLsizei, GLsizei*, GLchar*), GLuint handle) {
+  std::string log(4096, '\0');
+  GLsizei length = 0;
+  read(handle, static_cast<GLsizei>(log.size()), &length, log.data());
+  log.resize(static_cast<std::size_t>(length));
+  return log;
+}
+
 /// A compiled stage, needed only until its program is linked.
 class Stage {
  public:
@@ -17,10 +26,7 @@ class Stage {
     GLint compiled = 0;
     glGetShaderiv(handle, GL_COMPILE_STATUS, &compiled);
     if (compiled) return;
-    std::string log(4096, '\0');
-    GLsizei length = 0;
-    glGetShaderInfoLog(handle, static_cast<GLsizei>(log.size()), &length, log.data());
-    log.resize(static_cast<std::size_t>(length));
+    const std::string log = info_log(glGetShaderInfoLog, handle);
     glDeleteShader(handle);
     throw GpuError("shader " + std::string(shader.name) + ": " + log);
   }
@@ -30,18 +36,6 @@ class Stage {
 
   GLuint handle;
 };
-
-GLint components(VertexFormat format) {
-  switch (format) {
-    case VertexFormat::float2:
-      return 2;
-    case VertexFormat::float3:
-      return 3;
-    case VertexFormat::float4:
-      return 4;
-  }
-  throw std::logic_error("gpu: unknown vertex format");
-}
 
 }  // namespace
 
@@ -63,13 +57,7 @@ void PipelineObjects::link(std::span<const std::pair<GLenum, const ShaderCode*>>
     glLinkProgram(made);
     GLint linked = 0;
     glGetProgramiv(made, GL_LINK_STATUS, &linked);
-    if (!linked) {
-      std::string log(4096, '\0');
-      GLsizei length = 0;
-      glGetProgramInfoLog(made, static_cast<GLsizei>(log.size()), &length, log.data());
-      log.resize(static_cast<std::size_t>(length));
-      throw GpuError("shader " + name + ": " + log);
-    }
+    if (!linked) throw GpuError("shader " + name + ": " + info_log(glGetProgramInfoLog, made));
     context->check("pipeline of shader " + name);
   } catch (...) {
     glDeleteProgram(made);
@@ -110,7 +98,7 @@ void EglRaster::create_vertex_array() {
   for (const VertexAttribute& attribute : desc_.attributes) {
     const auto location = static_cast<GLuint>(attribute.location);
     glEnableVertexArrayAttrib(array, location);
-    glVertexArrayAttribFormat(array, location, components(attribute.format), GL_FLOAT, GL_FALSE,
+    glVertexArrayAttribFormat(array, location, attribute.floats, GL_FLOAT, GL_FALSE,
                               static_cast<GLuint>(attribute.offset_bytes));
     glVertexArrayAttribBinding(array, location, 0);
   }

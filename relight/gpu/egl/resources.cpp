@@ -2,48 +2,33 @@
 
 #include <algorithm>
 
+#include "relight/gpu/check_commands.h"
 #include "relight/gpu/formats.h"
 
 namespace lumigraft::relight::gpu::egl {
 namespace {
-
-std::string text_of(const TextureDesc& desc) { return "texture \"" + desc.name + "\" (" + size_text(desc) + ")"; }
 
 GLenum target_of(const TextureDesc& desc) { return is_volume(desc) ? GL_TEXTURE_3D : GL_TEXTURE_2D; }
 
 }  // namespace
 
 GlFormat gl_format(Format format) {
-  switch (format) {
-    case Format::r8_unorm:
-      return {GL_R8, GL_RED, GL_UNSIGNED_BYTE};
-    case Format::rgba8_unorm:
-      return {GL_RGBA8, GL_RGBA, GL_UNSIGNED_BYTE};
-    case Format::r16_float:
-      return {GL_R16F, GL_RED, GL_HALF_FLOAT};
-    case Format::rgba16_float:
-      return {GL_RGBA16F, GL_RGBA, GL_HALF_FLOAT};
-    case Format::r32_float:
-      return {GL_R32F, GL_RED, GL_FLOAT};
-    case Format::rg32_float:
-      return {GL_RG32F, GL_RG, GL_FLOAT};
-    case Format::rgba32_float:
-      return {GL_RGBA32F, GL_RGBA, GL_FLOAT};
-    case Format::r32_uint:
-      return {GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT};
-    case Format::depth32_float:
-      return {GL_DEPTH_COMPONENT32F, GL_DEPTH_COMPONENT, GL_FLOAT};
-  }
-  throw std::logic_error("gpu: unknown format");
+  static constexpr FormatTable<GlFormat> formats{{{{GL_R8, GL_RED, GL_UNSIGNED_BYTE},
+                                                   {GL_RGBA8, GL_RGBA, GL_UNSIGNED_BYTE},
+                                                   {GL_R16F, GL_RED, GL_HALF_FLOAT},
+                                                   {GL_RGBA16F, GL_RGBA, GL_HALF_FLOAT},
+                                                   {GL_R32F, GL_RED, GL_FLOAT},
+                                                   {GL_RG32F, GL_RG, GL_FLOAT},
+                                                   {GL_RGBA32F, GL_RGBA, GL_FLOAT},
+                                                   {GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT},
+                                                   {GL_DEPTH_COMPONENT32F, GL_DEPTH_COMPONENT, GL_FLOAT}}}};
+  return formats[format];
 }
 
 EglTexture::EglTexture(std::shared_ptr<Context> context, const TextureDesc& desc)
     : Texture(desc, context->holdings()), context_(std::move(context)) {
   const Limits& limits = context_->limits();
-  const int max_size = is_volume(desc_) ? limits.volume_edge : limits.texture_edge;
-  if (std::max({desc_.width, desc_.height, desc_.depth}) > max_size) {
-    throw GpuError(text_of(desc_) + ": the longest edge of " + context_->name() + " is " + std::to_string(max_size));
-  }
+  check_texture_edge(desc_, is_volume(desc_) ? limits.volume_edge : limits.texture_edge, context_->name());
   const Current current = context_->enter();
   try {
     const GLenum internal = gl_format(desc_.format).internal;
@@ -121,10 +106,7 @@ std::vector<std::byte> EglTexture::download(int mip) const {
 
 EglBuffer::EglBuffer(std::shared_ptr<Context> context, std::size_t size_bytes, const std::string& name)
     : Buffer(size_bytes, name, context->holdings()), context_(std::move(context)) {
-  if (size_bytes > context_->limits().storage_bytes) {
-    throw GpuError("buffer \"" + name_ + "\" has " + std::to_string(size_bytes) + " bytes; the maximum of " +
-                   context_->name() + " is " + std::to_string(context_->limits().storage_bytes));
-  }
+  check_buffer_bytes(*this, context_->limits().storage_bytes, context_->name());
   const Current current = context_->enter();
   try {
     const std::size_t words = (size_bytes + 3) / 4 * 4;  // fills and shaders access whole words
@@ -151,15 +133,11 @@ void EglBuffer::fill(std::uint32_t value) const {
 }
 
 const EglTexture& own(const Texture& texture, const Context& context) {
-  const auto* mine = dynamic_cast<const EglTexture*>(&texture);
-  if (mine && mine->context() == &context) return *mine;
-  throw std::logic_error("texture \"" + texture.desc().name + "\" belongs to another device");
+  return own_object<const EglTexture>(texture, context, "texture \"" + texture.desc().name + "\"");
 }
 
 const EglBuffer& own(const Buffer& buffer, const Context& context) {
-  const auto* mine = dynamic_cast<const EglBuffer*>(&buffer);
-  if (mine && mine->context() == &context) return *mine;
-  throw std::logic_error("a buffer belongs to another device");
+  return own_object<const EglBuffer>(buffer, context, "a buffer");
 }
 
 std::array<GLuint, 4> integer_value(const std::array<float, 4>& value) {

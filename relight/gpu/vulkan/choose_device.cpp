@@ -1,6 +1,7 @@
 #include "relight/gpu/vulkan/choose_device.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <optional>
 
@@ -10,9 +11,10 @@
 namespace lumigraft::relight::gpu::vulkan {
 namespace {
 
-constexpr Format all_formats[] = {Format::r8_unorm,     Format::rgba8_unorm, Format::r16_float,
-                                  Format::rgba16_float, Format::r32_float,   Format::rg32_float,
-                                  Format::rgba32_float, Format::r32_uint,    Format::depth32_float};
+constexpr FormatTable<VkFormat> vk_formats{{VK_FORMAT_R8_UNORM, VK_FORMAT_R8G8B8A8_UNORM, VK_FORMAT_R16_SFLOAT,
+                                            VK_FORMAT_R16G16B16A16_SFLOAT, VK_FORMAT_R32_SFLOAT,
+                                            VK_FORMAT_R32G32_SFLOAT, VK_FORMAT_R32G32B32A32_SFLOAT, VK_FORMAT_R32_UINT,
+                                            VK_FORMAT_D32_SFLOAT}};
 
 constexpr std::pair<VkFormatFeatureFlags, const char*> feature_names[] = {
     {VK_FORMAT_FEATURE_SAMPLED_IMAGE_BIT, "sampling"},
@@ -35,27 +37,21 @@ VkFormatFeatureFlags wanted_features(Format format) {
 }
 
 int rank(VkPhysicalDeviceType type) {
-  switch (type) {
-    case VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU:
-      return 0;
-    case VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU:
-      return 1;
-    case VK_PHYSICAL_DEVICE_TYPE_VIRTUAL_GPU:
-      return 2;
-    default:
-      return 3;
-  }
+  constexpr std::array types = {VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU, VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU,
+                                VK_PHYSICAL_DEVICE_TYPE_VIRTUAL_GPU};
+  return static_cast<int>(std::find(types.begin(), types.end(), type) - types.begin());
 }
 
-/// A queue family with graphics, compute and timestamps.
-std::optional<std::uint32_t> find_queue_family(VkPhysicalDevice device) {
+/// The device with a queue for graphics, compute and timestamps.
+std::optional<Choice> with_queue(VkPhysicalDevice device) {
   std::uint32_t count = 0;
   vkGetPhysicalDeviceQueueFamilyProperties(device, &count, nullptr);
   std::vector<VkQueueFamilyProperties> families(count);
   vkGetPhysicalDeviceQueueFamilyProperties(device, &count, families.data());
   constexpr VkQueueFlags wanted = VK_QUEUE_GRAPHICS_BIT | VK_QUEUE_COMPUTE_BIT;
   for (std::uint32_t i = 0; i < count; ++i) {
-    if ((families[i].queueFlags & wanted) == wanted && families[i].timestampValidBits > 0) return i;
+    const std::uint32_t timestamp_bits = families[i].timestampValidBits;
+    if ((families[i].queueFlags & wanted) == wanted && timestamp_bits > 0) return Choice{device, i, timestamp_bits};
   }
   return std::nullopt;
 }
@@ -68,13 +64,14 @@ std::string missing(VkPhysicalDevice device, const VkPhysicalDeviceProperties& p
   }
   std::string reasons;
   const auto add = [&](const std::string& reason) { reasons += (reasons.empty() ? "" : ", ") + reason; };
-  if (!find_queue_family(device)) add("it has no queue for drawing, compute and timestamps");
+  if (!with_queue(device)) add("it has no queue for drawing, compute and timestamps");
 
   VkPhysicalDeviceFeatures features{};
   vkGetPhysicalDeviceFeatures(device, &features);
   if (!features.shaderStorageImageExtendedFormats) add("it lacks shaderStorageImageExtendedFormats");
 
-  for (const Format format : all_formats) {
+  for (std::size_t i = 0; i < vk_formats.values.size(); ++i) {
+    const auto format = static_cast<Format>(i);
     VkFormatProperties format_properties{};
     vkGetPhysicalDeviceFormatProperties(device, vk_format(format), &format_properties);
     const VkFormatFeatureFlags lacking = wanted_features(format) & ~format_properties.optimalTilingFeatures;
@@ -87,29 +84,7 @@ std::string missing(VkPhysicalDevice device, const VkPhysicalDeviceProperties& p
 
 }  // namespace
 
-VkFormat vk_format(Format format) {
-  switch (format) {
-    case Format::r8_unorm:
-      return VK_FORMAT_R8_UNORM;
-    case Format::rgba8_unorm:
-      return VK_FORMAT_R8G8B8A8_UNORM;
-    case Format::r16_float:
-      return VK_FORMAT_R16_SFLOAT;
-    case Format::rgba16_float:
-      return VK_FORMAT_R16G16B16A16_SFLOAT;
-    case Format::r32_float:
-      return VK_FORMAT_R32_SFLOAT;
-    case Format::rg32_float:
-      return VK_FORMAT_R32G32_SFLOAT;
-    case Format::rgba32_float:
-      return VK_FORMAT_R32G32B32A32_SFLOAT;
-    case Format::r32_uint:
-      return VK_FORMAT_R32_UINT;
-    case Format::depth32_float:
-      return VK_FORMAT_D32_SFLOAT;
-  }
-  throw std::logic_error("gpu: unknown format");
-}
+VkFormat vk_format(Format format) { return vk_formats[format]; }
 
 std::vector<Candidate> find_candidates(const Instance& instance) {
   std::uint32_t count = 0;
@@ -136,8 +111,7 @@ Choice choose_device(const Instance& instance) {
   std::string reasons;
   for (const Candidate& candidate : find_candidates(instance)) {
     const bool wanted = !wanted_name || candidate.name.find(wanted_name) != std::string::npos;
-    if (wanted && candidate.rejection_reason.empty())
-      return {candidate.physical, *find_queue_family(candidate.physical)};
+    if (wanted && candidate.rejection_reason.empty()) return *with_queue(candidate.physical);
     reasons += "; " + candidate.name + ": ";
     reasons +=
         wanted ? candidate.rejection_reason : std::string("LUMIGRAFT_VULKAN_DEVICE asks for \"") + wanted_name + "\"";

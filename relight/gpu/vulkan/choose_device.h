@@ -13,10 +13,6 @@ struct Candidate {
 /// Discrete GPUs first, software last. Throws GpuError if there are none.
 std::vector<Candidate> find_candidates(const Instance& instance);
 
-struct Choice {
-  VkPhysicalDevice physical = VK_NULL_HANDLE;
-  std::uint32_t queue_family = 0;
-};
 /// Throws GpuError.
 Choice choose_device(const Instance& instance);
 

@@ -6,17 +6,9 @@
 namespace lumigraft::relight::gpu::vulkan {
 namespace {
 
-template <typename Mine, typename Theirs>
-const Mine& own_pipeline(const Theirs& pipeline, const Context& context) {
-  const auto* mine = dynamic_cast<const Mine*>(&pipeline);
-  if (mine && mine->objects().context.get() == &context) return *mine;
-  throw std::logic_error("a pipeline belongs to another device");
-}
-
 VkRenderingAttachmentInfo attachment_info(const Attachment& attachment, const Context& context) {
   const VulkanTexture& texture = own(*attachment.texture, context);
-  VkRenderingAttachmentInfo info{};
-  info.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO;
+  auto info = zeroed<VkRenderingAttachmentInfo>(VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO);
   info.imageView = texture.mip_view(0);
   info.imageLayout = VK_IMAGE_LAYOUT_GENERAL;
   info.loadOp = attachment.clear ? VK_ATTACHMENT_LOAD_OP_CLEAR : VK_ATTACHMENT_LOAD_OP_LOAD;
@@ -88,7 +80,7 @@ VkDescriptorSet VulkanCommandList::bind(const PipelineObjects& pipeline, std::sp
 void VulkanCommandList::dispatch(const ComputePipeline& pipeline, std::span<const Binding> bindings,
                                  std::span<const std::byte> params, int groups_x, int groups_y, int groups_z) {
   begin_command();
-  const PipelineObjects& objects = own_pipeline<VulkanCompute>(pipeline, *context_).objects();
+  const PipelineObjects& objects = own_object<const VulkanCompute>(pipeline, *context_, "a pipeline").objects();
   const std::uint32_t* max_groups = context_->limits().maxComputeWorkGroupCount;
   check_groups(objects.name, {groups_x, groups_y, groups_z}, {max_groups[0], max_groups[1], max_groups[2]});
   const VkDescriptorSet set = bind(objects, bindings, params);
@@ -102,7 +94,7 @@ void VulkanCommandList::dispatch(const ComputePipeline& pipeline, std::span<cons
 void VulkanCommandList::draw(const RasterPipeline& pipeline, std::span<const Attachment> colors,
                              const Attachment* depth, std::span<const DrawCall> calls, const Area* area) {
   begin_command();
-  const VulkanRaster& raster = own_pipeline<VulkanRaster>(pipeline, *context_);
+  const VulkanRaster& raster = own_object<const VulkanRaster>(pipeline, *context_, "a pipeline");
   check_draw(raster.objects().name, raster.desc(), colors, depth, calls, area);
 
   std::vector<VkDescriptorSet> sets;
@@ -113,8 +105,7 @@ void VulkanCommandList::draw(const RasterPipeline& pipeline, std::span<const Att
   if (depth) depth_info = attachment_info(*depth, *context_);
 
   const TextureDesc& target = (depth ? *depth : colors[0]).texture->desc();
-  VkRenderingInfo rendering{};
-  rendering.sType = VK_STRUCTURE_TYPE_RENDERING_INFO;
+  auto rendering = zeroed<VkRenderingInfo>(VK_STRUCTURE_TYPE_RENDERING_INFO);
   const Area full{0, 0, target.width, target.height}, part = area ? *area : full;
   rendering.renderArea = {{part.x, part.y},
                           {static_cast<std::uint32_t>(part.width), static_cast<std::uint32_t>(part.height)}};

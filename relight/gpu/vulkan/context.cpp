@@ -10,25 +10,19 @@ Context::Context(std::unique_ptr<Instance> instance, VkPhysicalDevice physical)
     : instance_(std::move(instance)), physical_(physical) {}
 
 // Uses a delegating constructor, so that the destructor runs if the code below throws.
-Context::Context(std::unique_ptr<Instance> instance, VkPhysicalDevice physical, std::uint32_t queue_family)
-    : Context(std::move(instance), physical) {
-  queue_family_ = queue_family;
+Context::Context(std::unique_ptr<Instance> instance, const Choice& choice)
+    : Context(std::move(instance), choice.physical) {
+  queue_family_ = choice.queue_family;
+  timestamp_bits_ = choice.timestamp_bits;
   vkGetPhysicalDeviceProperties(physical_, &properties_);
   vkGetPhysicalDeviceMemoryProperties(physical_, &memory_properties_);
-  std::uint32_t count = 0;
-  vkGetPhysicalDeviceQueueFamilyProperties(physical_, &count, nullptr);
-  std::vector<VkQueueFamilyProperties> families(count);
-  vkGetPhysicalDeviceQueueFamilyProperties(physical_, &count, families.data());
-  timestamp_bits_ = families[queue_family_].timestampValidBits;
-
   create_device();
   create_samplers();
-  const VkFenceCreateInfo fence{.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO, .pNext = nullptr, .flags = 0};
+  const auto fence = zeroed<VkFenceCreateInfo>(VK_STRUCTURE_TYPE_FENCE_CREATE_INFO);
   check(vkCreateFence(device_, &fence, nullptr, &fence_), "creating a fence");
-  const VkCommandPoolCreateInfo pool{.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
-                                     .pNext = nullptr,
-                                     .flags = VK_COMMAND_POOL_CREATE_TRANSIENT_BIT,
-                                     .queueFamilyIndex = queue_family_};
+  auto pool = zeroed<VkCommandPoolCreateInfo>(VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO);
+  pool.flags = VK_COMMAND_POOL_CREATE_TRANSIENT_BIT;
+  pool.queueFamilyIndex = queue_family_;
   check(vkCreateCommandPool(device_, &pool, nullptr, &once_pool_), "creating a command pool");
 }
 
@@ -45,14 +39,11 @@ Context::~Context() {
 
 void Context::create_device() {
   const float priority = 1.0f;
-  const VkDeviceQueueCreateInfo queue{.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,
-                                      .pNext = nullptr,
-                                      .flags = 0,
-                                      .queueFamilyIndex = queue_family_,
-                                      .queueCount = 1,
-                                      .pQueuePriorities = &priority};
-  VkPhysicalDeviceVulkan13Features vulkan13{};
-  vulkan13.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES;
+  auto queue = zeroed<VkDeviceQueueCreateInfo>(VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO);
+  queue.queueFamilyIndex = queue_family_;
+  queue.queueCount = 1;
+  queue.pQueuePriorities = &priority;
+  auto vulkan13 = zeroed<VkPhysicalDeviceVulkan13Features>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES);
   vulkan13.synchronization2 = VK_TRUE;
   vulkan13.dynamicRendering = VK_TRUE;
   vulkan13.maintenance4 = VK_TRUE;
@@ -60,16 +51,11 @@ void Context::create_device() {
   vulkan13.shaderTerminateInvocation = VK_TRUE;
   VkPhysicalDeviceFeatures features{};
   features.shaderStorageImageExtendedFormats = VK_TRUE;
-  const VkDeviceCreateInfo info{.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
-                                .pNext = &vulkan13,
-                                .flags = 0,
-                                .queueCreateInfoCount = 1,
-                                .pQueueCreateInfos = &queue,
-                                .enabledLayerCount = 0,
-                                .ppEnabledLayerNames = nullptr,
-                                .enabledExtensionCount = 0,
-                                .ppEnabledExtensionNames = nullptr,
-                                .pEnabledFeatures = &features};
+  auto info = zeroed<VkDeviceCreateInfo>(VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO);
+  info.pNext = &vulkan13;
+  info.queueCreateInfoCount = 1;
+  info.pQueueCreateInfos = &queue;
+  info.pEnabledFeatures = &features;
   check(vkCreateDevice(physical_, &info, nullptr, &device_), "opening " + name());
   vkGetDeviceQueue(device_, queue_family_, 0, &queue_);
   if (instance_->validation) {
@@ -80,8 +66,7 @@ void Context::create_device() {
 
 void Context::create_samplers() {
   for (const Filter filter : {Filter::nearest, Filter::linear, Filter::linear_mip_linear}) {
-    VkSamplerCreateInfo info{};
-    info.sType = VK_STRUCTURE_TYPE_SAMPLER_CREATE_INFO;
+    auto info = zeroed<VkSamplerCreateInfo>(VK_STRUCTURE_TYPE_SAMPLER_CREATE_INFO);
     info.magFilter = info.minFilter = filter == Filter::nearest ? VK_FILTER_NEAREST : VK_FILTER_LINEAR;
     info.mipmapMode =
         filter == Filter::linear_mip_linear ? VK_SAMPLER_MIPMAP_MODE_LINEAR : VK_SAMPLER_MIPMAP_MODE_NEAREST;
@@ -111,10 +96,9 @@ Memory Context::allocate(const VkMemoryRequirements& needs, MemoryUse use, const
   if (!best) throw GpuError(name() + " has no memory type for " + what);
 
   Memory memory;
-  const VkMemoryAllocateInfo info{.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
-                                  .pNext = nullptr,
-                                  .allocationSize = needs.size,
-                                  .memoryTypeIndex = *best};
+  auto info = zeroed<VkMemoryAllocateInfo>(VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO);
+  info.allocationSize = needs.size;
+  info.memoryTypeIndex = *best;
   check(vkAllocateMemory(device_, &info, nullptr, &memory.handle),
         "allocating " + std::to_string(needs.size) + " bytes for " + what);
   // Software devices, and others with host visible device memory, need no staging.
@@ -142,19 +126,19 @@ bool Context::host_writes_textures(VkFormat format, VkImageUsageFlags usage, con
          extent.width <= properties.maxExtent.width && extent.height <= properties.maxExtent.height;
 }
 
-HostBuffer Context::create_host_buffer(std::size_t size_bytes, VkBufferUsageFlags usage, MemoryUse use) {
-  HostBuffer buffer;
+AllocatedBuffer Context::create_buffer(std::size_t size_bytes, VkBufferUsageFlags usage, MemoryUse use,
+                                       const std::string& what) {
+  AllocatedBuffer buffer;
   buffer.size_bytes = size_bytes;
-  VkBufferCreateInfo info{};
-  info.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
+  auto info = zeroed<VkBufferCreateInfo>(VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO);
   info.size = size_bytes;
   info.usage = usage;
-  check(vkCreateBuffer(device_, &info, nullptr, &buffer.handle), "creating a host buffer");
+  check(vkCreateBuffer(device_, &info, nullptr, &buffer.handle), "creating " + what);
   try {
     VkMemoryRequirements needs{};
     vkGetBufferMemoryRequirements(device_, buffer.handle, &needs);
-    buffer.memory = allocate(needs, use, "a host buffer");
-    check(vkBindBufferMemory(device_, buffer.handle, buffer.memory.handle, 0), "binding a host buffer");
+    buffer.memory = allocate(needs, use, what);
+    check(vkBindBufferMemory(device_, buffer.handle, buffer.memory.handle, 0), "binding " + what);
   } catch (...) {
     destroy(buffer);
     throw;
@@ -162,29 +146,25 @@ HostBuffer Context::create_host_buffer(std::size_t size_bytes, VkBufferUsageFlag
   return buffer;
 }
 
-void Context::destroy(HostBuffer& buffer) {
+void Context::destroy(AllocatedBuffer& buffer) {
   vkDestroyBuffer(device_, buffer.handle, nullptr);
   vkFreeMemory(device_, buffer.memory.handle, nullptr);
   buffer = {};
 }
 
-const HostBuffer& Context::staging(std::size_t size_bytes, MemoryUse direction) {
-  HostBuffer& buffer = direction == MemoryUse::to_device ? to_device_ : from_device_;
+const AllocatedBuffer& Context::staging(std::size_t size_bytes, MemoryUse direction) {
+  AllocatedBuffer& buffer = direction == MemoryUse::to_device ? to_device_ : from_device_;
   if (buffer.size_bytes < size_bytes) {
     destroy(buffer);
-    buffer =
-        create_host_buffer(size_bytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT, direction);
+    buffer = create_buffer(size_bytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT, direction);
   }
   return buffer;
 }
 
 void Context::run_and_wait(VkCommandBuffer commands, const std::string& doing) {
-  const VkCommandBufferSubmitInfo buffer{.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_SUBMIT_INFO,
-                                         .pNext = nullptr,
-                                         .commandBuffer = commands,
-                                         .deviceMask = 0};
-  VkSubmitInfo2 submit{};
-  submit.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO_2;
+  auto buffer = zeroed<VkCommandBufferSubmitInfo>(VK_STRUCTURE_TYPE_COMMAND_BUFFER_SUBMIT_INFO);
+  buffer.commandBuffer = commands;
+  auto submit = zeroed<VkSubmitInfo2>(VK_STRUCTURE_TYPE_SUBMIT_INFO_2);
   submit.commandBufferInfoCount = 1;
   submit.pCommandBufferInfos = &buffer;
   check(vkQueueSubmit2(queue_, 1, &submit, fence_), doing);
@@ -195,17 +175,9 @@ void Context::run_and_wait(VkCommandBuffer commands, const std::string& doing) {
 
 void Context::run_once(const std::string& doing, const std::function<void(VkCommandBuffer)>& record) {
   check(vkResetCommandPool(device_, once_pool_, VK_COMMAND_POOL_RESET_RELEASE_RESOURCES_BIT), doing);
-  const VkCommandBufferAllocateInfo info{.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
-                                         .pNext = nullptr,
-                                         .commandPool = once_pool_,
-                                         .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY,
-                                         .commandBufferCount = 1};
   VkCommandBuffer commands = VK_NULL_HANDLE;
-  check(vkAllocateCommandBuffers(device_, &info, &commands), doing);
-  VkCommandBufferBeginInfo begin{};
-  begin.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO;
-  begin.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
-  check(vkBeginCommandBuffer(commands, &begin), doing);
+  check(allocate_commands(device_, once_pool_, &commands), doing);
+  begin_once(commands, doing);
   full_barrier(commands);
   record(commands);
   full_barrier(commands, true);
@@ -216,23 +188,34 @@ void Context::run_once(const std::string& doing, const std::function<void(VkComm
 
 void Context::set_name(VkObjectType type, std::uint64_t handle, const std::string& name) {
   if (!set_name_) return;
-  const VkDebugUtilsObjectNameInfoEXT info{.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT,
-                                           .pNext = nullptr,
-                                           .objectType = type,
-                                           .objectHandle = handle,
-                                           .pObjectName = name.c_str()};
+  auto info = zeroed<VkDebugUtilsObjectNameInfoEXT>(VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT);
+  info.objectType = type;
+  info.objectHandle = handle;
+  info.pObjectName = name.c_str();
   check(set_name_(device_, &info), "naming " + name);
 }
 
+VkResult allocate_commands(VkDevice device, VkCommandPool pool, VkCommandBuffer* commands) {
+  auto info = zeroed<VkCommandBufferAllocateInfo>(VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO);
+  info.commandPool = pool;
+  info.level = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
+  info.commandBufferCount = 1;
+  return vkAllocateCommandBuffers(device, &info, commands);
+}
+
+void begin_once(VkCommandBuffer commands, const std::string& doing) {
+  auto info = zeroed<VkCommandBufferBeginInfo>(VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO);
+  info.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
+  check(vkBeginCommandBuffer(commands, &info), doing);
+}
+
 void full_barrier(VkCommandBuffer commands, bool to_host) {
-  VkMemoryBarrier2 barrier{};
-  barrier.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER_2;
+  auto barrier = zeroed<VkMemoryBarrier2>(VK_STRUCTURE_TYPE_MEMORY_BARRIER_2);
   barrier.srcStageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;
   barrier.dstStageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT | (to_host ? VK_PIPELINE_STAGE_2_HOST_BIT : 0);
   barrier.srcAccessMask = VK_ACCESS_2_MEMORY_WRITE_BIT;
   barrier.dstAccessMask = VK_ACCESS_2_MEMORY_READ_BIT | VK_ACCESS_2_MEMORY_WRITE_BIT;
-  VkDependencyInfo dependency{};
-  dependency.sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO;
+  auto dependency = zeroed<VkDependencyInfo>(VK_STRUCTURE_TYPE_DEPENDENCY_INFO);
   dependency.memoryBarrierCount = 1;
   dependency.pMemoryBarriers = &barrier;
   vkCmdPipelineBarrier2(commands, &dependency);

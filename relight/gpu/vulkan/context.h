@@ -19,6 +19,14 @@ void check(VkResult result, const std::string& doing);
 
 std::string no_driver_text();
 
+/// A structure with all members zero but its type.
+template <typename Info>
+Info zeroed(VkStructureType type) {
+  Info info{};
+  info.sType = type;
+  return info;
+}
+
 /// A Vulkan instance, with the validation layer on request.
 struct Instance {
   explicit Instance(bool validation);
@@ -32,14 +40,20 @@ struct Instance {
   VkDebugUtilsMessengerEXT messenger = VK_NULL_HANDLE;
 };
 
+/// A device to open, and its queue for drawing, compute and timestamps.
+struct Choice {
+  VkPhysicalDevice physical;
+  std::uint32_t queue_family, timestamp_bits;
+};
+
 struct Memory {
   VkDeviceMemory handle = VK_NULL_HANDLE;
   std::byte* mapped = nullptr;  ///< null unless host visible
 };
 enum class MemoryUse { device, to_device, from_device };
 
-/// A buffer that the host writes or reads.
-struct HostBuffer {
+/// A buffer with its own memory.
+struct AllocatedBuffer {
   VkBuffer handle = VK_NULL_HANDLE;
   Memory memory;
   std::size_t size_bytes = 0;
@@ -49,7 +63,7 @@ struct Recording;
 
 class Context {
  public:
-  Context(std::unique_ptr<Instance> instance, VkPhysicalDevice physical, std::uint32_t queue_family);
+  Context(std::unique_ptr<Instance> instance, const Choice& choice);
   ~Context();
   Context(const Context&) = delete;
   Context& operator=(const Context&) = delete;
@@ -68,10 +82,11 @@ class Context {
   Memory allocate(const VkMemoryRequirements& needs, MemoryUse use, const std::string& what);
   /// Whether 2D textures with rows in order may be made of memory that is the device's own and the host can write.
   bool host_writes_textures(VkFormat format, VkImageUsageFlags usage, const VkExtent3D& extent) const;
-  HostBuffer create_host_buffer(std::size_t size_bytes, VkBufferUsageFlags usage, MemoryUse use);
-  void destroy(HostBuffer& buffer);
+  AllocatedBuffer create_buffer(std::size_t size_bytes, VkBufferUsageFlags usage, MemoryUse use,
+                                const std::string& what = "a host buffer");
+  void destroy(AllocatedBuffer& buffer);
   /// Staging memory of at least that size, reused for the next transfer in the same direction.
-  const HostBuffer& staging(std::size_t size_bytes, MemoryUse direction);
+  const AllocatedBuffer& staging(std::size_t size_bytes, MemoryUse direction);
 
   void run_and_wait(VkCommandBuffer commands, const std::string& doing);
   void run_once(const std::string& doing, const std::function<void(VkCommandBuffer)>& record);
@@ -97,9 +112,12 @@ class Context {
   VkFence fence_ = VK_NULL_HANDLE;
   VkCommandPool once_pool_ = VK_NULL_HANDLE;
   std::array<VkSampler, 3> samplers_{};
-  HostBuffer to_device_, from_device_;
+  AllocatedBuffer to_device_, from_device_;
   PFN_vkSetDebugUtilsObjectNameEXT set_name_ = nullptr;
 };
+
+VkResult allocate_commands(VkDevice device, VkCommandPool pool, VkCommandBuffer* commands);
+void begin_once(VkCommandBuffer commands, const std::string& doing);
 
 /// Makes all previous writes visible to later commands, or also to the host.
 void full_barrier(VkCommandBuffer commands, bool to_host = false);

@@ -52,7 +52,8 @@ class VulkanDevice final : public Device {
     check_upload_rgb(texture, rgb.size());
     const TextureDesc& desc = texture.desc();
     const HostRows direct = target.host_rows();  // nothing runs meanwhile: submit() waits
-    const HostBuffer* staging = direct.first ? nullptr : &context_->staging(mip_bytes(desc, 0), MemoryUse::to_device);
+    const AllocatedBuffer* staging =
+        direct.first ? nullptr : &context_->staging(mip_bytes(desc, 0), MemoryUse::to_device);
     const HostRows rows =
         direct.first ? direct : HostRows{staging->memory.mapped, 4 * static_cast<std::size_t>(desc.width)};
     for (int v = 0; v < desc.height; ++v) {
@@ -64,13 +65,13 @@ class VulkanDevice final : public Device {
 
   void upload(const Buffer& buffer, std::size_t offset, std::span<const std::byte> bytes) override {
     const VulkanBuffer& target = own(buffer, *context_);
-    check_upload(buffer, target.name(), offset, bytes.size());
+    check_upload(buffer, offset, bytes.size());
     if (bytes.empty()) return;
     if (target.mapped()) {  // no commands are in flight: submit() waits
       std::memcpy(target.mapped() + offset, bytes.data(), bytes.size());
       return;
     }
-    const HostBuffer& staging = staged(bytes);
+    const AllocatedBuffer& staging = staged(bytes);
     context_->run_once("upload to buffer \"" + target.name() + "\"", [&](VkCommandBuffer commands) {
       const VkBufferCopy copy{0, offset, bytes.size()};
       vkCmdCopyBuffer(commands, staging.handle, target.handle(), 1, &copy);
@@ -81,7 +82,7 @@ class VulkanDevice final : public Device {
     const VulkanTexture& source = own(texture, *context_);
     const std::string what = mip_text(texture, mip);
     const std::size_t size = mip_bytes(texture.desc(), mip);
-    const HostBuffer& staging = context_->staging(size, MemoryUse::from_device);
+    const AllocatedBuffer& staging = context_->staging(size, MemoryUse::from_device);
     context_->run_once("download of " + what, [&](VkCommandBuffer commands) {
       const VkBufferImageCopy copy = source.copy_of(mip);
       vkCmdCopyImageToBuffer(commands, source.image(), VK_IMAGE_LAYOUT_GENERAL, staging.handle, 1, &copy);
@@ -91,7 +92,7 @@ class VulkanDevice final : public Device {
 
   std::vector<std::byte> download(const Buffer& buffer) override {
     const VulkanBuffer& source = own(buffer, *context_);
-    const HostBuffer& staging = context_->staging(buffer.size_bytes(), MemoryUse::from_device);
+    const AllocatedBuffer& staging = context_->staging(buffer.size_bytes(), MemoryUse::from_device);
     context_->run_once("download of buffer \"" + source.name() + "\"", [&](VkCommandBuffer commands) {
       const VkBufferCopy copy{0, 0, buffer.size_bytes()};
       vkCmdCopyBuffer(commands, source.handle(), staging.handle, 1, &copy);
@@ -102,9 +103,7 @@ class VulkanDevice final : public Device {
   std::unique_ptr<CommandList> begin() override { return std::make_unique<VulkanCommandList>(context_); }
 
   std::vector<PassTime> submit(CommandList& list) override {
-    auto* mine = dynamic_cast<VulkanCommandList*>(&list);
-    if (!mine || mine->context() != context_.get()) throw std::logic_error("a command list belongs to another device");
-    return mine->run();
+    return own_object<VulkanCommandList>(list, *context_, "a command list").run();
   }
 
  private:
@@ -115,15 +114,15 @@ class VulkanDevice final : public Device {
     return made;
   }
 
-  void copy_staged(const HostBuffer& staging, const VulkanTexture& target, int mip) {
+  void copy_staged(const AllocatedBuffer& staging, const VulkanTexture& target, int mip) {
     context_->run_once("upload to " + mip_text(target, mip), [&](VkCommandBuffer commands) {
       const VkBufferImageCopy copy = target.copy_of(mip);
       vkCmdCopyBufferToImage(commands, staging.handle, target.image(), VK_IMAGE_LAYOUT_GENERAL, 1, &copy);
     });
   }
 
-  const HostBuffer& staged(std::span<const std::byte> bytes) {
-    const HostBuffer& staging = context_->staging(bytes.size(), MemoryUse::to_device);
+  const AllocatedBuffer& staged(std::span<const std::byte> bytes) {
+    const AllocatedBuffer& staging = context_->staging(bytes.size(), MemoryUse::to_device);
     std::memcpy(staging.memory.mapped, bytes.data(), bytes.size());
     return staging;
   }
@@ -138,7 +137,7 @@ class VulkanDevice final : public Device {
 std::unique_ptr<Device> create_vulkan_device(const DeviceOptions& options) {
   auto instance = std::make_unique<vulkan::Instance>(options.validation);
   const vulkan::Choice choice = vulkan::choose_device(*instance);
-  auto context = std::make_shared<vulkan::Context>(std::move(instance), choice.physical, choice.queue_family);
+  auto context = std::make_shared<vulkan::Context>(std::move(instance), choice);
   return std::make_unique<vulkan::VulkanDevice>(std::move(context), options.more_shaders);
 }
 

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cstring>
+#include <map>
 
 #include "relight/gpu/backends.h"
 #include "relight/gpu/vulkan/context.h"
@@ -25,22 +26,16 @@ VKAPI_ATTR VkBool32 VKAPI_CALL on_message(VkDebugUtilsMessageSeverityFlagBitsEXT
 }
 
 std::string text_of(VkResult result) {
-  switch (result) {
-    case VK_ERROR_OUT_OF_HOST_MEMORY:
-      return "out of host memory";
-    case VK_ERROR_OUT_OF_DEVICE_MEMORY:
-      return "out of device memory";
-    case VK_ERROR_DEVICE_LOST:
-      return "the device was lost (it hung, crashed or was removed)";
-    case VK_ERROR_TOO_MANY_OBJECTS:
-      return "too many allocations";
-    case VK_ERROR_INITIALIZATION_FAILED:
-      return "the driver could not start";
-    case VK_ERROR_FORMAT_NOT_SUPPORTED:
-      return "the driver does not support the format";
-    default:
-      return "Vulkan error " + std::to_string(result);
-  }
+  const std::map<VkResult, std::string> texts{
+      {VK_ERROR_OUT_OF_HOST_MEMORY, "out of host memory"},
+      {VK_ERROR_OUT_OF_DEVICE_MEMORY, "out of device memory"},
+      {VK_ERROR_DEVICE_LOST, "the device was lost (it hung, crashed or was removed)"},
+      {VK_ERROR_TOO_MANY_OBJECTS, "too many allocations"},
+      {VK_ERROR_INITIALIZATION_FAILED, "the driver could not start"},
+      {VK_ERROR_FORMAT_NOT_SUPPORTED, "the driver does not support the format"},
+  };
+  const auto text = texts.find(result);
+  return text == texts.end() ? "Vulkan error " + std::to_string(result) : text->second;
 }
 
 }  // namespace
@@ -59,38 +54,30 @@ Instance::Instance(bool with_validation) : validation(with_validation) {
   if (validation && !has_validation_layer()) {
     throw GpuError("the Vulkan validation layer is not installed (Debian: vulkan-validationlayers)");
   }
-  const VkApplicationInfo application{.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO,
-                                      .pNext = nullptr,
-                                      .pApplicationName = "lumigraft",
-                                      .applicationVersion = 0,
-                                      .pEngineName = nullptr,
-                                      .engineVersion = 0,
-                                      .apiVersion = VK_API_VERSION_1_3};
-  const VkDebugUtilsMessengerCreateInfoEXT listen{.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT,
-                                                  .pNext = nullptr,
-                                                  .flags = 0,
-                                                  .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT |
-                                                                     VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT,
-                                                  .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT,
-                                                  .pfnUserCallback = on_message,
-                                                  .pUserData = &messages};
+  auto application = zeroed<VkApplicationInfo>(VK_STRUCTURE_TYPE_APPLICATION_INFO);
+  application.pApplicationName = "lumigraft";
+  application.apiVersion = VK_API_VERSION_1_3;
+  auto listen = zeroed<VkDebugUtilsMessengerCreateInfoEXT>(VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT);
+  listen.messageSeverity =
+      VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT | VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT;
+  listen.messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT;
+  listen.pfnUserCallback = on_message;
+  listen.pUserData = &messages;
   // Also detects hazards between commands (a missing barrier), which software devices hide.
   const VkValidationFeatureEnableEXT synchronization = VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT;
-  const VkValidationFeaturesEXT more{.sType = VK_STRUCTURE_TYPE_VALIDATION_FEATURES_EXT,
-                                     .pNext = &listen,
-                                     .enabledValidationFeatureCount = 1,
-                                     .pEnabledValidationFeatures = &synchronization,
-                                     .disabledValidationFeatureCount = 0,
-                                     .pDisabledValidationFeatures = nullptr};
+  auto more = zeroed<VkValidationFeaturesEXT>(VK_STRUCTURE_TYPE_VALIDATION_FEATURES_EXT);
+  more.pNext = &listen;
+  more.enabledValidationFeatureCount = 1;
+  more.pEnabledValidationFeatures = &synchronization;
   const char* const extension = VK_EXT_DEBUG_UTILS_EXTENSION_NAME;
-  const VkInstanceCreateInfo info{.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO,
-                                  .pNext = validation ? &more : nullptr,
-                                  .flags = 0,
-                                  .pApplicationInfo = &application,
-                                  .enabledLayerCount = validation ? 1u : 0u,
-                                  .ppEnabledLayerNames = &validation_layer,
-                                  .enabledExtensionCount = validation ? 1u : 0u,
-                                  .ppEnabledExtensionNames = &extension};
+  auto info = zeroed<VkInstanceCreateInfo>(VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO);
+  info.pApplicationInfo = &application;
+  if (validation) {
+    info.pNext = &more;
+    info.enabledLayerCount = info.enabledExtensionCount = 1;
+    info.ppEnabledLayerNames = &validation_layer;
+    info.ppEnabledExtensionNames = &extension;
+  }
   const VkResult result = vkCreateInstance(&info, nullptr, &handle);
   if (result == VK_ERROR_INCOMPATIBLE_DRIVER) {
     throw GpuError(no_driver_text());

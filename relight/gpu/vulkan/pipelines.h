@@ -27,6 +27,7 @@ class VulkanCompute final : public ComputePipeline {
   VulkanCompute(std::shared_ptr<Context> context, const ShaderCode& shader);
   /// Compiles the shader at its first use: a plan runs only a few of the passes that are created.
   const PipelineObjects& objects() const;
+  const Context* context() const { return objects_.context.get(); }
 
  private:
   ShaderCode shader_;
@@ -38,6 +39,7 @@ class VulkanRaster final : public RasterPipeline {
   VulkanRaster(std::shared_ptr<Context> context, const RasterDesc& desc, const ShaderCode& vertex,
                const ShaderCode& fragment);
   const PipelineObjects& objects() const { return objects_; }
+  const Context* context() const { return objects_.context.get(); }
   const RasterDesc& desc() const { return desc_; }
 
  private:

@@ -13,24 +13,17 @@ constexpr int timestamps_per_pool = 64;
 }  // namespace
 
 Recording::Recording(Context& context) : context_(context) {
-  const VkCommandPoolCreateInfo pool{.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
-                                     .pNext = nullptr,
-                                     .flags = 0,
-                                     .queueFamilyIndex = context_.queue_family()};
+  auto pool = zeroed<VkCommandPoolCreateInfo>(VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO);
+  pool.queueFamilyIndex = context_.queue_family();
   check(vkCreateCommandPool(context_.device(), &pool, nullptr, &pool_), "creating a command pool");
-  const VkCommandBufferAllocateInfo buffer{.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
-                                           .pNext = nullptr,
-                                           .commandPool = pool_,
-                                           .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY,
-                                           .commandBufferCount = 1};
-  const VkResult result = vkAllocateCommandBuffers(context_.device(), &buffer, &commands);
+  const VkResult result = allocate_commands(context_.device(), pool_, &commands);
   if (result != VK_SUCCESS) vkDestroyCommandPool(context_.device(), pool_, nullptr);
   check(result, "creating a command list");
 }
 
 Recording::~Recording() {
   for (const VkQueryPool pool : queries_) vkDestroyQueryPool(context_.device(), pool, nullptr);
-  for (HostBuffer& buffer : params_) context_.destroy(buffer);
+  for (AllocatedBuffer& buffer : params_) context_.destroy(buffer);
   for (const VkDescriptorPool pool : descriptor_pools_) vkDestroyDescriptorPool(context_.device(), pool, nullptr);
   vkDestroyCommandPool(context_.device(), pool_, nullptr);
 }
@@ -42,10 +35,7 @@ void Recording::begin() {
   }
   descriptor_pool_ = params_chunk_ = params_used_ = 0;
   timestamps_ = 0;
-  VkCommandBufferBeginInfo info{};
-  info.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO;
-  info.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
-  check(vkBeginCommandBuffer(commands, &info), "beginning a command list");
+  begin_once(commands, "beginning a command list");
 }
 
 VkDescriptorPool Recording::create_descriptor_pool() {
@@ -55,8 +45,7 @@ VkDescriptorPool Recording::create_descriptor_pool() {
       {VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, 8 * sets_per_pool},
       {VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 8 * sets_per_pool},
   };
-  VkDescriptorPoolCreateInfo info{};
-  info.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO;
+  auto info = zeroed<VkDescriptorPoolCreateInfo>(VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO);
   info.maxSets = sets_per_pool;
   info.poolSizeCount = std::size(sizes);
   info.pPoolSizes = sizes;
@@ -92,10 +81,10 @@ VkDescriptorBufferInfo Recording::copy_params(std::span<const std::byte> bytes, 
   }
   if (params_chunk_ == params_.size()) {
     params_.push_back(
-        context_.create_host_buffer(params_chunk_bytes, VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT, MemoryUse::to_device));
+        context_.create_buffer(params_chunk_bytes, VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT, MemoryUse::to_device));
     offset = 0;
   }
-  const HostBuffer& chunk = params_[params_chunk_];
+  const AllocatedBuffer& chunk = params_[params_chunk_];
   std::memset(chunk.memory.mapped + offset, 0, padded_bytes);
   std::memcpy(chunk.memory.mapped + offset, bytes.data(), bytes.size());
   params_used_ = offset + padded_bytes;
@@ -105,8 +94,7 @@ VkDescriptorBufferInfo Recording::copy_params(std::span<const std::byte> bytes, 
 int Recording::write_timestamp() {
   const std::size_t pool = static_cast<std::size_t>(timestamps_ / timestamps_per_pool);
   if (pool == queries_.size()) {
-    VkQueryPoolCreateInfo info{};
-    info.sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO;
+    auto info = zeroed<VkQueryPoolCreateInfo>(VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO);
     info.queryType = VK_QUERY_TYPE_TIMESTAMP;
     info.queryCount = timestamps_per_pool;
     VkQueryPool created = VK_NULL_HANDLE;

@@ -28,7 +28,7 @@ struct Recording {
   VkCommandPool pool_ = VK_NULL_HANDLE;
   std::vector<VkDescriptorPool> descriptor_pools_;
   std::size_t descriptor_pool_ = 0;  ///< the one in use
-  std::vector<HostBuffer> params_;
+  std::vector<AllocatedBuffer> params_;
   std::size_t params_chunk_ = 0, params_used_ = 0;
   std::vector<VkQueryPool> queries_;
   int timestamps_ = 0;

@@ -2,13 +2,12 @@
 
 #include <algorithm>
 
+#include "relight/gpu/check_commands.h"
 #include "relight/gpu/formats.h"
 #include "relight/gpu/vulkan/choose_device.h"
 
 namespace lumigraft::relight::gpu::vulkan {
 namespace {
-
-constexpr VkComponentMapping no_swizzle{};
 
 std::uint32_t edge(int value) { return static_cast<std::uint32_t>(value); }
 
@@ -26,12 +25,9 @@ VkImageUsageFlags usage_of(const TextureDesc& desc) {
 
 VulkanTexture::VulkanTexture(std::shared_ptr<Context> context, const TextureDesc& desc)
     : Texture(desc, context->holdings()), context_(std::move(context)) {
-  const std::uint32_t max_size =
-      is_volume(desc_) ? context_->limits().maxImageDimension3D : context_->limits().maxImageDimension2D;
-  if (edge(std::max({desc_.width, desc_.height, desc_.depth})) > max_size) {
-    throw GpuError("texture \"" + desc_.name + "\" (" + size_text(desc_) + "): the longest edge of " +
-                   context_->name() + " is " + std::to_string(max_size));
-  }
+  const VkPhysicalDeviceLimits& limits = context_->limits();
+  check_texture_edge(desc_, is_volume(desc_) ? limits.maxImageDimension3D : limits.maxImageDimension2D,
+                     context_->name());
   try {
     create_image();
     create_views();
@@ -45,9 +41,8 @@ VulkanTexture::VulkanTexture(std::shared_ptr<Context> context, const TextureDesc
 VulkanTexture::~VulkanTexture() { destroy(); }
 
 void VulkanTexture::create_image() {
-  const std::string what = "texture \"" + desc_.name + "\" (" + size_text(desc_) + ")";
-  VkImageCreateInfo info{};
-  info.sType = VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO;
+  const std::string what = text_of(desc_);
+  auto info = zeroed<VkImageCreateInfo>(VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO);
   info.imageType = is_volume(desc_) ? VK_IMAGE_TYPE_3D : VK_IMAGE_TYPE_2D;
   info.format = vk_format(desc_.format);
   info.extent = {edge(desc_.width), edge(desc_.height), edge(desc_.depth)};
@@ -67,14 +62,11 @@ void VulkanTexture::create_image() {
 
 void VulkanTexture::create_views() {
   const auto create = [&](int first, int count) {
-    const VkImageViewCreateInfo info{.sType = VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO,
-                                     .pNext = nullptr,
-                                     .flags = 0,
-                                     .image = image_,
-                                     .viewType = is_volume(desc_) ? VK_IMAGE_VIEW_TYPE_3D : VK_IMAGE_VIEW_TYPE_2D,
-                                     .format = vk_format(desc_.format),
-                                     .components = no_swizzle,
-                                     .subresourceRange = {aspect(), edge(first), edge(count), 0, 1}};
+    auto info = zeroed<VkImageViewCreateInfo>(VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO);
+    info.image = image_;
+    info.viewType = is_volume(desc_) ? VK_IMAGE_VIEW_TYPE_3D : VK_IMAGE_VIEW_TYPE_2D;
+    info.format = vk_format(desc_.format);
+    info.subresourceRange = {aspect(), edge(first), edge(count), 0, 1};
     VkImageView view = VK_NULL_HANDLE;
     check(vkCreateImageView(context_->device(), &info, nullptr, &view), "viewing texture \"" + desc_.name + "\"");
     return view;
@@ -87,8 +79,7 @@ void VulkanTexture::create_views() {
 
 void VulkanTexture::clear_new() {
   context_->run_once("clearing texture \"" + desc_.name + "\"", [&](VkCommandBuffer commands) {
-    VkImageMemoryBarrier2 barrier{};
-    barrier.sType = VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER_2;
+    auto barrier = zeroed<VkImageMemoryBarrier2>(VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER_2);
     barrier.srcStageMask = VK_PIPELINE_STAGE_2_NONE;
     barrier.dstStageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;
     barrier.dstAccessMask = VK_ACCESS_2_MEMORY_READ_BIT | VK_ACCESS_2_MEMORY_WRITE_BIT;
@@ -97,8 +88,7 @@ void VulkanTexture::clear_new() {
     barrier.srcQueueFamilyIndex = barrier.dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
     barrier.image = image_;
     barrier.subresourceRange = {aspect(), 0, VK_REMAINING_MIP_LEVELS, 0, 1};
-    VkDependencyInfo dependency{};
-    dependency.sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO;
+    auto dependency = zeroed<VkDependencyInfo>(VK_STRUCTURE_TYPE_DEPENDENCY_INFO);
     dependency.imageMemoryBarrierCount = 1;
     dependency.pImageMemoryBarriers = &barrier;
     vkCmdPipelineBarrier2(commands, &dependency);
@@ -136,52 +126,31 @@ HostRows VulkanTexture::host_rows() const {
 
 VulkanBuffer::VulkanBuffer(std::shared_ptr<Context> context, std::size_t size_bytes, const std::string& name)
     : Buffer(size_bytes, name, context->holdings()), context_(std::move(context)) {
-  if (size_bytes > context_->limits().maxStorageBufferRange) {
-    throw GpuError("buffer \"" + name_ + "\" has " + std::to_string(size_bytes) + " bytes; the maximum of " +
-                   context_->name() + " is " + std::to_string(context_->limits().maxStorageBufferRange));
-  }
+  check_buffer_bytes(*this, context_->limits().maxStorageBufferRange, context_->name());
+  const std::string what = "buffer \"" + name_ + "\"";
   try {
-    create();
+    buffer_ = context_->create_buffer((size_bytes_ + 3) / 4 * 4,  // fills and shaders access whole words
+                                      VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_VERTEX_BUFFER_BIT |
+                                          VK_BUFFER_USAGE_INDEX_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT |
+                                          VK_BUFFER_USAGE_TRANSFER_DST_BIT,
+                                      MemoryUse::device, what);
+    context_->set_name(VK_OBJECT_TYPE_BUFFER, reinterpret_cast<std::uint64_t>(handle()), name_);
+    context_->run_once("clearing " + what,
+                       [&](VkCommandBuffer commands) { vkCmdFillBuffer(commands, handle(), 0, VK_WHOLE_SIZE, 0); });
   } catch (...) {
-    destroy();
+    context_->destroy(buffer_);
     throw;
   }
 }
 
-VulkanBuffer::~VulkanBuffer() { destroy(); }
-
-void VulkanBuffer::create() {
-  const std::string what = "buffer \"" + name_ + "\"";
-  VkBufferCreateInfo info{};
-  info.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
-  info.size = (size_bytes_ + 3) / 4 * 4;  // fills and shaders access whole words
-  info.usage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_VERTEX_BUFFER_BIT |
-               VK_BUFFER_USAGE_INDEX_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
-  check(vkCreateBuffer(context_->device(), &info, nullptr, &buffer_), "creating " + what);
-  VkMemoryRequirements needs{};
-  vkGetBufferMemoryRequirements(context_->device(), buffer_, &needs);
-  memory_ = context_->allocate(needs, MemoryUse::device, what);
-  check(vkBindBufferMemory(context_->device(), buffer_, memory_.handle, 0), "binding " + what);
-  context_->set_name(VK_OBJECT_TYPE_BUFFER, reinterpret_cast<std::uint64_t>(buffer_), name_);
-  context_->run_once("clearing " + what,
-                     [&](VkCommandBuffer commands) { vkCmdFillBuffer(commands, buffer_, 0, VK_WHOLE_SIZE, 0); });
-}
-
-void VulkanBuffer::destroy() {
-  vkDestroyBuffer(context_->device(), buffer_, nullptr);
-  vkFreeMemory(context_->device(), memory_.handle, nullptr);
-}
+VulkanBuffer::~VulkanBuffer() { context_->destroy(buffer_); }
 
 const VulkanTexture& own(const Texture& texture, const Context& context) {
-  const auto* mine = dynamic_cast<const VulkanTexture*>(&texture);
-  if (mine && mine->context() == &context) return *mine;
-  throw std::logic_error("texture \"" + texture.desc().name + "\" belongs to another device");
+  return own_object<const VulkanTexture>(texture, context, "texture \"" + texture.desc().name + "\"");
 }
 
 const VulkanBuffer& own(const Buffer& buffer, const Context& context) {
-  const auto* mine = dynamic_cast<const VulkanBuffer*>(&buffer);
-  if (mine && mine->context() == &context) return *mine;
-  throw std::logic_error("a buffer belongs to another device");
+  return own_object<const VulkanBuffer>(buffer, context, "a buffer");
 }
 
 VkClearColorValue clear_value(Format format, const std::array<float, 4>& value) {

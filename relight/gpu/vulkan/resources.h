@@ -44,16 +44,12 @@ class VulkanBuffer final : public Buffer {
   ~VulkanBuffer() override;
 
   const Context* context() const { return context_.get(); }
-  VkBuffer handle() const { return buffer_; }
-  std::byte* mapped() const { return memory_.mapped; }  ///< null: only the device can write it
+  VkBuffer handle() const { return buffer_.handle; }
+  std::byte* mapped() const { return buffer_.memory.mapped; }  ///< null: only the device can write it
 
  private:
-  void create();
-  void destroy();
-
   std::shared_ptr<Context> context_;
-  VkBuffer buffer_ = VK_NULL_HANDLE;
-  Memory memory_;
+  AllocatedBuffer buffer_;
 };
 
 /// The Vulkan object of a caller's resource. Throws std::logic_error if it belongs to another device.

@@ -22,6 +22,12 @@ int bounds_of(int edge) {
   return blocks;
 }
 
+gpu::RasterDesc map_raster() {
+  gpu::RasterDesc raster = vertex_raster("lamp_map.vert", "lamp_map.frag", {});
+  raster.attributes.resize(1);  // positions alone
+  return raster;
+}
+
 int rows_of(int maps) { return (maps + kColumns - 1) / kColumns; }
 
 /// Numbers of maps that minimise the sum of the lamps' errors, each estimated as irradiance times penumbra width over
@@ -51,11 +57,7 @@ std::array<int, shader::kMaxLamps> map_counts(const shader::FrameParams& params,
 LampMaps::LampMaps(gpu::Device& device, int edge, int max_maps)
     : edge_(edge),
       max_maps_(max_maps),
-      raster_(device.create_raster({.vertex_shader = "lamp_map.vert",
-                                    .fragment_shader = "lamp_map.frag",
-                                    .vertex_stride_bytes = kVertexFloats * static_cast<int>(sizeof(float)),
-                                    .attributes = {vertex_attributes().front()},
-                                    .color_formats = {}})),
+      raster_(device.create_raster(map_raster())),
       bound_(device.create_compute("lamp_bounds.comp")) {
   const int maps = max_maps + shader::kMaxLamps;
   depths_ = device.create_texture({.name = "lamp maps",
@@ -89,10 +91,8 @@ void LampMaps::choose(gpu::Device& device, shader::FrameParams& params) {
 
       const float far = (centre - from).norm(), sine = std::min(radius / far, 0.98f);
       const float inverse_tan = 0.98f * std::sqrt(1 - sine * sine) / sine;  // margin of one or two texels
-      Eigen::Matrix3f turn;
-      turn.row(2) = (centre - from) / far;
-      turn.row(0) = turn.row(2).unitOrthogonal();
-      turn.row(1) = turn.row(2).cross(turn.row(0));
+      const Eigen::Matrix4f T_view_tag = view_along(from, (centre - from) / far);
+      const Eigen::Matrix3f turn = T_view_tag.topLeftCorner<3, 3>();
       const float first = std::max(far - 1.1f * radius, 0.02f * radius), last = far + 1.1f * radius;
       const int column = static_cast<int>(views.size()) % kColumns, row = static_cast<int>(views.size()) / kColumns;
 
@@ -108,9 +108,7 @@ void LampMaps::choose(gpu::Device& device, shader::FrameParams& params) {
           lamp.position_radius.w() / std::sqrt(static_cast<float>(count)) * texels, phi;
 
       shader::DrawParams& draw = draws_.emplace_back();
-      draw.T_view_tag.setIdentity();
-      draw.T_view_tag.topLeftCorner<3, 3>() = turn;
-      draw.T_view_tag.topRightCorner<3, 1>() = -turn * from;
+      draw.T_view_tag = T_view_tag;
       const Eigen::Array2f tiles(static_cast<float>(kColumns), static_cast<float>(depths_->desc().height / edge_));
       draw.projection << 1 / tiles.x(), 1 / tiles.y(), (2 * static_cast<float>(column) + 1) / tiles.x() - 1,
           (2 * static_cast<float>(row) + 1) / tiles.y() - 1;

@@ -2,6 +2,17 @@
 
 namespace lumigraft::relight {
 
+Eigen::Matrix4f view_along(const Eigen::Vector3f& from, const Eigen::Vector3f& direction) {
+  Eigen::Matrix3f rotation;
+  rotation.row(2) = direction;
+  rotation.row(0) = rotation.row(2).unitOrthogonal();
+  rotation.row(1) = rotation.row(2).cross(rotation.row(0));
+  Eigen::Matrix4f T_view_tag = Eigen::Matrix4f::Identity();
+  T_view_tag.topLeftCorner<3, 3>() = rotation;
+  T_view_tag.topRightCorner<3, 1>() = -rotation * from;
+  return T_view_tag;
+}
+
 void ObjectDraws::add(const StoredModel::Mesh& mesh, const Eigen::Affine3f& T_tag_model,
                       const MaterialOverride& material, int number, const shader::DrawParams& view,
                       const gpu::Texture& white) {

@@ -17,4 +17,7 @@ struct ObjectDraws {
            int number, const shader::DrawParams& view, const gpu::Texture& white);
 };
 
+/// T_view_tag of a view from a point in a unit direction, its z.
+Eigen::Matrix4f view_along(const Eigen::Vector3f& from, const Eigen::Vector3f& direction);
+
 }  // namespace lumigraft::relight

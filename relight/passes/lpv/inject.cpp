@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <numbers>
 
-#include "relight/passes/volume/virtual_area.h"
+#include "relight/passes/volume/virtual_fill.h"
 
 namespace lumigraft::relight {
 
@@ -24,7 +24,7 @@ void LpvInject::choose_unit(const shader::FrameParams& params, float brightest) 
 
 shader::FrameParams LpvInject::with_units(shader::FrameParams params, const LpvGrid& grid) const {
   params.pass_i.x() = grid.edge;
-  params.pass_f << unit_, 1 / unit_, 1.0f / VirtualArea::kUnitsPerFace, 0;
+  params.pass_f << unit_, 1 / unit_, 1.0f / VirtualFill::kUnitsPerFace, 0;
   return params;
 }
 
@@ -39,8 +39,7 @@ void LpvInject::block(gpu::CommandList& list, shader::FrameParams params, const 
 void LpvInject::at_virtual(gpu::CommandList& list, const shader::FrameParams& params, bool add_gathered,
                            const Volumes& volumes, const LpvGrid& grid) const {
   shader::FrameParams own = with_units(params, grid);
-  own.pass_i.y() = std::max(params.counts.z() / 2, 3);  // each voxel rotates them differently, and a cell holds the
-                                                        // mean of several voxels
+  own.pass_i.y() = std::max(params.counts.z() / 2, 3);  // each voxel rotates them; a cell holds the mean of several
   own.pass_i.z() = add_gathered ? 1 : 0;
   list.fill(*grid.of_virtual, 0);
   list.dispatch(

@@ -8,7 +8,6 @@
 #include "relight/passes/dispatch.h"
 #include "relight/passes/lpv/grid.h"
 #include "relight/passes/volume/volumes.h"
-#include "relight/upload/light_set.h"
 
 namespace lumigraft::relight {
 

@@ -1,7 +1,7 @@
 #pragma once
 // Delta Light Propagation Volumes (thesis §5.3): the change of light is injected at the surfaces that cause it,
 // propagated from cell to cell, and looked up at the receivers. Replaces Bounce::gather_real and Trace of cone tracing.
-// Shadows of lamps (Shadow) and the light of the room on objects (Ambient) use cones in both methods.
+// Shadows of lamps (Shadow) and the light of the room on objects (ObjectShading) use cones in both methods.
 #include "relight/passes/lpv/inject.h"
 #include "relight/passes/lpv/propagate.h"
 #include "relight/passes/lpv/query.h"

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "capture/camera/radiance.h"
 #include "capture/camera/srgb.h"
 
 namespace lumigraft::relight {

@@ -3,7 +3,6 @@
 #include <array>
 #include <memory>
 
-#include "capture/camera/radiance.h"
 #include "capture/frame.h"
 #include "capture/session/session.h"
 #include "relight/passes/screen/screen.h"
@@ -14,7 +13,7 @@ class CameraUpload {
  public:
   explicit CameraUpload(const capture::ColorCamera& camera);
 
-  void take(const std::shared_ptr<const capture::Frame>& picture);  ///< keeps this frame's pixel values
+  void take(const capture::FrameSet& frame);  ///< keeps its pixel values
   void upload_rays(gpu::Device& device, const Screen& screen);
   /// Uploads pixel values and depth, and radiance on request.
   void upload(gpu::Device& device, const capture::FrameSet& frame, bool with_radiance, const Screen& screen) const;

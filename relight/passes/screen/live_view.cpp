@@ -18,11 +18,7 @@ std::vector<gpu::Binding> inputs(const Volumes& volumes, const gpu::Texture& irr
 }  // namespace
 
 LiveView::LiveView(gpu::Device& device)
-    : raster_(device.create_raster({.vertex_shader = "object_lit.vert",
-                                    .fragment_shader = "object_lit.frag",
-                                    .vertex_stride_bytes = kVertexFloats * static_cast<int>(sizeof(float)),
-                                    .attributes = vertex_attributes(),
-                                    .color_formats = {gpu::Format::rgba16_float}})),
+    : raster_(device.create_raster(vertex_raster("object_lit.vert", "object_lit.frag", {gpu::Format::rgba16_float}))),
       place_(device.create_compute("live_place.comp")),
       gain_(device.create_compute("live_gain.comp")),
       shadow_(device.create_compute("live_shadow.comp")),

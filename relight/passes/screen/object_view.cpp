@@ -18,11 +18,8 @@ shader::DrawParams camera_view(const shader::FrameParams& frame, int samples) {
 
 ObjectView::ObjectView(gpu::Device& device)
     : raster_(device.create_raster(
-          {.vertex_shader = "object.vert",
-           .fragment_shader = "object.frag",
-           .vertex_stride_bytes = kVertexFloats * static_cast<int>(sizeof(float)),
-           .attributes = vertex_attributes(),
-           .color_formats = {gpu::Format::rgba16_float, gpu::Format::rgba16_float, gpu::Format::rg32_float}})),
+          vertex_raster("object.vert", "object.frag",
+                        {gpu::Format::rgba16_float, gpu::Format::rgba16_float, gpu::Format::rg32_float}))),
       resolve_(device.create_compute("object_resolve.comp")) {}
 
 void ObjectView::draw(gpu::CommandList& list, const shader::FrameParams& params,

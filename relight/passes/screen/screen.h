@@ -21,12 +21,10 @@ struct Screen {
   std::unique_ptr<gpu::Texture> depth;  ///< metres along z, 0: none
   // Virtual surfaces.
   std::unique_ptr<gpu::Texture> sample_normal, sample_base, sample_depth, sample_z;  ///< supersampled
-  std::unique_ptr<gpu::Texture> lit_samples;                                         ///< radiance; z in the camera
-                                                                                     ///< frame
+  std::unique_ptr<gpu::Texture> lit_samples;                                         ///< radiance; camera z
   std::unique_ptr<gpu::Texture> object_normal;                                       ///< tag frame; roughness
   std::unique_ptr<gpu::Texture> object_base;                                         ///< base colour; metallic
-  std::unique_ptr<gpu::Texture> object_surface;     ///< z, coverage, specular, fraction of the coverage that shows
-                                                    ///< another surface
+  std::unique_ptr<gpu::Texture> object_surface;     ///< z, coverage, specular, share of another surface
   std::unique_ptr<gpu::Texture> object_other;       ///< that surface: normal, tag frame; z
   std::unique_ptr<gpu::Texture> object_irradiance;  ///< without lamps, at 1/ambient_scale
   std::unique_ptr<gpu::Texture> object_mirrored;    ///< radiance of the specular part without lamps, at 1/ambient_scale
@@ -37,12 +35,10 @@ struct Screen {
   // Real surfaces.
   std::unique_ptr<gpu::Texture> real_position;  ///< tag frame; z, 0: unknown
   std::unique_ptr<gpu::Texture> real_normal;    ///< tag frame; value of the influence mask
-  std::unique_ptr<gpu::Texture> real_albedo;    ///< diffuse; number + 1 of a surface of known material, 0: solved, -1:
-                                                ///< unknown
+  std::unique_ptr<gpu::Texture> real_albedo;    ///< diffuse; number + 1 if known material, 0: solved, -1: unknown
   std::unique_ptr<gpu::Texture> shadowed;       ///< irradiance of lamps lost by occlusion, at 1/shadow_scale
   std::unique_ptr<gpu::Texture> direct_lost;    ///< the same, full size
-  std::unique_ptr<gpu::Texture> mirror_lost, mirror_all;  ///< specular radiance of glossy surfaces of known material,
-                                                          ///< by lamps
+  std::unique_ptr<gpu::Texture> mirror_lost, mirror_all;  ///< specular radiance by lamps, known material
   std::unique_ptr<gpu::Texture> traced;                   ///< change of irradiance at 1/scale
   std::unique_ptr<gpu::Texture> indirect;                 ///< the same, filtered, full size
   std::unique_ptr<gpu::Texture> gain;                     ///< factor of the radiance in smooth tiles, at 1/kSmoothStep

@@ -2,7 +2,6 @@
 // Selects the 8 × 8 pixel blocks that the objects can change or cover. Software devices execute every branch of a
 // shader, so work that is not needed must not be dispatched.
 #include <Eigen/Geometry>
-#include <memory>
 #include <vector>
 
 #include "capture/frame.h"

@@ -1,12 +1,15 @@
 #include "relight/passes/volume/bounce.h"
 
+#include "relight/passes/volume/virtual_fill.h"
+
 namespace lumigraft::relight {
 
 Bounce::Bounce(gpu::Device& device)
     : cells_(device.create_compute("cell_list.comp")),
       virtual_(device.create_compute("bounce_virtual.comp")),
       real_(device.create_compute("bounce_real.comp")),
-      smooth_(device.create_compute("cell_smooth.comp")) {}
+      smooth_(device.create_compute("cell_smooth.comp")),
+      resolve_(device.create_compute("resolve.comp")) {}
 
 void Bounce::list_cells(gpu::CommandList& list, shader::FrameParams params, float min_fraction,
                         const Volumes& volumes) const {
@@ -45,6 +48,22 @@ void Bounce::smooth_real(gpu::CommandList& list, const shader::FrameParams& para
                   gpu::sampled(7, *volumes.real_normal, gpu::Filter::linear), gpu::image(8, *volumes.rough_irradiance),
                   gpu::image(18, *volumes.real_irradiance), gpu::storage(28, *volumes.cells), volumes.chunks()},
                  params, {});
+}
+
+void Bounce::resolve(gpu::CommandList& list, shader::FrameParams params, const Volumes& volumes) const {
+  params.pass_f.x() = 1.0f / VirtualFill::kUnitsPerFace;
+  for (const auto* listed : {&volumes.listed_real, &volumes.listed_virtual}) {  // in both: same value twice
+    list.dispatch(
+        *resolve_,
+        std::vector<gpu::Binding>{
+            gpu::sampled(1, *volumes.virtual_distance, gpu::Filter::linear), gpu::storage(28, **listed),
+            gpu::storage(15, *volumes.virtual_area), gpu::storage(16, *volumes.virtual_flux),
+            gpu::storage(17, *volumes.real_flux), gpu::image(18, *volumes.gathered_virtual),
+            gpu::sampled(19, *volumes.real_irradiance, gpu::Filter::linear), gpu::image(14, *volumes.real_albedo),
+            gpu::image(25, *volumes.real_radiance), gpu::image(26, *volumes.virtual_radiance),
+            gpu::image(27, *volumes.real_change), volumes.chunks()},
+        gpu::bytes_of(params), kListGroups);
+  }
 }
 
 }  // namespace lumigraft::relight

@@ -1,6 +1,9 @@
 #pragma once
 // Bounces beyond the first. In: listed_virtual, cells, all volumes. Out: gathered_virtual, at the voxels near surfaces;
 // real_irradiance, at the cells.
+// resolve: converts flux and gathered light to radiance. In: listed_virtual, listed_real, virtual_flux, real_flux
+// (Inject), gathered_virtual, real_irradiance, real_albedo, real_radiance level 0 (RealFill), virtual_distance
+// (VirtualFill). Out: level 0 of virtual_radiance and real_change, in the listed voxels only.
 #include "relight/passes/dispatch.h"
 #include "relight/passes/lamps/lamp_maps.h"
 #include "relight/passes/volume/volumes.h"
@@ -21,9 +24,10 @@ class Bounce {
                    Slice slice, const LampMaps& maps, const gpu::Texture& irradiance, const Volumes& volumes) const;
   /// From rough_irradiance to real_irradiance.
   void smooth_real(gpu::CommandList& list, const shader::FrameParams& params, const Volumes& volumes) const;
+  void resolve(gpu::CommandList& list, shader::FrameParams params, const Volumes& volumes) const;
 
  private:
-  std::unique_ptr<gpu::ComputePipeline> cells_, virtual_, real_, smooth_;
+  std::unique_ptr<gpu::ComputePipeline> cells_, virtual_, real_, smooth_, resolve_;
 };
 
 }  // namespace lumigraft::relight

@@ -1,7 +1,7 @@
 #pragma once
 // Sparse allocation of chunks of 8³ texels for the volumes' hierarchies, for one kind of surface
-// (shaders/volume/chunks.glsl). A pass marks the chunks it needs (VoxelList); the host numbers them level by level, so
-// that the pools have exactly as many.
+// (shaders/volume/chunks.glsl). A pass marks the chunks it needs (RealFill, VirtualFill); the host numbers them level
+// by level, so that the pools have exactly as many.
 #include <memory>
 #include <vector>
 

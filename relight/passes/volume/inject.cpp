@@ -22,13 +22,7 @@ LampView lamp_view(const shader::FrameParams& frame, const shader::Lamp& lamp) {
   const float sine = std::min(radius / far, std::sin(1.3f)), cosine = std::sqrt(1 - sine * sine);
   view.inverse_tan = 0.98f * cosine / sine;  // margin of a few texels
   view.solid_angle_sr = 6.2832f * (1 - cosine);
-  Eigen::Matrix3f rotation;
-  rotation.row(2) = to / far;
-  rotation.row(0) = rotation.row(2).unitOrthogonal();
-  rotation.row(1) = rotation.row(2).cross(rotation.row(0));
-  view.draw.T_view_tag.setIdentity();
-  view.draw.T_view_tag.topLeftCorner<3, 3>() = rotation;
-  view.draw.T_view_tag.topRightCorner<3, 1>() = -rotation * from;
+  view.draw.T_view_tag = view_along(from, to / far);
   view.draw.projection << view.inverse_tan, 0, 0, 0;
   view.draw.more << far + 1.5f * radius, std::max(far - 1.5f * radius, 0.02f * radius), 0, 0;
   return view;
@@ -38,12 +32,8 @@ LampView lamp_view(const shader::FrameParams& frame, const shader::Lamp& lamp) {
 
 Inject::Inject(gpu::Device& device, int map_edge)
     : edge_(map_edge),
-      raster_(device.create_raster(
-          {.vertex_shader = "rsm.vert",
-           .fragment_shader = "rsm.frag",
-           .vertex_stride_bytes = kVertexFloats * static_cast<int>(sizeof(float)),
-           .attributes = vertex_attributes(),
-           .color_formats = {gpu::Format::rgba32_float, gpu::Format::rgba16_float, gpu::Format::rgba16_float}})),
+      raster_(device.create_raster(vertex_raster(
+          "rsm.vert", "rsm.frag", {gpu::Format::rgba32_float, gpu::Format::rgba16_float, gpu::Format::rgba16_float}))),
       inject_(device.create_compute("inject.comp")) {
   const auto make = [&](const char* name, gpu::Format format) {
     return device.create_texture({.name = name, .width = edge_, .height = edge_, .format = format, .attachment = true});

@@ -2,7 +2,6 @@
 // The light volumes of a room and the inputs they were computed from.
 #include <memory>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "reconstruct/scene.h"

@@ -3,12 +3,20 @@
 namespace lumigraft::relight {
 
 RealFill::RealFill(gpu::Device& device)
-    : distances_(device.create_compute("real_fill.comp")), surfaces_(device.create_compute("real_surface.comp")) {}
+    : distances_(device.create_compute("real_fill.comp")),
+      list_(device.create_compute("voxel_list_real.comp")),
+      surfaces_(device.create_compute("real_surface.comp")) {}
 
 void RealFill::distances(gpu::CommandList& list, const shader::FrameParams& params, const BrickPool& bricks,
                          const Volumes& volumes) const {
   dispatch_3d(list, *distances_, joined(bricks.distance_bindings(), {gpu::image(1, *volumes.real_distance)}), params,
               volumes.edge, volumes.edge, volumes.edge * shader::kCascades);
+  const gpu::Buffer& marks = volumes.real_chunks.marks();
+  list.fill(*volumes.listed_real, 0);
+  list.fill(marks, 0);
+  dispatch_3d(list, *list_,
+              {gpu::storage(28, *volumes.listed_real), gpu::storage(33, marks), gpu::image(12, *volumes.real_distance)},
+              params, volumes.edge, volumes.edge, volumes.edge * shader::kCascades);
 }
 
 void RealFill::surfaces(gpu::CommandList& list, const shader::FrameParams& params, const BrickPool& bricks,

@@ -1,6 +1,7 @@
 #pragma once
-// Resamples the fused field into both cascades.
-// distances: in: the bricks (BrickPool); out: real_distance.
+// Resamples the fused field into both cascades, and lists the voxels near surfaces, so that expensive passes run on
+// these only. Their chunks exist after Volumes::fit_chunks.
+// distances: in: the bricks (BrickPool); out: real_distance, listed_real, marks of real_chunks.
 // surfaces: in: the bricks, listed_real; out: real_distance (made Euclidean near the surface), real_radiance level 0,
 // real_albedo, real_normal, real_response.
 #include "relight/passes/dispatch.h"
@@ -18,7 +19,7 @@ class RealFill {
                 const Volumes& volumes) const;
 
  private:
-  std::unique_ptr<gpu::ComputePipeline> distances_, surfaces_;
+  std::unique_ptr<gpu::ComputePipeline> distances_, list_, surfaces_;
 };
 
 }  // namespace lumigraft::relight

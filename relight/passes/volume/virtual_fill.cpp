@@ -6,10 +6,13 @@
 
 namespace lumigraft::relight {
 
-VirtualFill::VirtualFill(gpu::Device& device) : pipeline_(device.create_compute("virtual_fill.comp")) {}
+VirtualFill::VirtualFill(gpu::Device& device)
+    : distances_(device.create_compute("virtual_fill.comp")),
+      list_(device.create_compute("voxel_list_virtual.comp")),
+      areas_(device.create_compute("area.comp")) {}
 
-void VirtualFill::record(gpu::Device& device, gpu::CommandList& list, shader::FrameParams params,
-                         const std::vector<PlacedObject>& objects, const Volumes& volumes) {
+void VirtualFill::distances(gpu::Device& device, gpu::CommandList& list, shader::FrameParams params,
+                            const std::vector<PlacedObject>& objects, const Volumes& volumes) {
   while (places_.size() < objects.size()) {
     places_.push_back(device.create_buffer(5 * sizeof(shader::vec4), "object's place"));
   }
@@ -31,11 +34,34 @@ void VirtualFill::record(gpu::Device& device, gpu::CommandList& list, shader::Fr
       params.pass_f << reflectance_evenly(bsdf_params_of(one.base_color, one)).matrix(), 1;
     }
     dispatch_3d(
-        list, *pipeline_,
+        list, *distances_,
         {gpu::sampled(1, *object.stored->distance, gpu::Filter::linear),
          gpu::sampled(2, *object.stored->reflectance, gpu::Filter::linear), gpu::image(3, *volumes.virtual_distance),
          gpu::image(4, *volumes.virtual_reflectance), gpu::storage(5, *places_[i])},
         params, params.grid.y(), params.grid.z(), params.grid.w());
+  }
+  const gpu::Buffer& marks = volumes.virtual_chunks.marks();
+  list.fill(*volumes.listed_virtual, 0);
+  list.fill(marks, 0);
+  dispatch_3d(list, *list_,
+              {gpu::storage(28, *volumes.listed_virtual), gpu::storage(33, marks),
+               gpu::sampled(1, *volumes.virtual_distance, gpu::Filter::linear)},
+              params, volumes.edge, volumes.edge, volumes.edge * shader::kCascades);
+}
+
+void VirtualFill::areas(gpu::CommandList& list, shader::FrameParams params, const std::vector<PlacedObject>& objects,
+                        const Volumes& volumes) const {
+  list.fill(*volumes.virtual_area, 0);
+  for (const PlacedObject& object : objects) {
+    const float scale = object.T_tag_model.linear().col(0).norm();
+    params.pass_m = object.T_tag_model.matrix();
+    params.pass_f.x() = kUnitsPerFace * scale * scale;
+    params.pass_i.x() = object.stored->sample_count;
+    list.dispatch(*areas_,
+                  std::vector<gpu::Binding>{gpu::sampled(1, *volumes.virtual_distance, gpu::Filter::linear),
+                                            gpu::storage(16, *object.stored->samples),
+                                            gpu::storage(17, *volumes.virtual_area), volumes.chunks()},
+                  gpu::bytes_of(params), kListGroups);
   }
 }
 

@@ -34,8 +34,7 @@ struct Volumes {
   const gpu::Texture* mirror_outlines = nullptr;  ///< of surfaces with known material; not owned
   // Octahedral maps of the enclosure around the reconstructed room.
   std::unique_ptr<gpu::Texture> enclosure_response, enclosure_lost;         ///< radiance over irradiance; lamps' loss
-  std::unique_ptr<gpu::Texture> enclosure_change, enclosure_change_before;  ///< change of radiance in the last two
-                                                                            ///< rounds
+  std::unique_ptr<gpu::Texture> enclosure_change, enclosure_change_before;  ///< change of radiance, last two rounds
 
   Volumes(gpu::Device& device, int edge_voxels);
   void fit_cells(gpu::Device& device, bool smooth);

@@ -4,8 +4,7 @@
 #include "common/frame.glsl"
 
 layout(std430, binding = 20) readonly buffer BrickIndex { int brick_slot[]; };          // -1: no brick
-layout(std430, binding = 21) readonly buffer BrickClearance { uint clearance[]; };  // half2: metres, at the centres of
-                                                                                    // half bricks
+layout(std430, binding = 21) readonly buffer BrickClearance { uint clearance[]; };  // half2: metres, by half brick
 layout(std430, binding = 22) readonly buffer BrickDistance { uint brick_distance[]; };  // half2: metres, known
 layout(std430, binding = 23) readonly buffer BrickRadiance { uvec2 brick_radiance[]; }; // half4: rgb, known
 layout(std430, binding = 24) readonly buffer BrickAlbedo { uvec2 brick_albedo[]; };     // half4: rgb, known

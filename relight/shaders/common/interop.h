@@ -75,8 +75,7 @@ struct FrameParams {
   ivec4 grid;         // cascade voxels along the edge; virtual volume's voxels along x, y, z
   ivec4 bricks_low;   // first brick of the field's index
   ivec4 bricks_size;  // bricks along x, y, z; w: 1 when there is a field
-  vec4 field;         // voxel and truncation of the real distance field, m; factor of the flux accumulators; its
-                      // inverse
+  vec4 field;         // voxel and truncation of the real field, m; factor of the flux accumulators; inverse
   vec4 sphere;        // bounding sphere of all virtual objects
   ivec4 counts;       // lamps, cones towards the objects, cones over the hemisphere, shadow cones per lamp
   ivec4 counts2;      // cones of a glossy lobe, mips of the environment, surfaces of known material, voxel mips
@@ -88,11 +87,10 @@ struct FrameParams {
   ivec4 images[2];      // lamp + 8 × mirror, strongest first
   vec4 sh[9];           // residual environment of the fish-eye image, spherical harmonics of radiance
   vec4 probe;           // where the environment was captured; a: number of sides of the enclosure, 0: unknown
-  vec4 enclosure;  // a point well inside the enclosure, origin of its octahedral map of change; a: number of measured
-                   // sides
-  vec4 sides[12];  // inward normals; offset: n·p + a > 0 inside
-  vec4 tag;        // x: half the edge of the printed tag including its white border
-  ivec4 pass_i;    // parameters of a single pass
+  vec4 enclosure;       // a point well inside the enclosure, origin of its map of change; a: number of measured sides
+  vec4 sides[12];       // inward normals; offset: n·p + a > 0 inside
+  vec4 tag;             // x: half the edge of the printed tag including its white border
+  ivec4 pass_i;         // parameters of a single pass
   vec4 pass_f;
   vec4 pass_g;
   mat4 pass_m;

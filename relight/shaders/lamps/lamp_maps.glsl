@@ -12,8 +12,7 @@ const float kBefore_m = 5e-4;
 const float kClear_m = 1e-3, kClearTexels = 1.5;
 const int kSoftTaps = 8;
 const float kFurthestTap = 0.97;  // of the disc's radius
-const float kMinSoft = 0.7, kMaxSoft = 24.0;  // texels; a disc no larger than the first is filtered by 2 × 2
-                                                 // comparisons
+const float kMinSoft = 0.7, kMaxSoft = 24.0;  // texels; at most the first: 2 × 2 taps
 
 // The part of its lamp that a map's point represents, one of n.
 LampSample map_sample(Lamp lamp, LampMap m, vec3 p, int n) {

@@ -6,8 +6,7 @@
 #include "volume/volume.glsl"
 #include "lpv/lpv.glsl"
 layout(local_size_x = 8, local_size_y = 4, local_size_z = 2) in;
-layout(binding = 12, rgba16f) uniform writeonly image3D from_low;   // from the neighbours at -x, -y, -z; open fraction
-                                                                    // of the volume
+layout(binding = 12, rgba16f) uniform writeonly image3D from_low;  // from -x, -y, -z; open fraction
 layout(binding = 13, rgba16f) uniform writeonly image3D from_high;  // from the neighbours at +x, +y, +z
 
 void main() {
@@ -22,8 +21,7 @@ void main() {
   float reach = 1.1 * cell;
   bool by_real = abs(real) < reach, by_virtual = abs(virt) < reach, by_surface = by_real || by_virtual;
   float open = middle > 0.0 ? 1.0 : 0.0, volume = open, fraction[6] = float[](open, open, open, open, open, open);
-  for (int near = 0; near < (by_surface ? 1 : 0); ++near) {  // a loop that is not entered costs nothing on software
-                                                             // devices, unlike a branch
+  for (int near = 0; near < (by_surface ? 1 : 0); ++near) {  // unlike a branch, free on software devices if not entered
     volume = 0.0;
     float here[8];
     for (int i = 0; i < 8; ++i) {

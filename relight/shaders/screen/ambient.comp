@@ -8,11 +8,9 @@
 #include "common/half.glsl"
 #include "common/tiles.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(binding = 16, rgba16f) uniform writeonly image2D out_irradiance;  // a: index of the represented pixel in the
-                                                                         // block, plus 1; 0: none
+layout(binding = 16, rgba16f) uniform writeonly image2D out_irradiance;  // a: pixel in the block, plus 1; 0: none
 layout(binding = 17, rgba16f) uniform writeonly image2D out_mirrored;    // radiance
-layout(binding = 18, rgba16f) uniform writeonly image2D out_open;        // visible fraction of lamps 0 to 3; 4 to 7
-                                                                         // below
+layout(binding = 18, rgba16f) uniform writeonly image2D out_open;  // visible share of lamps 0 to 3
 
 void main() {
   int scale = frame.pass_i.x, block = -1;

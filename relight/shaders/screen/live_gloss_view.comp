@@ -15,8 +15,7 @@ layout(binding = 23) uniform sampler2D radiance;
 layout(binding = 28) uniform sampler2D surfaces;  // depth along z and number + 1 of surfaces of known material
 layout(binding = 12, rgba32f) uniform writeonly image2D out_position;     // a: z in the camera frame, 0: unknown
 layout(binding = 13, rgba16f) uniform writeonly image2D out_normal;       // a: influence mask, 0 to 1
-layout(binding = 14, rgba16f) uniform writeonly image2D out_albedo;       // a: number + 1 of a surface of known
-                                                                          // material, else 0
+layout(binding = 14, rgba16f) uniform writeonly image2D out_albedo;  // a: known material's number + 1
 layout(binding = 15, rgba16f) uniform writeonly image2D out_diffuse;      // change of radiance
 layout(binding = 17, rgba16f) uniform writeonly image2D out_mirror_lost;  // radiance
 layout(binding = 18, rgba16f) uniform writeonly image2D out_mirror_all;

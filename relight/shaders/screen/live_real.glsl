@@ -40,13 +40,7 @@ LivePlace live_place(ivec2 at) {
   float l = length(surface.xyz);
   vec3 n = surface.xyz / max(l, 1e-6);
   if (inside && l > 0.5) {
-    // The fused surface is less noisy than a single depth image: move along the ray onto it.
-    float slope = dot(n, w);
-    if (measured && slope < -0.2 * length(w)) {
-      float dz = clamp(-surface.a / slope, -frame.field.x, frame.field.x);
-      z += dz;
-      p += dz * w;
-    }
+    if (measured) move_to_surface(surface.a, dot(n, w), w, z, p);
   } else {
     n = z > 0.0 && measured ? depth_normal(at) : vec3(0);
   }

@@ -12,8 +12,7 @@ layout(binding = 3) uniform sampler2D sample_depth;
 layout(binding = 4) uniform sampler2D real_position;                     // a: z in the camera frame, 0: unknown
 layout(binding = 12, rgba16f) uniform writeonly image2D object_normal;   // a: roughness
 layout(binding = 13, rgba16f) uniform writeonly image2D object_base;     // a: metallic
-layout(binding = 14, rgba32f) uniform writeonly image2D object_surface;  // z, coverage, specular, fraction of another
-                                                                         // surface
+layout(binding = 14, rgba32f) uniform writeonly image2D object_surface;  // z, coverage, specular, other's share
 layout(binding = 15, rgba16f) uniform writeonly image2D object_other;    // that surface's normal; z
 
 const float kSameNormal = 0.8, kSameDepth = 0.02, kSameBase = 0.15;

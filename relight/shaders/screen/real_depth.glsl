@@ -4,12 +4,7 @@
 #include "volume/volume.glsl"
 layout(binding = 25) uniform sampler2D rays;   // x/z, y/z per pixel
 layout(binding = 26) uniform sampler2D depth;  // metres along z, 0: none
-
-vec3 camera_point(ivec2 at) {
-  vec2 ray = texelFetch(rays, at, 0).xy;
-  float z = texelFetch(depth, at, 0).x;
-  return vec3(ray * z, z);
-}
+#include "screen/real_ray.glsl"
 
 // Normal of a plane through the depth a few pixels to either side, if that is one surface: for points outside the
 // volumes.

@@ -6,7 +6,6 @@
 #include "screen/real_depth.glsl"
 #include "common/influence_mask.glsl"
 #include "screen/unoccluded_irradiance.glsl"
-#include "common/material_mask.glsl"
 layout(binding = 27) uniform sampler2D radiance; // the camera image, linear
 layout(binding = 28) uniform sampler2D surfaces; // depth along z and number + 1 of surfaces of known material
 layout(binding = 7) uniform sampler3D real_albedo_volume;
@@ -31,8 +30,8 @@ struct RealPixel {
 };
 
 RealPixel real_pixel(ivec2 at) {
-  vec3 ray = vec3(texelFetch(rays, at, 0).xy, 1.0), eye = frame.T_tag_camera[3].xyz;
-  vec3 w = mat3(frame.T_tag_camera) * ray;  // per metre of z
+  vec3 eye = frame.T_tag_camera[3].xyz;
+  vec3 w = mat3(frame.T_tag_camera) * vec3(texelFetch(rays, at, 0).xy, 1.0);  // per metre of z
   float z = texelFetch(depth, at, 0).x;
   bool measured = z > 0.0;
   if (!measured) z = trace_volume(eye, w);
@@ -47,13 +46,8 @@ RealPixel real_pixel(ivec2 at) {
     float l = length(n);
     if (inside && l > 0.5) {
       n /= l;
-      // The fused surface is less noisy than a single depth image: move along the ray onto it.
-      float d = textureLod(real_distance_m, cascade_place(c, p, 0.5), 0.0).r, slope = dot(n, w);
-      if (measured && slope < -0.2 * length(w)) {
-        float dz = clamp(-d / slope, -frame.field.x, frame.field.x);
-        z += dz;
-        p += dz * w;
-      }
+      float d = textureLod(real_distance_m, cascade_place(c, p, 0.5), 0.0).r;
+      if (measured) move_to_surface(d, dot(n, w), w, z, p);
     } else {
       n = measured ? depth_normal(at) : vec3(0);
     }
@@ -74,16 +68,7 @@ RealPixel real_pixel(ivec2 at) {
     albedo = real_at(real_albedo_volume, c, like);
   }
   if (z > 0.0) {
-    vec2 surface = texelFetch(surfaces, at, 0).xy;
-    float known = 0.0;
-    if (surface.y > 0.0 && abs(surface.x - z) < max(0.01, 0.01 * z)) {
-      mat3 turn = mat3(frame.T_tag_camera);
-      ivec2 last = frame.picture.xy - 1;
-      vec2 right = texelFetch(rays, min(at + ivec2(1, 0), last), 0).xy - ray.xy,
-           down = texelFetch(rays, min(at + ivec2(0, 1), last), 0).xy - ray.xy;
-      float paper = paper_in_pixel(p, w, turn * vec3(right, 0.0), turn * vec3(down, 0.0));
-      if (paper < 1.0) known = pack_known(floor(0.5 * surface.y), paper);
-    }
+    float known = known_material(at, texelFetch(surfaces, at, 0).xy, p, z, w);
     // Blocks that no shadow can reach were not dispatched to the shadow pass, so no test is needed here.
     if (dot(n, n) > 0.0) footprint = max(indirect_footprint(p, n, b, known > 0.0), kShadowOnly);
     vec4 mean = real_at(real_radiance_volume, c, like);

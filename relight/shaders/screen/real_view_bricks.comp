@@ -3,7 +3,6 @@
 // The real surface at every pixel: position, normal, colour, and whether the objects can change its light.
 #include "common/bricks.glsl"
 #include "common/influence_mask.glsl"
-#include "common/material_mask.glsl"
 #include "screen/unoccluded_irradiance.glsl"
 #include "common/half.glsl"
 #include "common/tiles.glsl"
@@ -12,16 +11,10 @@ layout(binding = 1) uniform sampler2D rays;     // x/z, y/z per pixel
 layout(binding = 2) uniform sampler2D depth;    // metres along z, 0: none
 layout(binding = 3) uniform sampler2D radiance; // the camera image, linear
 layout(binding = 4) uniform sampler2D surfaces; // depth along z and number + 1 of surfaces of known material
-layout(binding = 12, rgba32f) uniform writeonly image2D out_position;  // a: z in the camera frame, < 0: estimated, 0:
-                                                                       // unknown
+layout(binding = 12, rgba32f) uniform writeonly image2D out_position;  // a: camera z, < 0: estimated, 0: unknown
 layout(binding = 13, rgba16f) uniform writeonly image2D out_normal;    // a: influence mask, 0 to 1
 layout(binding = 14, rgba16f) uniform writeonly image2D out_albedo;    // a: number + 1 of a surface of known material
-
-vec3 camera_point(ivec2 at) {
-  vec2 ray = texelFetch(rays, at, 0).xy;
-  float z = texelFetch(depth, at, 0).x;
-  return vec3(ray * z, z);
-}
+#include "screen/real_ray.glsl"
 
 // Normal of a plane through the depth around a pixel, using neighbours within 3 % of its depth.
 vec3 depth_normal(ivec2 at) {
@@ -67,8 +60,8 @@ float trace_field(vec3 eye, vec3 w, float far) {
 void main() {
   ivec2 at = tile_texel();
   if (any(greaterThanEqual(at, frame.picture.xy))) return;
-  vec3 ray = vec3(texelFetch(rays, at, 0).xy, 1.0), eye = frame.T_tag_camera[3].xyz;
-  vec3 w = mat3(frame.T_tag_camera) * ray;  // per metre of z
+  vec3 eye = frame.T_tag_camera[3].xyz;
+  vec3 w = mat3(frame.T_tag_camera) * vec3(texelFetch(rays, at, 0).xy, 1.0);  // per metre of z
   float z = texelFetch(depth, at, 0).x;
   bool measured = z > 0.0;
   if (!measured) z = trace_field(eye, normalize(w), 4.0) / length(w);
@@ -85,13 +78,7 @@ void main() {
     bool fused = field_distance(p, d) && abs(d) < 0.8 * frame.field.y && field_gradient(p, d, g);
     if (fused) {
       n = normalize(g);
-      // The fused surface is less noisy than a single depth image: move along the ray onto it.
-      float slope = dot(g, w);
-      if (measured && slope < -0.2 * length(w)) {
-        float dz = clamp(-d / slope, -frame.field.x, frame.field.x);
-        z += dz;
-        p += dz * w;
-      }
+      if (measured) move_to_surface(d, dot(g, w), w, z, p);
     } else if (measured) {
       n = depth_normal(at);
     }
@@ -111,15 +98,7 @@ void main() {
     albedo = field_albedo(like);
   }
   if (within) {
-    float known = 0.0;
-    if (surface.y > 0.0 && abs(surface.x - z) < max(0.01, 0.01 * z)) {
-      mat3 turn = mat3(frame.T_tag_camera);
-      ivec2 last = frame.picture.xy - 1;
-      vec2 right = texelFetch(rays, min(at + ivec2(1, 0), last), 0).xy - ray.xy,
-           down = texelFetch(rays, min(at + ivec2(0, 1), last), 0).xy - ray.xy;
-      float paper = paper_in_pixel(p, w, turn * vec3(right, 0.0), turn * vec3(down, 0.0));
-      if (paper < 1.0) known = pack_known(floor(0.5 * surface.y), paper);
-    }
+    float known = known_material(at, surface, p, z, w);
     if (dot(n, n) > 0.0) footprint = in_footprint(p, n, b, known > 0.0);
     if (footprint > 0.0) {
       vec4 mean = field_radiance(like);

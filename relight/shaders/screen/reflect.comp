@@ -16,8 +16,7 @@ layout(binding = 25) uniform sampler2D mirror_lost;
 layout(binding = 17) uniform sampler2D mirror_all;
 layout(binding = 26) uniform sampler2D radiance;
 layout(binding = 18, rgba16f) uniform writeonly image2D out_gained;  // radiance; a: 1 where traced
-layout(binding = 19, rgba16f) uniform writeonly image2D out_fraction;   // occluded fraction of the camera image; a: as
-                                                                     // above
+layout(binding = 19, rgba16f) uniform writeonly image2D out_fraction;  // occluded fraction of the image; a: 1 where traced
 
 // Rows of pixels per sample, where the lobe blurs the objects' reflection over many pixels: the filter that follows
 // covers two rows. (Half rows would save nothing: software devices run eight pixels of a row together.) Where the blur

@@ -9,8 +9,7 @@
 #include "common/half.glsl"
 #include "common/tiles.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(binding = 16, rgba16f) uniform writeonly image2D out_lost;  // irradiance; index of the represented pixel in the
-                                                                   // block, plus 1; 0: none
+layout(binding = 16, rgba16f) uniform writeonly image2D out_lost;  // irradiance; pixel in the block, plus 1; 0: none
 
 vec3 lost_by_cones(Cone k, Lamp lamp, vec3 n, ivec2 cell) {
   vec3 lost = vec3(0);

@@ -10,10 +10,8 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 14) uniform sampler2D real_albedo;
 layout(binding = 16, rgba16f) uniform writeonly image2D out_lost;         // irradiance
-layout(binding = 17, rgba16f) uniform writeonly image2D out_mirror_lost;  // specular radiance of glossy surfaces of
-                                                                          // known material
-layout(binding = 18, rgba16f) uniform writeonly image2D out_mirror_all;   // the same for all light of lamps, without
-                                                                          // objects
+layout(binding = 17, rgba16f) uniform writeonly image2D out_mirror_lost;  // specular radiance, known material
+layout(binding = 18, rgba16f) uniform writeonly image2D out_mirror_all;  // likewise, without objects
 
 void main() {
   ivec2 cell = tile_texel(), at;

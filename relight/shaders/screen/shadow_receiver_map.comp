@@ -9,8 +9,7 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 const float kNowhere = 1e4;  // depth where a lamp's ray hits no surface
 layout(binding = 9) uniform sampler3D real_normal_volume;
-layout(binding = 16, rgba32f) uniform writeonly image2D out_place;   // tag frame; depth beyond the sphere's centre, or
-                                                                     // kNowhere
+layout(binding = 16, rgba32f) uniform writeonly image2D out_place;  // tag frame; depth or kNowhere
 layout(binding = 17, rgba16f) uniform writeonly image2D out_normal;  // fraction that passes
 
 void main() {

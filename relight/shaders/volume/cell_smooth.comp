@@ -11,8 +11,7 @@ layout(binding = 7) uniform sampler3D real_normal;
 layout(binding = 8, rgba16f) uniform readonly image3D rough;  // times weight, weight
 layout(binding = 18, rgba16f) uniform writeonly image3D irradiance;
 
-const float kOwn = 1.0, kAllAround = 3.0;  // distance from the objects in cells: below the first a cell keeps its own
-                                           // value, above the second it takes the full mean
+const float kOwn = 1.0, kAllAround = 3.0;  // cells from the objects: keeps its own, takes the full mean
 const float kNarrow = 0.6;                 // weight of a neighbour; two steps away its square
 
 vec3 normal_of(ivec3 at, int cells) {

@@ -7,8 +7,7 @@
 #include "common/half.glsl"
 layout(local_size_x = 64) in;
 layout(binding = 1, rgba16f) uniform image3D pool;
-layout(std430, binding = 2) readonly buffer Places { uint places[]; };  // of chunk 1 and up: 5 bits each of x, y, z;
-                                                                        // cascade
+layout(std430, binding = 2) readonly buffer Places { uint places[]; };  // of chunk 1 and up: 5 bits x, y, z; cascade
 
 void main() {
   uint number = uint(frame.pass_i.x) + gl_WorkGroupID.x, place = places[number - 1u];

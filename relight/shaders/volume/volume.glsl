@@ -16,8 +16,7 @@ layout(binding = 3) uniform sampler3D real_radiance_volume;     // L_mu
 layout(binding = 4) uniform sampler3D virtual_radiance_volume;  // L_rho of the virtual objects
 layout(binding = 5) uniform sampler3D real_change_volume;       // L_delta of real surfaces, with L_mu's weight
 layout(binding = 6) uniform sampler2D environment;  // residual environment of the fish-eye image, equal-area octahedral
-layout(binding = 30) uniform sampler2D mirror_outlines;  // of flat pieces of surfaces with known material, stacked
-                                                         // vertically
+layout(binding = 30) uniform sampler2D mirror_outlines;  // of known flat pieces, stacked vertically
 
 layout(binding = 31) uniform sampler2D enclosure_change;  // L_delta of the enclosure, octahedral around its centre
 

@@ -59,7 +59,7 @@ capture::SourceItem fisheye_of(capture::PixelFormat format) {
   return picture;
 }
 
-void run(const std::filesystem::path& file, const std::filesystem::path& folder, int seconds) {
+void measure(const std::filesystem::path& file, const std::filesystem::path& folder, int seconds) {
   capture::Session session = capture::read_session(capture::ConfigTable::load(file));
   const capture::PairedSources sources = capture::open_sources(session);
   std::array<std::vector<capture::SourceItem>, 3> pictures;
@@ -110,7 +110,7 @@ int main(int argc, char** argv) {
     return 2;
   }
   try {
-    lumigraft::test::run(argv[1], argv[2], std::atoi(argv[3]));
+    lumigraft::test::measure(argv[1], argv[2], std::atoi(argv[3]));
     return 0;
   } catch (const lumigraft::capture::InputError& e) {
     std::fprintf(stderr, "%s\n", e.what());

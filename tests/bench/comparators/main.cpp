@@ -44,7 +44,7 @@ void say(const server::BenchRow& row) {
 
 void run(const Command& command) {
   std::filesystem::create_directories(command.out);
-  server::CsvFile table(command.out / "comparators.csv", server::result_columns());
+  server::CsvFile table(command.out / "comparators.csv", server::fields_of(server::BenchRow{}));
   server::BenchResults results;
   const std::shared_ptr<relight::gpu::Device> device = relight::gpu::create_device(relight::gpu::Backend::best, {});
   results.machine = server::describe_machine(*device);
@@ -58,7 +58,7 @@ void run(const Command& command) {
     for (server::BenchRow& row : rows) {
       say(row);
       if (row.setting == "equal-time") std::cerr << "  with " << row.plan.samples << " paths a pixel\n";
-      table.add(server::result_cells(row));
+      table.add(server::fields_of(row));
       results.oracle = row.oracle;
       results.rows.push_back(std::move(row));
     }

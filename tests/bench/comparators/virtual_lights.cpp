@@ -17,7 +17,6 @@ using relight::luminance;
 using relight::Sampler;
 using relight::TraceWorld;
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr float kLift_m = 1e-4f;  // offset from a surface
 constexpr int kSkySamples = 256;  // for its power
 
@@ -170,7 +169,7 @@ std::vector<VirtualLight> follow(const relight::TraceWorld& world, Emitted e, re
                                  bool with_objects) {
   std::vector<VirtualLight> lights;
   for (int bounce = 0; bounce < bounces && e.flux_W.maxCoeff() > 0; ++bounce) {
-    float limit_m = kInfinity;
+    float limit_m = std::numeric_limits<float>::infinity();
     for (const relight::ReferenceLamp& lamp : world.scene->lamps) {
       if (const auto t = relight::lamp_hit(lamp, e.from_m, e.w)) limit_m = std::min(limit_m, *t);
     }

@@ -38,7 +38,7 @@ class Stages {
  public:
   explicit Stages(const capture::Session& session)
       : pose_(session.tag, session.color.model, session.color.response),
-        light_(session, reconstruct::LightSettings{}),
+        light_(session),
         fusion_(session, reconstruct::FusionSettings{}),
         albedo_(session) {}
 

@@ -45,13 +45,13 @@ class Network {
 
   /// A GVCP request for missing packets: frame ID, first and last packet.
   void hear(const guint8* request, gsize size) const {
-    constexpr gsize kHeader = 8;
+    constexpr gsize kRequestHeader = 8;
     constexpr guint32 kResend = 0x40;
-    if (fault != "resending" || size < kHeader + 12 || number_at(request, 2, 2) != kResend) {
+    if (fault != "resending" || size < kRequestHeader + 12 || number_at(request, 2, 2) != kResend) {
       return;
     }
-    const guint32 picture = number_at(request, kHeader + 2, 2);
-    const guint32 first = number_at(request, kHeader + 4, 4), last = number_at(request, kHeader + 8, 4);
+    const guint32 picture = number_at(request, kRequestHeader + 2, 2);
+    const guint32 first = number_at(request, kRequestHeader + 4, 4), last = number_at(request, kRequestHeader + 8, 4);
     for (const Packets& packets : delivered_) {
       for (const auto& packet : packets) {
         const auto* bytes = reinterpret_cast<const guint8*>(packet.data());

@@ -14,7 +14,7 @@ constexpr guint32 kFrequencyLow = 0x0940;
 
 // By ChunkSelector; the chunk IDs are 0xA1 ... in the same order.
 enum Chunk : guint32 { kTime, kExposureTime, kGainOf };
-constexpr guint32 kName = 0xA1, kPictureName = 0xA0;
+constexpr guint32 kFirstName = 0xA1, kPictureName = 0xA0;
 
 constexpr char kFeatures[] = R"(
   <Boolean Name="ChunkModeActive" NameSpace="Standard">
@@ -170,16 +170,16 @@ GigeChunks::Packets GigeChunks::with_chunks(const Packets& plain, ArvFakeCamera*
   if (on(kExposureTime)) {
     const double exposure_us = register_at(camera, kExposure) * (2.0 + static_cast<double>(number % 2));
     add(payload, 8, std::bit_cast<std::uint64_t>(exposure_us));
-    add_tag(payload, kName + kExposureTime, 8);
+    add_tag(payload, kFirstName + kExposureTime, 8);
   }
   if (on(kGainOf)) {
     add(payload, 4, std::bit_cast<std::uint32_t>(static_cast<float>(register_at(camera, kGain)) + 6.0F));
-    add_tag(payload, kName + kGainOf, 4);
+    add_tag(payload, kFirstName + kGainOf, 4);
   }
   if (on(kTime) && !(faulty && kind_ == "chunks-missing")) {
     const std::uint64_t bytes = faulty && kind_ == "chunks-short" ? 4 : 8;
     add(payload, bytes, time_ns);
-    add_tag(payload, kName + kTime, faulty && kind_ == "chunks-torn" ? bytes + 5 : bytes);
+    add_tag(payload, kFirstName + kTime, faulty && kind_ == "chunks-torn" ? bytes + 5 : bytes);
   }
   put(leader, kPayloadType, 2,
       kind_ == "chunks-alone" ? ARV_BUFFER_PAYLOAD_TYPE_CHUNK_DATA : 0x4000 | ARV_BUFFER_PAYLOAD_TYPE_IMAGE);

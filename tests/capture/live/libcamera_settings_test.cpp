@@ -46,7 +46,7 @@ TEST(LibcameraSettings, ValuesOutOfRangeAreRefused) {
   }
 }
 
-std::string error(const libcamera::ControlInfoMap& offered, const CameraSettings& settings) {
+std::string settings_error(const libcamera::ControlInfoMap& offered, const CameraSettings& settings) {
   try {
     libcam::controls_for(offered, settings);
   } catch (const InputError& e) {
@@ -67,14 +67,15 @@ TEST(LibcameraSettings, WhiteBalanceHasTwoGains) {
   ASSERT_TRUE(gains);
   EXPECT_EQ((*gains)[0], 1.75f) << "red";
   EXPECT_EQ((*gains)[1], 1.5f) << "blue";
-  EXPECT_EQ(error(kOffered, settings).find("controls.ColourGains[Red]: found no such number"), 0u);
+  EXPECT_EQ(settings_error(kOffered, settings).find("controls.ColourGains[Red]: found no such number"), 0u);
   settings.controls = {{"ColourGains[Blue]", 1.5}};
-  EXPECT_EQ(error(offered, settings),
+  EXPECT_EQ(settings_error(offered, settings),
             "controls.ColourGains[Blue]: found it alone, allowed: together with ColourGains[Red]");
   settings.controls = {{"ColourGains[Blue]", 40.0}, {"ColourGains[Red]", 1.75}};
-  EXPECT_EQ(error(offered, settings), "controls.ColourGains[Blue]: found 40.000000, allowed: 0.000000 to 32.000000");
+  EXPECT_EQ(settings_error(offered, settings),
+            "controls.ColourGains[Blue]: found 40.000000, allowed: 0.000000 to 32.000000");
   settings.controls = {{"ColourGains", 1.5}};
-  EXPECT_EQ(error(offered, settings).find("controls.ColourGains: found no such number"), 0u)
+  EXPECT_EQ(settings_error(offered, settings).find("controls.ColourGains: found no such number"), 0u)
       << "libcamera would read a second number";
 }
 

@@ -23,7 +23,7 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 using CameraProcess = test::GigeCamera;
 
-constexpr int kWidth = 160, kHeight = 120;  // of test::kSmallCamera
+constexpr int kSmallWidth = 160, kSmallHeight = 120;  // of test::kSmallCamera
 
 class LiveAravis : public test::ScratchFolder {
  protected:
@@ -189,7 +189,7 @@ TEST_F(LiveAravis, InUseByAnotherClient) {
   const CameraProcess camera;
   ASSERT_TRUE(camera.running());
   auto other = std::make_unique<AravisSource>(
-      test::GigeCamera::kName, StreamSpec{.stream = Stream::fisheye, .width = kWidth, .height = kHeight});
+      test::GigeCamera::kName, StreamSpec{.stream = Stream::fisheye, .width = kSmallWidth, .height = kSmallHeight});
   ASSERT_TRUE(other->next(3000ms));
   const auto reader = open_frames(session());
   wait_for_fault(*reader, "aravis:Aravis-Fake-GV77: found it in use by another program");
@@ -202,7 +202,7 @@ TEST_F(LiveAravis, IsRecordedWithoutLoss) {
   const CameraProcess camera;
   ASSERT_TRUE(camera.running());
   test::expect_identical_replay(folder_, 5);
-  EXPECT_LT(std::filesystem::file_size(folder_ / "out" / "color.mkv"), 5u * (kWidth * kHeight + 200) + 1000u)
+  EXPECT_LT(std::filesystem::file_size(folder_ / "out" / "color.mkv"), 5u * (kSmallWidth * kSmallHeight + 200) + 1000u)
       << "one byte a pixel, as on the wire";
 }
 

@@ -145,7 +145,7 @@ TEST_F(LiveCamera, UnpluggedAndReplugged) {
   for (int i = 0; i < 20; ++i) {
     expect_frames(*source, 3);
     switches_.absent = true;
-    expect_fault(*source, i % 2 == 0 ? "gone" : "found no camera");
+    expect_fault(*source, i % 2 == 0 ? "disconnected" : "found no camera");
     EXPECT_LE(switches_.alive, 1);
     switches_.absent = false;
   }

@@ -168,7 +168,7 @@ TEST_F(OpenNiFaults, UnpluggedAgainAndAgain) {
   test::Leaks leaks;
   for (int cycle = 0; cycle < test::cycles(10); ++cycle) {
     set("absent");
-    wait_for_fault(*reader, cycle % 2 == 0 ? "gone" : "found nothing");
+    wait_for_fault(*reader, cycle % 2 == 0 ? "disconnected" : "found nothing");
     clear("absent");
     EXPECT_LT(wait_for_frame(*reader), 2s) << "after it came back";
     leaks.end_of_cycle();

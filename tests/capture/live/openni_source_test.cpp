@@ -34,7 +34,7 @@ const std::vector<StreamSpec> kBoth = {kColor, kDepth};
 
 /// Index of the device's frame in an item, checked pixel by pixel; -1 if it is none. Frame 0 has the time
 /// `time_offset_us`.
-int shown(const SourceItem& item, std::int64_t time_offset_us) {
+int checked_index(const SourceItem& item, std::int64_t time_offset_us) {
   const auto* depth = std::get_if<RawDepth>(&item);
   const auto* color = std::get_if<Frame>(&item);
   if (depth == nullptr && color == nullptr) {
@@ -93,7 +93,7 @@ TEST_F(OpenNi, ADeviceDeliversBothStreamsWithoutMirroring) {
   for (int i = 0; i < 20; ++i) {
     const auto item = source.next(2000ms);
     ASSERT_TRUE(item);
-    const int index = shown(*item, test::device_time_us(0));
+    const int index = checked_index(*item, test::device_time_us(0));
     EXPECT_GE(index, 0);
     int& next = std::holds_alternative<RawDepth>(*item) ? next_depth : next_color;
     EXPECT_TRUE(next < 0 || index >= next);
@@ -176,12 +176,12 @@ TEST_F(OpenNi, ARecordingPlaysFrameByFrameAndRewinds) {
       const int stream = depth != nullptr ? 1 : 0;
       const Stamp& stamp = depth != nullptr ? depth->stamp : std::get<Frame>(*item).stamp;
       for (int first = 0; !shift_us[stream] && first < 100; ++first) {
-        if (shown(*item, -first * std::int64_t{33'333}) >= 0) {
+        if (checked_index(*item, -first * std::int64_t{33'333}) >= 0) {
           shift_us[stream] = -first * std::int64_t{33'333};
         }
       }
       ASSERT_TRUE(shift_us[stream]);
-      EXPECT_GE(shown(*item, *shift_us[stream]), 0) << "pixels equal those of the device";
+      EXPECT_GE(checked_index(*item, *shift_us[stream]), 0) << "pixels equal those of the device";
       EXPECT_EQ(stamp.sequence, times[stream].size());
       times[stream].push_back(stamp.time_ns);
     }

@@ -18,8 +18,8 @@ namespace lumigraft::capture {
 namespace {
 
 using namespace std::chrono_literals;
-constexpr int kWidth = 48;
-constexpr int kHeight = 32;
+constexpr int kRecordedWidth = 48;
+constexpr int kRecordedHeight = 32;
 
 struct Random {
   std::uint32_t state;
@@ -40,8 +40,8 @@ class HostileRecording : public test::ScratchFolder {
 
   /// One recording of each format that the recorder or other programs write.
   std::vector<File> recordings() const {
-    const StreamSpec color{.stream = Stream::color, .width = kWidth, .height = kHeight};
-    const StreamSpec depth{.stream = Stream::depth, .width = kWidth, .height = kHeight};
+    const StreamSpec color{.stream = Stream::color, .width = kRecordedWidth, .height = kRecordedHeight};
+    const StreamSpec depth{.stream = Stream::depth, .width = kRecordedWidth, .height = kRecordedHeight};
     {
       StreamRecorder rgb(folder_ / "rgb.mkv", color), bayer(folder_ / "bayer.mkv", color),
           counts(folder_ / "depth.mkv", depth);
@@ -50,22 +50,22 @@ class HostileRecording : public test::ScratchFolder {
         Frame picture;
         picture.stamp.time_ns = 1 + i * std::int64_t{33'333'333};
         picture.exposure = i == 2 ? 0.5 : 1.0;
-        picture.encoded = Image<std::uint8_t>(kWidth, kHeight, 3);
+        picture.encoded = Image<std::uint8_t>(kRecordedWidth, kRecordedHeight, 3);
         for (std::uint8_t& value : picture.encoded.data) {
           value = static_cast<std::uint8_t>(random());
         }
         rgb.write(picture);
         picture.original = std::make_shared<RawFrame>(
-            RawFrame{PixelFormat::bayer_rggb8, std::vector<std::uint8_t>(kWidth * kHeight, 9)});
+            RawFrame{PixelFormat::bayer_rggb8, std::vector<std::uint8_t>(kRecordedWidth * kRecordedHeight, 9)});
         bayer.write(picture);
-        RawDepth raw{picture.stamp, Image<std::uint16_t>(kWidth, kHeight, 1)};
+        RawDepth raw{picture.stamp, Image<std::uint16_t>(kRecordedWidth, kRecordedHeight, 1)};
         for (std::uint16_t& value : raw.counts.data) {
           value = static_cast<std::uint16_t>(random());
         }
         counts.write(raw);
       }
     }
-    const Image<std::uint8_t> grey(kWidth, kHeight, 3, 90);
+    const Image<std::uint8_t> grey(kRecordedWidth, kRecordedHeight, 3, 90);
     test::write_color_mkv(folder_ / "jpeg.mkv", "mjpeg", {{0, grey}, {33, grey}, {67, grey}});
     test::write_color_mkv(folder_ / "ffv1.mkv", "ffv1", {{0, grey}, {33, grey}, {67, grey}});
     return {{color, read(folder_ / "rgb.mkv")},

@@ -15,15 +15,15 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr int kWidth = 96;
-constexpr int kHeight = 64;
-constexpr StreamSpec kColor{Stream::color, kWidth, kHeight, 2.5};
-constexpr StreamSpec kDepth{Stream::depth, kWidth, kHeight, 1.0};
+constexpr int kVideoWidth = 96;
+constexpr int kVideoHeight = 64;
+constexpr StreamSpec kColorVideo{Stream::color, kVideoWidth, kVideoHeight, 2.5};
+constexpr StreamSpec kDepthVideo{Stream::depth, kVideoWidth, kVideoHeight, 1.0};
 
 test::TimedRgb color_at(std::int64_t time_ms) {
-  test::TimedRgb out{time_ms, Image<std::uint8_t>(kWidth, kHeight, 3)};
-  for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x) {
+  test::TimedRgb out{time_ms, Image<std::uint8_t>(kVideoWidth, kVideoHeight, 3)};
+  for (int y = 0; y < kVideoHeight; ++y) {
+    for (int x = 0; x < kVideoWidth; ++x) {
       out.rgb.at(x, y, 0) = static_cast<std::uint8_t>(2 * x);
       out.rgb.at(x, y, 1) = static_cast<std::uint8_t>(3 * y);
       out.rgb.at(x, y, 2) = static_cast<std::uint8_t>(100 + time_ms / 4);
@@ -33,7 +33,7 @@ test::TimedRgb color_at(std::int64_t time_ms) {
 }
 
 test::TimedCounts depth_at(std::int64_t time_ms) {
-  test::TimedCounts out{time_ms, Image<std::uint16_t>(kWidth, kHeight, 1)};
+  test::TimedCounts out{time_ms, Image<std::uint16_t>(kVideoWidth, kVideoHeight, 1)};
   for (std::size_t i = 0; i < out.counts.data.size(); ++i) {
     out.counts.data[i] = static_cast<std::uint16_t>((i * 2654435761u + static_cast<unsigned>(time_ms)) >> 7);
   }
@@ -69,7 +69,7 @@ class MkvSourceTest : public test::ScratchFolder {
 
 TEST_F(MkvSourceTest, DepthIsBitExact) {
   write_depth();
-  MkvSource source(file(), kDepth);
+  MkvSource source(file(), kDepthVideo);
   for (int pass = 0; pass < 2; ++pass) {
     std::uint64_t sequence = 0;
     for (const std::int64_t time_ms : {0, 33, 67, 100}) {
@@ -89,7 +89,7 @@ TEST_F(MkvSourceTest, DepthIsBitExact) {
 
 TEST_F(MkvSourceTest, LosslessColorIsBitExact) {
   write_color("ffv1");
-  MkvSource source(file(), kColor);
+  MkvSource source(file(), kColorVideo);
   for (const std::int64_t time_ms : {0, 33, 67, 100}) {
     const auto item = source.next(0ms);
     ASSERT_TRUE(item);
@@ -102,7 +102,7 @@ TEST_F(MkvSourceTest, LosslessColorIsBitExact) {
 
 TEST_F(MkvSourceTest, MotionJpegIsAccurateAndUnbiased) {
   write_color("mjpeg");
-  MkvSource source(file(), kColor);
+  MkvSource source(file(), kColorVideo);
   for (const std::int64_t time_ms : {0, 33, 67, 100}) {
     const auto item = source.next(0ms);
     ASSERT_TRUE(item);
@@ -121,7 +121,7 @@ TEST_F(MkvSourceTest, MotionJpegIsAccurateAndUnbiased) {
 TEST_F(MkvSourceTest, ATruncatedFilePlaysUpToItsEnd) {
   write_depth();
   change([](std::string& bytes) { bytes.resize(bytes.size() * 6 / 10); });
-  MkvSource source(file(), kDepth);
+  MkvSource source(file(), kDepthVideo);
   int pictures = 0;
   while (const auto item = source.next(0ms)) {
     if (const auto* depth = std::get_if<RawDepth>(&*item)) {
@@ -140,7 +140,7 @@ TEST_F(MkvSourceTest, ADamagedFrameIsLostAndTheRestPlays) {
       bytes[i] = static_cast<char>(bytes[i] ^ 0x5a);
     }
   });
-  MkvSource source(file(), kDepth);
+  MkvSource source(file(), kDepthVideo);
   std::string seen;
   while (const auto item = source.next(0ms)) {
     if (const auto* depth = std::get_if<RawDepth>(&*item)) {
@@ -155,21 +155,21 @@ TEST_F(MkvSourceTest, ADamagedFrameIsLostAndTheRestPlays) {
 }
 
 TEST_F(MkvSourceTest, BadFilesAreRefused) {
-  EXPECT_NE(error(kDepth).find("no readable Matroska file"), std::string::npos);
+  EXPECT_NE(error(kDepthVideo).find("no readable Matroska file"), std::string::npos);
   std::ofstream(file()) << "";
-  EXPECT_NE(error(kDepth).find("no readable Matroska file"), std::string::npos);
+  EXPECT_NE(error(kDepthVideo).find("no readable Matroska file"), std::string::npos);
   std::ofstream(file()) << std::string(5000, 'x');
-  EXPECT_NE(error(kDepth).find("no readable Matroska file"), std::string::npos);
+  EXPECT_NE(error(kDepthVideo).find("no readable Matroska file"), std::string::npos);
   write_depth();
   EXPECT_NE(error({Stream::depth, 640, 480, 1.0}).find("found 96x64 pixels, allowed: 640x480"), std::string::npos);
-  EXPECT_NE(error(kColor).find("found pixel format gray16le, allowed: 8 bits a channel"), std::string::npos);
+  EXPECT_NE(error(kColorVideo).find("found pixel format gray16le, allowed: 8 bits a channel"), std::string::npos);
   write_color("mjpeg");
-  EXPECT_NE(error(kDepth).find("found codec mjpeg, allowed: ffv1"), std::string::npos);
+  EXPECT_NE(error(kDepthVideo).find("found codec mjpeg, allowed: ffv1"), std::string::npos);
   write_color("ffv1");
-  EXPECT_NE(error(kDepth).find("found pixel format bgr0, allowed: gray16"), std::string::npos);
+  EXPECT_NE(error(kDepthVideo).find("found pixel format bgr0, allowed: gray16"), std::string::npos);
   write_depth();
   change([](std::string& bytes) { bytes.resize(700); });
-  EXPECT_NE(error(kDepth), "no error");
+  EXPECT_NE(error(kDepthVideo), "no error");
 }
 
 TEST_F(MkvSourceTest, FlippedBitsNeverCrash) {
@@ -186,7 +186,7 @@ TEST_F(MkvSourceTest, FlippedBitsNeverCrash) {
     }
     std::ofstream(file(), std::ios::binary) << bytes;
     try {
-      MkvSource source(file(), kDepth);
+      MkvSource source(file(), kDepthVideo);
       for (int i = 0; i < 100 && source.next(0ms); ++i) {
       }
     } catch (const InputError&) {

@@ -10,11 +10,9 @@ namespace {
 using namespace std::chrono_literals;
 using Lines = std::vector<std::string>;
 
-constexpr std::int64_t kMs = 1'000'000;
-
-Frame fisheye(std::uint64_t sequence, std::int64_t time_ms) {
+Frame fisheye_frame(std::uint64_t sequence, std::int64_t time_ms) {
   Frame picture;
-  picture.stamp = {time_ms * kMs, 0, sequence};
+  picture.stamp = {time_ms * 1'000'000, 0, sequence};
   picture.stream = Stream::fisheye;
   return picture;
 }
@@ -52,25 +50,25 @@ Lines next(FisheyeReader& reader) {
 
 TEST(FisheyeReader, GivesTheNewestFrameOrBracket) {
   const auto camera = std::make_shared<Waiting>();
-  FisheyeReader reader(camera, -30 * kMs);
+  FisheyeReader reader(camera, -30'000'000);
   EXPECT_EQ(next(reader), Lines());
-  camera->items = {fisheye(0, 100), fisheye(1, 133)};
+  camera->items = {fisheye_frame(0, 100), fisheye_frame(1, 133)};
   EXPECT_EQ(next(reader), Lines{"1"});
-  camera->items = {fisheye(2, 166), fisheye(3, 200), fisheye(4, 200), fisheye(5, 200)};
+  camera->items = {fisheye_frame(2, 166), fisheye_frame(3, 200), fisheye_frame(4, 200), fisheye_frame(5, 200)};
   EXPECT_EQ(next(reader), Lines{"3 4 5"});
-  camera->items = {fisheye(6, 233)};
-  EXPECT_EQ(reader.next(0ms)->frames.at(0)->stamp.time_ns, 203 * kMs) << "on the colour camera's clock";
+  camera->items = {fisheye_frame(6, 233)};
+  EXPECT_EQ(reader.next(0ms)->frames.at(0)->stamp.time_ns, 203'000'000) << "on the colour camera's clock";
 }
 
 TEST(FisheyeReader, SaysWhatIsLostAndWhyNoneComes) {
   const auto camera = std::make_shared<Waiting>();
   FisheyeReader reader(camera, 0);
-  camera->items = {fisheye(2, 0), LostFrame{{33 * kMs, 0, 3}, Stream::fisheye, "torn"}};
+  camera->items = {fisheye_frame(2, 0), LostFrame{{33'000'000, 0, 3}, Stream::fisheye, "torn"}};
   EXPECT_EQ(next(reader),
             (Lines{"2", "2 fish-eye pictures missing before picture 2", "fish-eye picture 3 lost: torn"}));
-  camera->items = {fisheye(4, 10)};
+  camera->items = {fisheye_frame(4, 10)};
   EXPECT_EQ(next(reader), (Lines{"", "fish-eye picture 4 is 23 ms older than the one before: dropped"}));
-  camera->items = {fisheye(5, 66)};
+  camera->items = {fisheye_frame(5, 66)};
   camera->warning = "it sends another exposure";
   EXPECT_EQ(next(reader), (Lines{"5", "it sends another exposure"}));
   camera->away = "fish-eye: the camera is disconnected";

@@ -3,7 +3,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <csignal>
 #include <cstdlib>
@@ -20,6 +19,7 @@
 #include "tests/integration/camera_vm/back_again.h"
 #include "tests/integration/camera_vm/driver_memory.h"
 #include "tests/integration/camera_vm/usb_plug.h"
+#include "tests/integration/camera_vm/vivid_camera.h"
 
 namespace lumigraft::capture {
 namespace {
@@ -27,6 +27,9 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 using test::frame_of;
+using test::k75;
+using test::kBars;
+using test::usb_spec;
 constexpr int kWidth = 576;  // a multiple of 6, as vimc requires, whose rows need no padding to 64 bytes
 constexpr int kHeight = 480;
 constexpr int kBelowItsText = 460;
@@ -78,11 +81,7 @@ class Vimc : public test::ScratchFolder {
   }
 };
 
-constexpr int k75 = 191;
-constexpr std::array<std::array<int, 3>, 8> kBars = {
-    {{k75, k75, k75}, {k75, k75, 0}, {0, k75, k75}, {0, k75, 0}, {k75, 0, k75}, {k75, 0, 0}, {0, 0, k75}, {0, 0, 0}}};
-
-void expect_bars(const Frame& picture, int brighter = 0) {
+void expect_vimc_bars(const Frame& picture, int brighter = 0) {
   ASSERT_EQ(picture.encoded.width, kWidth);
   ASSERT_EQ(picture.encoded.height, kHeight);
   for (int bar = 0; bar < 8; ++bar) {
@@ -101,7 +100,7 @@ TEST_F(Vimc, RgbAndBgrGiveTheSameImage) {
     ASSERT_TRUE(picture);
     EXPECT_EQ(picture->stream, Stream::fisheye);
     EXPECT_EQ(picture->exposure, 2.5);
-    expect_bars(*picture);
+    expect_vimc_bars(*picture);
     ASSERT_EQ(picture->original == nullptr, format == PixelFormat::rgb8);
     EXPECT_TRUE(!picture->original || picture->original->format == format);
   }
@@ -141,7 +140,7 @@ TEST_F(Vimc, ASettingIsApplied) {
     LibcameraSource source(kVimc, spec);
     const auto picture = frame_of(source, 10);
     ASSERT_TRUE(picture);
-    expect_bars(*picture, static_cast<int>(std::lround(128 * brightness)));
+    expect_vimc_bars(*picture, static_cast<int>(std::lround(128 * brightness)));
   }
 }
 
@@ -210,9 +209,6 @@ TEST_F(Vimc, GoneAndBackAgain) {
       back_within);
 }
 
-/// Whether the bytes lie in the driver's memory.
-bool is_of_the_driver(std::span<const std::uint8_t> bytes) { return test::lies_in(bytes, "dmabuf"); }
-
 TEST_F(Vimc, FramesAreNotCopiedAndStayValid) {
   auto source = std::make_unique<LibcameraSource>(kVimc, vimc_spec(PixelFormat::bgr8));
   std::vector<Frame> held;
@@ -220,7 +216,7 @@ TEST_F(Vimc, FramesAreNotCopiedAndStayValid) {
   for (int i = 0; i < 12; ++i) {  // more frames than there are buffers
     auto picture = frame_of(*source);
     ASSERT_TRUE(picture && picture->original);
-    of_the_driver += is_of_the_driver(picture->original->bytes) ? 1 : 0;
+    of_the_driver += test::lies_in(picture->original->bytes, "dmabuf") ? 1 : 0;
     held.push_back(std::move(*picture));
   }
   EXPECT_EQ(of_the_driver, 2) << "half of the four buffers stay with the driver, other frames are copied";
@@ -284,13 +280,6 @@ constexpr const char* kUsb = test::UsbPlug::kName;
 struct UsbCamera : test::UsbPlug {
   UsbCamera() : UsbPlug([] { return listed(kUsb).has_value(); }) {}
 };
-
-StreamSpec usb_spec(double exposure_us) {
-  StreamSpec spec{
-      .stream = Stream::fisheye, .width = test::UsbPlug::kWidth, .height = test::UsbPlug::kHeight, .exposure = 2.0};
-  spec.settings.exposure_us = exposure_us;
-  return spec;
-}
 
 TEST(LibcameraUsb, DeliversJpegsAtTheExposureThatWasSet) {
   const UsbCamera camera;

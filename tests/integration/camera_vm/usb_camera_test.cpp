@@ -22,19 +22,12 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 using test::frame_of;
-using UsbCamera = test::UsbPlug;
-constexpr int kWidth = test::UsbPlug::kWidth;
-constexpr int kHeight = test::UsbPlug::kHeight;
-constexpr const char* kName = test::UsbPlug::kName;
+using test::usb_spec;
+using test::UsbPlug;
+constexpr const char* kName = UsbPlug::kName;
 constexpr double kLevelAt10ms = 50.0;
 
-StreamSpec usb_spec(double exposure_us) {
-  StreamSpec spec{.stream = Stream::fisheye, .width = kWidth, .height = kHeight, .exposure = 2.0};
-  spec.settings.exposure_us = exposure_us;
-  return spec;
-}
-
-std::optional<CameraListing> listed() {
+std::optional<CameraListing> listed_by_name() {
   for (const CameraListing& one : list_v4l2_cameras()) {
     if (one.name.rfind(kName, 0) == 0 && one.rejection_reason.empty()) {
       return one;
@@ -44,20 +37,20 @@ std::optional<CameraListing> listed() {
 }
 
 void expect_bars(const Frame& picture, double exposure_us) {
-  ASSERT_EQ(picture.encoded.width, kWidth);
-  ASSERT_EQ(picture.encoded.height, kHeight);
+  ASSERT_EQ(picture.encoded.width, UsbPlug::kWidth);
+  ASSERT_EQ(picture.encoded.height, UsbPlug::kHeight);
   const double level = std::min(255.0, kLevelAt10ms * exposure_us / 10'000.0);
   for (int bar = 0; bar < 4; ++bar) {
     for (int c = 0; c < 3; ++c) {
-      EXPECT_NEAR(picture.encoded.at((2 * bar + 1) * kWidth / 8, kHeight / 2, c), bar == c || bar == 3 ? level : 0.0,
-                  5.0)
+      EXPECT_NEAR(picture.encoded.at((2 * bar + 1) * UsbPlug::kWidth / 8, UsbPlug::kHeight / 2, c),
+                  bar == c || bar == 3 ? level : 0.0, 5.0)
           << "bar " << bar << ", channel " << c << " at " << exposure_us << " us";
     }
   }
 }
 
 TEST(UsbCamera, DeliversJpegsAtTheExposureThatWasSet) {
-  const UsbCamera camera;
+  const UsbPlug camera;
   for (const double exposure_us : {10'000.0, 30'000.0, 5'000.0}) {
     StreamSpec spec = usb_spec(exposure_us);
     spec.settings.gain = 99;
@@ -69,7 +62,7 @@ TEST(UsbCamera, DeliversJpegsAtTheExposureThatWasSet) {
     EXPECT_EQ(picture->original->format, PixelFormat::mjpeg);
     EXPECT_EQ(picture->exposure, 2.0);
     EXPECT_TRUE(source.on_host_clock());
-    const auto listing = listed();
+    const auto listing = listed_by_name();
     ASSERT_TRUE(listing);
     const auto value = [&](const std::string& name) {
       const auto found = std::find_if(listing->controls.begin(), listing->controls.end(),
@@ -88,7 +81,7 @@ TEST(UsbCamera, DeliversJpegsAtTheExposureThatWasSet) {
 }
 
 TEST(UsbCamera, AControlDisabledByAnotherIsRefused) {
-  const UsbCamera camera;
+  const UsbPlug camera;
   StreamSpec spec = usb_spec(10'000);
   spec.settings.controls = {{"white_balance_automatic", 1}, {"white_balance_temperature", 3500}};
   try {
@@ -102,7 +95,7 @@ TEST(UsbCamera, AControlDisabledByAnotherIsRefused) {
 }
 
 TEST(UsbCamera, EachFrameOfABracketHasItsOwnExposure) {
-  const UsbCamera camera;
+  const UsbPlug camera;
   StreamSpec spec = usb_spec(10'000);
   spec.settings.bracket_us = {5'000, 10'000, 40'000};
   V4l2Source source(kName, spec);
@@ -126,7 +119,7 @@ TEST(UsbCamera, EachFrameOfABracketHasItsOwnExposure) {
 }
 
 TEST(UsbCamera, EveryBracketReachesAFrameOfALiveColourCamera) {
-  const UsbCamera camera;
+  const UsbPlug camera;
   StreamSpec bracketed = usb_spec(10'000);
   bracketed.settings.bracket_us = {5'000, 10'000};
   PairedSources sources;
@@ -159,7 +152,7 @@ TEST(UsbCamera, EveryBracketReachesAFrameOfALiveColourCamera) {
 }
 
 TEST(UsbCamera, ATornFrameIsLostAndTheNextIsComplete) {
-  const UsbCamera camera;
+  const UsbPlug camera;
   V4l2Source source(kName, usb_spec(10'000));
   ASSERT_TRUE(frame_of(source, 4));
   camera.signal(SIGUSR1);
@@ -180,17 +173,17 @@ TEST(UsbCamera, ATornFrameIsLostAndTheNextIsComplete) {
 }
 
 TEST(UsbCamera, UnpluggedAndReplugged) {
-  auto camera = std::make_unique<UsbCamera>();
+  auto camera = std::make_unique<UsbPlug>();
   LiveSource source("fish-eye", [] { return std::make_unique<V4l2Source>(kName, usb_spec(10'000)); });
   test::expect_back_again(
       source, 3, "fish-eye: v4l2:Test Camera: found no such camera", [&] { camera.reset(); },
-      [&] { camera = std::make_unique<UsbCamera>(); });
+      [&] { camera = std::make_unique<UsbPlug>(); });
 }
 
 class RecordedUsbCamera : public test::ScratchFolder {};
 
 TEST_F(RecordedUsbCamera, ReplaysByteForByte) {
-  const UsbCamera camera;
+  const UsbPlug camera;
   std::ofstream(folder_ / "session.toml") << "format = 1\n[color]\nsource = \"v4l2:Test Camera\"\n"
                                           << test::kSmallCamera << "exposure_us = 10000\n[tag]\nid = 1\nsize_m = 0.1\n";
   test::expect_identical_replay(folder_, 6);

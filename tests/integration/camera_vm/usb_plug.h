@@ -9,6 +9,7 @@
 
 #include "capture/error.h"
 #include "capture/live/v4l2/device.h"
+#include "capture/session/stream_spec.h"
 #include "tests/capture/child_process.h"
 
 namespace lumigraft::test {
@@ -45,5 +46,12 @@ class UsbPlug {
  private:
   ChildProcess process_{{LUMIGRAFT_USB_CAMERA, std::to_string(kWidth), std::to_string(kHeight), "20"}};
 };
+
+inline capture::StreamSpec usb_spec(double exposure_us) {
+  capture::StreamSpec spec{
+      .stream = capture::Stream::fisheye, .width = UsbPlug::kWidth, .height = UsbPlug::kHeight, .exposure = 2.0};
+  spec.settings.exposure_us = exposure_us;
+  return spec;
+}
 
 }  // namespace lumigraft::test

@@ -1,5 +1,6 @@
 #pragma once
 // The kernel's virtual camera vivid, and control of it by a test while it is in use.
+#include <array>
 #include <cstdint>
 #include <string>
 
@@ -12,6 +13,11 @@ inline constexpr char kMultiPlanar[] = "platform:vivid-001";
 inline constexpr char kGrabber[] = "platform:vivid-002";  ///< has inputs "Webcam 0" and "HDMI 0"
 inline constexpr int kVividWidth = 320;
 inline constexpr int kVividHeight = 180;
+
+/// Bars of 75 % (ITU-R BT.471) that vivid and vimc show.
+inline constexpr int k75 = 191;
+inline constexpr std::array<std::array<int, 3>, 8> kBars = {
+    {{k75, k75, k75}, {k75, k75, 0}, {0, k75, k75}, {0, k75, 0}, {k75, 0, k75}, {k75, 0, 0}, {0, 0, k75}, {0, 0, 0}}};
 
 /// The camera without text overlay: eight bars of full height.
 capture::StreamSpec vivid_spec(capture::PixelFormat format);

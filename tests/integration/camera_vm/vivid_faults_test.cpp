@@ -96,7 +96,7 @@ TEST_F(VividFaults, ALentFrameDoesNotKeepTheCameraOpen) {
     kept.push_back(std::get<Frame>(*item));
     bytes.emplace_back(kept.back().original->bytes.begin(), kept.back().original->bytes.end());
     ASSERT_TRUE(Vivid().set("Disconnect"));
-    wait_for_fault(source, "gone");
+    wait_for_fault(source, "disconnected");
     EXPECT_LT(wait_for_frame(source), 2s);
   }
   for (std::size_t i = 0; i < kept.size(); ++i) {

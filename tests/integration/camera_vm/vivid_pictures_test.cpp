@@ -12,35 +12,23 @@
 #include "capture/live/v4l2/source.h"
 #include "tests/capture/recorded_frames.h"
 #include "tests/capture/scratch_folder.h"
+#include "tests/integration/camera_vm/back_again.h"
 #include "tests/integration/camera_vm/driver_memory.h"
 #include "tests/integration/camera_vm/vivid_camera.h"
 
 namespace lumigraft::capture {
 namespace {
 
-using namespace std::chrono_literals;
+using test::frame_of;
+using test::k75;
+using test::kBars;
 using test::kMultiPlanar;
 using test::kSinglePlanar;
 using test::kVividHeight;
 using test::kVividWidth;
 using test::vivid_spec;
 
-constexpr int k75 = 191;
-constexpr std::array<std::array<int, 3>, 8> kBars = {
-    {{k75, k75, k75}, {k75, k75, 0}, {0, k75, k75}, {0, k75, 0}, {k75, 0, k75}, {k75, 0, 0}, {0, 0, k75}, {0, 0, 0}}};
-
-std::optional<Frame> frame_of(Source& source) {
-  for (int i = 0; i < 20; ++i) {
-    const auto item = source.next(3000ms);
-    if (const auto* picture = item ? std::get_if<Frame>(&*item) : nullptr) {
-      return *picture;
-    }
-  }
-  ADD_FAILURE() << "no picture; " << source.fault();
-  return std::nullopt;
-}
-
-void expect_bars(const Frame& picture, PixelFormat format) {
+void expect_vivid_bars(const Frame& picture, PixelFormat format) {
   ASSERT_EQ(picture.encoded.width, kVividWidth);
   ASSERT_EQ(picture.encoded.height, kVividHeight);
   const bool grey = format == PixelFormat::grey8 || format == PixelFormat::grey16;
@@ -67,7 +55,7 @@ TEST(Vivid, EveryFormatShowsTheColourBars) {
       ASSERT_TRUE(picture);
       EXPECT_EQ(picture->stream, Stream::fisheye);
       EXPECT_EQ(picture->exposure, 2.5);
-      expect_bars(*picture, format);
+      expect_vivid_bars(*picture, format);
       ASSERT_EQ(picture->original == nullptr, format == PixelFormat::rgb8);
       if (picture->original) {
         EXPECT_EQ(picture->original->format, format);
@@ -142,7 +130,7 @@ TEST(Vivid, FramesAreNotCopiedAndStayValid) {
       << "valid after the camera was closed";
 }
 
-std::string error(const std::string& camera, const StreamSpec& spec) {
+std::string v4l2_error(const std::string& camera, const StreamSpec& spec) {
   try {
     const V4l2Source source(camera, spec);
   } catch (const CameraFault& e) {
@@ -157,7 +145,7 @@ TEST(Vivid, WhatItDoesNotOfferIsRefusedAndSaid) {
   const auto with = [](auto change) {
     StreamSpec spec = vivid_spec(PixelFormat::yuyv);
     change(spec);
-    return error("/dev/video0", spec);
+    return v4l2_error("/dev/video0", spec);
   };
   EXPECT_EQ(with([](StreamSpec& s) {
               s.settings.pixel_format = PixelFormat::mjpeg;
@@ -180,7 +168,7 @@ TEST(Vivid, WhatItDoesNotOfferIsRefusedAndSaid) {
               s.settings.controls = {{"read_only_integer_32_bits", 1}};
             }).find("error: v4l2:/dev/video0: controls.read_only_integer_32_bits: found a control that can only be"),
             0u);
-  EXPECT_EQ(error("/dev/null", vivid_spec(PixelFormat::yuyv)).find("error: v4l2:/dev/null: found no camera"), 0u);
+  EXPECT_EQ(v4l2_error("/dev/null", vivid_spec(PixelFormat::yuyv)).find("error: v4l2:/dev/null: found no camera"), 0u);
 }
 
 double control(const std::string& camera, const std::string& name) {

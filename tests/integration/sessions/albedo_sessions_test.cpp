@@ -21,6 +21,7 @@
 #include "reconstruct/light/fisheye_rays.h"
 #include "reconstruct/light/light.h"
 #include "reconstruct/pose/pose.h"
+#include "tests/integration/sessions/recorded_session.h"
 #include "tests/reconstruct/albedo/albedo_agreement.h"
 #include "tests/reconstruct/albedo/albedo_room.h"
 
@@ -28,8 +29,9 @@ namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Vector3f;
+using test::folder_of;
 
-constexpr float kDegree = 0.0174533f;
+constexpr float kDegree_rad = 0.0174533f;
 
 struct TrueLamp {
   Vector3f centre;
@@ -67,7 +69,7 @@ std::vector<TrueLamp> true_lamps(const std::filesystem::path& session) {
 }
 
 float angle_deg(const Vector3f& a, const Vector3f& b) {
-  return std::acos(std::clamp(a.normalized().dot(b.normalized()), -1.0f, 1.0f)) / kDegree;
+  return std::acos(std::clamp(a.normalized().dot(b.normalized()), -1.0f, 1.0f)) / kDegree_rad;
 }
 
 /// Errors over all pixels with known albedo.
@@ -135,7 +137,7 @@ double remainder_error(const Illumination& light, const std::vector<TrueLamp>& l
     Vector3f around = Vector3f::Zero();
     int count = 0;
     for (std::size_t i = 0; i < view.direction.size(); ++i) {
-      const float angle = view.sees(i) ? kDegree * angle_deg(view.direction[i], direction) : 10;
+      const float angle = view.sees(i) ? kDegree_rad * angle_deg(view.direction[i], direction) : 10;
       if (angle < 1.8f * radius + 0.02f) {
         on.push_back(i);
       } else if (angle < 1.8f * radius + 0.04f) {
@@ -185,12 +187,6 @@ void PrintTo(const Case& c, std::ostream* out) { *out << c.session << " " << c.f
 
 class AlbedoSessions : public testing::TestWithParam<Case> {};
 
-std::filesystem::path folder_of(const std::string& session) {
-  if (session == "recording") return std::filesystem::path(LUMIGRAFT_SOURCE_DIR) / "recordings/tabletop";
-  const char* extra = std::getenv("LUMIGRAFT_EXTRA");
-  return extra ? std::filesystem::path(extra) / "sessions" / session : std::filesystem::path();
-}
-
 TEST_P(AlbedoSessions, LampsAndAlbedoAreNearTheTruth) {
   const Case& c = GetParam();
   const std::filesystem::path folder = folder_of(c.session);
@@ -204,7 +200,7 @@ TEST_P(AlbedoSessions, LampsAndAlbedoAreNearTheTruth) {
   const auto frames = capture::open_frames(session);
   PoseStage locate(session.tag, session.color.model, session.color.response);
   FusionStage fuse(session, {});
-  LightStage light(session, {});
+  LightStage light(session);
   std::optional<Pose> pose, first_pose;
   std::optional<capture::FrameSet> frame, first;
   std::shared_ptr<const DistanceField> field;
@@ -304,7 +300,7 @@ TEST_P(AlbedoNewSessions, WhatIsSolvedAloneIsAsNearToTheTruth) {
   const auto frames = capture::open_frames(session);
   PoseStage locate(session.tag, session.color.model, session.color.response);
   FusionStage fuse(session, {});
-  LightStage light(session, {});
+  LightStage light(session);
   AlbedoStage solve(session);
   std::optional<capture::FrameSet> first;
   std::optional<Pose> first_pose;

@@ -15,11 +15,14 @@
 #include "reconstruct/field/surface_mesh.h"
 #include "reconstruct/fusion/fusion.h"
 #include "reconstruct/pose/pose.h"
+#include "tests/integration/sessions/recorded_session.h"
 
 namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Vector3f;
+using test::folder_of;
+using test::percentile;
 using Triangle = std::array<Vector3f, 3>;
 
 /// Reads the triangles of real_scene.ply: nine floats per vertex, x y z first.
@@ -62,30 +65,19 @@ float distance_to_triangle(const Vector3f& p, const Triangle& t) {
       {distance_to_segment(p, t[0], t[1]), distance_to_segment(p, t[1], t[2]), distance_to_segment(p, t[2], t[0])});
 }
 
-double percentile(std::vector<double> values, double fraction) {
-  std::sort(values.begin(), values.end());
-  return values[static_cast<std::size_t>(fraction * static_cast<double>(values.size() - 1) + 0.5)];
-}
-
-struct Case {
+struct FusionCase {
   const char* session;
   double median_mm, max_mm;  ///< bounds on the median and the 95th percentile of distances to the true surface
   double near_mm;            ///< bound on the 95th percentile within 1 m of the tag along each axis
   double republished = 0;    ///< bound on the fraction of bricks per frame that a second pass republishes; 0 = one pass
 };
 
-void PrintTo(const Case& c, std::ostream* out) { *out << c.session; }
+void PrintTo(const FusionCase& c, std::ostream* out) { *out << c.session; }
 
-std::filesystem::path folder_of(const char* session) {
-  if (std::string(session) == "recording") return std::filesystem::path(LUMIGRAFT_SOURCE_DIR) / "recordings/tabletop";
-  const char* extra = std::getenv("LUMIGRAFT_EXTRA");
-  return extra ? std::filesystem::path(extra) / "sessions" / session : std::filesystem::path();
-}
-
-class FusionSessions : public testing::TestWithParam<Case> {};
+class FusionSessions : public testing::TestWithParam<FusionCase> {};
 
 TEST_P(FusionSessions, AreNearTheTruth) {
-  const Case& c = GetParam();
+  const FusionCase& c = GetParam();
   const std::filesystem::path folder = folder_of(c.session);
   if (!std::filesystem::exists(folder / "session.toml"))
     GTEST_SKIP() << "LUMIGRAFT_EXTRA names no folder with sessions/" << c.session;
@@ -161,9 +153,11 @@ TEST_P(FusionSessions, AreNearTheTruth) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, FusionSessions,
-                         testing::Values(Case{"recording", 2, 8, 4, 0.03}, Case{"box-with-inside", 0.5, 2, 2},
-                                         Case{"brushed-metal", 0.5, 2, 2}, Case{"cornell", 0.5, 2, 2},
-                                         Case{"tabletop", 0.5, 2, 2}, Case{"tabletop-orbit", 2, 12, 4, 0.03}),
+                         testing::Values(FusionCase{"recording", 2, 8, 4, 0.03},
+                                         FusionCase{"box-with-inside", 0.5, 2, 2},
+                                         FusionCase{"brushed-metal", 0.5, 2, 2}, FusionCase{"cornell", 0.5, 2, 2},
+                                         FusionCase{"tabletop", 0.5, 2, 2},
+                                         FusionCase{"tabletop-orbit", 2, 12, 4, 0.03}),
                          [](const auto& session) {
                            std::string name = session.param.session;
                            std::replace(name.begin(), name.end(), '-', '_');

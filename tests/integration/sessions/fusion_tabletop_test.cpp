@@ -9,6 +9,7 @@
 
 #include "reconstruct/fusion/fusion.h"
 #include "reconstruct/room/mirror_detection.h"
+#include "tests/integration/sessions/recorded_session.h"
 #include "tests/reconstruct/point_cloud.h"
 #include "tests/reconstruct/real_data.h"
 
@@ -16,6 +17,7 @@ namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Vector3f;
+using test::percentile;
 
 capture::CameraModel kinect() {
   capture::CameraModel camera;
@@ -46,13 +48,6 @@ Plane fitted(const std::vector<Vector3f>& points) {
   if (plane.normal.dot(mean.cast<float>()) > 0) plane.normal *= -1;  // towards the camera
   plane.offset = plane.normal.dot(mean.cast<float>());
   return plane;
-}
-
-double percentile(std::vector<double> values, double fraction) {
-  if (values.empty()) return 0;
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(fraction * static_cast<double>(values.size() - 1) + 0.5);
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
 }
 
 /// Whether all pixels within `reach` were measured; next to unmeasured pixels the surface ends.

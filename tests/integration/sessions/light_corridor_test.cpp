@@ -71,7 +71,7 @@ TEST(LightCorridor, SpotsInTheCeiling) {
   picture->stream = capture::Stream::fisheye;
   capture::FrameSet frame;
   frame.fisheye = {picture};
-  LightStage stage(session, {});
+  LightStage stage(session);
   const auto result = stage.extract(frame);
   ASSERT_TRUE(result.illumination);
   ASSERT_FALSE(result.warnings.empty());

@@ -13,12 +13,14 @@
 #include "capture/source.h"
 #include "reconstruct/fusion/fusion.h"
 #include "reconstruct/pose/pose.h"
+#include "tests/integration/sessions/recorded_session.h"
 #include "tests/reconstruct/pose/pose_views.h"
 
 namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Isometry3d;
+using test::percentile;
 
 /// The pose of frame `index`, or the only one of a static session.
 Isometry3d true_pose(const std::filesystem::path& session, std::uint64_t index) {
@@ -32,11 +34,6 @@ Isometry3d true_pose(const std::filesystem::path& session, std::uint64_t index) 
   for (int r = 0; r < 4; ++r)
     for (int c = 0; c < 4; ++c) pose.matrix()(r, c) = rows[r][c];
   return pose;
-}
-
-double percentile(std::vector<double> values, double fraction) {
-  std::sort(values.begin(), values.end());
-  return values[static_cast<std::size_t>(fraction * static_cast<double>(values.size() - 1) + 0.5)];
 }
 
 class PoseSessions : public testing::TestWithParam<const char*> {};

@@ -120,7 +120,7 @@ TEST(CalibrateDepth, RefusesWhatSaysTooLittleOrIsNotSo) {
     return calibrate_depth(depth_camera(), Eigen::Isometry3d::Identity(), test_board(), seen.views).refusal;
   };
   EXPECT_EQ(refusal(depth_scene(5, 1)).find("too few views: found 5 pictures whose depth shows the board"), 0u);
-  EXPECT_EQ(refusal(depth_scene(12, 1, false)).find("uncertainty: found the depth camera to stand"), 0u)
+  EXPECT_EQ(refusal(depth_scene(12, 1, false)).find("uncertainty: found the depth camera's pose known"), 0u)
       << refusal(depth_scene(12, 1, false));
   DepthScene long_counts = depth_scene(12, 1);
   for (capture::Image<float>& picture : long_counts.pictures)

@@ -10,7 +10,7 @@ namespace {
 
 using namespace test;
 
-Eigen::Isometry3d true_T_fisheye_color() {
+Eigen::Isometry3d rig_T_fisheye_color() {
   return Eigen::Translation3d(0.05, -0.03, 0.02) * Eigen::AngleAxisd(0.3, Eigen::Vector3d(0.3, 1, -0.2).normalized());
 }
 
@@ -36,14 +36,14 @@ Seen seen(double behind_s, double reach, double seconds, double sigma_px, unsign
   };
   for (double t = 0; t < seconds; t += 0.1) {
     add(all.color, distorted_pinhole(), Eigen::Isometry3d::Identity(), t, t);
-    add(all.fisheye, test_fisheye(), true_T_fisheye_color(), t + 0.04, t + 0.04 - behind_s);
+    add(all.fisheye, test_fisheye(), rig_T_fisheye_color(), t + 0.04, t + 0.04 - behind_s);
   }
   return all;
 }
 
 TimeOffsetCalibration found(const Seen& seen) {
   // A relative pose with small errors, as from static boards.
-  const Eigen::Isometry3d about = Eigen::Translation3d(0.0004, -0.0003, 0.0005) * true_T_fisheye_color();
+  const Eigen::Isometry3d about = Eigen::Translation3d(0.0004, -0.0003, 0.0005) * rig_T_fisheye_color();
   return calibrate_time(distorted_pinhole(), test_fisheye(), about, seen.color, seen.fisheye);
 }
 

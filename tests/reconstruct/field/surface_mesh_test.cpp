@@ -37,7 +37,7 @@ DistanceField field_of(const std::function<float(const Vector3f&)>& distance_m, 
 
 constexpr float kRadius = 0.1f;
 const Vector3f kCentre(0.013f, -0.007f, 0.004f);
-float sphere(const Vector3f& p) { return (p - kCentre).norm() - kRadius; }
+float small_sphere(const Vector3f& p) { return (p - kCentre).norm() - kRadius; }
 
 /// Number of uses of each directed edge: a closed surface uses every edge once in each direction.
 std::map<std::pair<int, int>, int> edges_of(const SurfaceMesh& mesh) {
@@ -48,7 +48,7 @@ std::map<std::pair<int, int>, int> edges_of(const SurfaceMesh& mesh) {
 }
 
 TEST(SurfaceMesh, ASphereIsClosedAndRound) {
-  const SurfaceMesh mesh = extract_surface(field_of(sphere, 3, 0.03f));
+  const SurfaceMesh mesh = extract_surface(field_of(small_sphere, 3, 0.03f));
   ASSERT_GT(mesh.triangles.size(), 1000u);
   for (std::size_t i = 0; i < mesh.vertices_m.size(); ++i) {
     EXPECT_NEAR((mesh.vertices_m[i] - kCentre).norm(), kRadius, 2e-4f);
@@ -93,7 +93,7 @@ TEST(SurfaceMesh, UnknownSpaceHasNoSurface) {
 }
 
 TEST(SurfaceMesh, PlyHoldsEveryVertexAndTriangle) {
-  const SurfaceMesh mesh = extract_surface(field_of(sphere, 3, 0.03f));
+  const SurfaceMesh mesh = extract_surface(field_of(small_sphere, 3, 0.03f));
   const auto path =
       std::filesystem::temp_directory_path() / ("lumigraft_surface_mesh_test_" + std::to_string(getpid()) + ".ply");
   write_ply(mesh, path);

@@ -15,8 +15,6 @@
 
 namespace lumigraft::test {
 
-inline constexpr double kDegree = M_PI / 180;
-
 /// Signed distance to the nearest surface, tag frame; images are made by sphere tracing.
 using Shape = std::function<double(const Eigen::Vector3d&)>;
 

@@ -79,7 +79,7 @@ TEST(RealSurface, IsFoundInDepthAndMerged) {
   EXPECT_LT(seen.mean_m, 1.1 * seen_plain.mean_m);
   EXPECT_GT(seen.hit_fraction, 0.98);
   ASSERT_EQ(with.warnings().size(), 1u);
-  EXPECT_NE(with.warnings()[0].find("\"crate\" lies"), std::string::npos) << with.warnings()[0];
+  EXPECT_NE(with.warnings()[0].find("\"crate\" is"), std::string::npos) << with.warnings()[0];
 }
 
 TEST(RealSurface, OffsetIsReported) {

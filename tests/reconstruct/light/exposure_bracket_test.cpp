@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
+#include <numbers>
 #include <sstream>
 
 #include "capture/camera/radiance.h"
@@ -18,7 +19,6 @@
 namespace lumigraft::reconstruct {
 namespace {
 
-constexpr double kPi = 3.14159265358979;
 // The square of the photograph that the fish-eye's 180° fill (from its notes); every fourth pixel is used.
 constexpr int kLeft = 1019, kTop = 3744 - 74 - 3612, kDiameter = 3612, kStep = 4, kSize = kDiameter / kStep;
 constexpr std::array kExposures = {std::pair{"IMG_6955", 13.0}, std::pair{"IMG_6959", 0.8}, std::pair{"IMG_6963", 0.05},
@@ -37,10 +37,10 @@ capture::CameraModel lens() {
   capture::CameraModel camera;
   camera.kind = capture::CameraModel::Kind::kannala_brandt;
   camera.width = camera.height = kSize;
-  camera.fx = camera.fy = kSize / 2.0 / (2 * std::sin(kPi / 4));
+  camera.fx = camera.fy = kSize / 2.0 / (2 * std::sin(std::numbers::pi / 4));
   camera.cx = camera.cy = kSize / 2.0 - 0.5;
   camera.k = {-1.0 / 24, 1.0 / 1920, -1.0 / 322560, 1.0 / 92897280};
-  camera.fov_rad = kPi;
+  camera.fov_rad = std::numbers::pi;
   return camera;
 }
 
@@ -83,7 +83,7 @@ capture::Response response_of(const std::filesystem::path& polynomials, const st
 void correct(capture::Image<float>& radiance, const FisheyeView& view) {
   for (std::size_t i = 0; i < view.direction.size(); ++i) {
     if (!view.sees(i)) continue;
-    const double r = std::acos(std::clamp(view.direction[i].z(), -1.0f, 1.0f)) / (kPi / 2);
+    const double r = std::acos(std::clamp(view.direction[i].z(), -1.0f, 1.0f)) / (std::numbers::pi / 2);
     for (int c = 0; c < 3; ++c) radiance.data[3 * i + c] *= static_cast<float>(kPhotometric / fall_off(r));
   }
 }
@@ -148,7 +148,7 @@ TEST_F(LightBracket, AnOfficeInLux) {
     }
   }
 
-  LightStage stage(session, {});
+  LightStage stage(session);
   capture::FrameSet frame;
   frame.fisheye = bracket;
   const auto light = stage.extract(frame).illumination;
@@ -157,7 +157,7 @@ TEST_F(LightBracket, AnOfficeInLux) {
   for (const PointLight& lamp : light->lights)
     std::printf("    lamp at (%.2f %.2f %.2f), %.0f lx facing it, %.1f deg wide\n", lamp.direction.x(),
                 lamp.direction.y(), lamp.direction.z(), luminance(lamp.irradiance.data()),
-                2 * lamp.angular_radius_rad * 180 / kPi);
+                2 * lamp.angular_radius_rad * 180 / std::numbers::pi);
 }
 
 }  // namespace

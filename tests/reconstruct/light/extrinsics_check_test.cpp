@@ -11,11 +11,10 @@
 #include "capture/source.h"
 #include "reconstruct/fusion/fusion.h"
 #include "reconstruct/pose/pose.h"
+#include "tests/reconstruct/light/light_views.h"
 
 namespace lumigraft::reconstruct {
 namespace {
-
-constexpr double kDegree = 0.0174533;
 
 class RigSessions : public testing::TestWithParam<const char*> {
  protected:
@@ -47,7 +46,7 @@ class RigSessions : public testing::TestWithParam<const char*> {
     Eigen::Isometry3d& T = configured.fisheye->T_tag_fisheye;
     T.linear() = T.linear() * Eigen::AngleAxisd(degrees * kDegree, axis).toRotationMatrix();
     T.translation() += shift_m;
-    const auto light = LightStage(configured, {}).extract(*frame_).illumination;
+    const auto light = LightStage(configured).extract(*frame_).illumination;
     const std::clock_t start = std::clock();
     const auto found = extrinsics_error(*field_, *rays_, *metal_, *light, *configured.fisheye);
     std::printf("rig: %-16s turned %5.1f, moved %4.1f cm: ", GetParam(), degrees, 100 * shift_m.norm());

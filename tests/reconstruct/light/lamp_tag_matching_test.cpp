@@ -59,7 +59,7 @@ const float kIntensity = static_cast<float>(kRadiance * M_PI * kRadius_m * kRadi
 
 TEST(LampTagMatcher, LampInTheImageTakesTheTagsDistance) {
   const capture::Session session = session_with_lamp();
-  LightStage stage(session, {});
+  LightStage stage(session);
   const Vector3f tag_m = kLamp * 1.01f + Vector3f(0.005f, -0.005f, 0);
   const auto result = stage.extract(frame_with(session, kLamp), {tag_at(tag_m)});
   ASSERT_EQ(result.illumination->lights.size(), 2u);
@@ -77,7 +77,7 @@ TEST(LampTagMatcher, LampInTheImageTakesTheTagsDistance) {
 
 TEST(LampTagMatcher, MovingLampKeepsItsId) {
   const capture::Session session = session_with_lamp();
-  LightStage stage(session, {});
+  LightStage stage(session);
   const int id = stage.extract(frame_with(session, kLamp)).illumination->lights.at(0).id;
   Vector3f there = kLamp;
   for (int i = 0; i < 6; ++i) {
@@ -99,7 +99,7 @@ TEST(LampTagMatcher, MovingLampKeepsItsId) {
 
 TEST(LampTagMatcher, TagMovesTheLampWithoutANewImage) {
   const capture::Session session = session_with_lamp();
-  LightStage stage(session, {});
+  LightStage stage(session);
   const capture::FrameSet frame = frame_with(session, kLamp);
   const auto first = stage.extract(frame, {tag_at(kLamp)});
   EXPECT_EQ(stage.extract(frame, {tag_at(kLamp * 1.0005f)}).illumination, first.illumination) << "noise moves nothing";
@@ -116,7 +116,7 @@ TEST(LampTagMatcher, TagMovesTheLampWithoutANewImage) {
 TEST(LampTagMatcher, LampThatIsOffGivesAWarning) {
   capture::Session session = session_with_lamp();
   session.lamps[0].intensity = Vector3f::Constant(5);
-  LightStage stage(session, {});
+  LightStage stage(session);
   const int id = tagged(stage.extract(frame_with(session, kLamp), {tag_at(kLamp)}))->id;
   LightStage::Result result;
   for (int i = 0; i < 8; ++i) result = stage.extract(frame_with(session, std::nullopt), {tag_at(kLamp)});
@@ -133,7 +133,7 @@ TEST(LampTagMatcher, LampThatIsOffGivesAWarning) {
 
 TEST(LampTagMatcher, WrongTagPositionGivesAWarning) {
   const capture::Session session = session_with_lamp();
-  LightStage stage(session, {});
+  LightStage stage(session);
   const Vector3f wrong_place = kLamp + Vector3f(0, 0.2f, 0);
   const auto result = stage.extract(frame_with(session, kLamp), {tag_at(wrong_place)});
   EXPECT_TRUE(says(result.warnings, "the light 11 degrees away, and position_m or tag_size_m is wrong"))
@@ -145,19 +145,19 @@ TEST(LampTagMatcher, OutsideTheViewPowerIsTheLastOrTheConfigured) {
   capture::Session session = session_with_lamp();
   const Vector3f below(0.6f, 0, -0.3f);
   {
-    LightStage stage(session, {});
+    LightStage stage(session);
     stage.extract(frame_with(session, kLamp), {tag_at(kLamp)});
     const auto gone = stage.extract(frame_with(session, std::nullopt), {tag_at(below)});
     ASSERT_TRUE(tagged(gone));
     EXPECT_LT((tagged(gone)->position_m - below).norm(), 1e-5);
     EXPECT_NEAR(tagged(gone)->intensity.x() / kIntensity, 1, 0.05);
   }
-  const auto unknown = LightStage(session, {}).extract(frame_with(session, std::nullopt), {tag_at(below)});
+  const auto unknown = LightStage(session).extract(frame_with(session, std::nullopt), {tag_at(below)});
   ASSERT_TRUE(tagged(unknown));
   EXPECT_EQ(tagged(unknown)->visibility, PointLight::Visibility::outside_view);
   EXPECT_LT(tagged(unknown)->irradiance.x(), 0.01);
   session.lamps[0].intensity = Vector3f(5, 4, 3);
-  const auto configured = LightStage(session, {}).extract(frame_with(session, std::nullopt), {tag_at(below)});
+  const auto configured = LightStage(session).extract(frame_with(session, std::nullopt), {tag_at(below)});
   ASSERT_TRUE(tagged(configured));
   EXPECT_TRUE(tagged(configured)->intensity.isApprox(Vector3f(5, 4, 3)));
   EXPECT_NEAR(tagged(configured)->irradiance.x(), 5 / below.squaredNorm(), 1e-4);
@@ -177,12 +177,12 @@ TEST(LampTagMatcher, ConfiguredIntensityReplacesAClippedOne) {
   for (std::size_t i = 0; i < radiance.data.size(); ++i)
     clipped->encoded.data[i] = static_cast<std::uint8_t>(std::lround(255 * capture::linear_to_srgb(radiance.data[i])));
   frame.fisheye = {clipped};
-  const auto known = LightStage(session, {}).extract(frame, {tag_at(kLamp)});
+  const auto known = LightStage(session).extract(frame, {tag_at(kLamp)});
   ASSERT_TRUE(tagged(known));
   EXPECT_FALSE(tagged(known)->clipped);
   EXPECT_NEAR(tagged(known)->intensity.x() / kIntensity, 1, 0.01);
   session.lamps[0].intensity = Vector3f::Constant(1e-4f);  // less than the measured lower bound
-  const auto wrong = LightStage(session, {}).extract(frame, {tag_at(kLamp)});
+  const auto wrong = LightStage(session).extract(frame, {tag_at(kLamp)});
   ASSERT_TRUE(tagged(wrong));
   EXPECT_TRUE(tagged(wrong)->clipped);
 }

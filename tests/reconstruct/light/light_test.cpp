@@ -53,7 +53,7 @@ capture::FrameSet frame_with_lamps(const capture::Session& session, float streng
 
 TEST(LightStage, LampsKeepTheirIdsAndAnEqualImageChangesNothing) {
   const capture::Session session = session_with_fisheye();
-  LightStage stage(session, {});
+  LightStage stage(session);
   const auto first = stage.extract(frame_with_lamps(session));
   ASSERT_TRUE(first.illumination);
   EXPECT_TRUE(first.warnings.empty());
@@ -78,7 +78,7 @@ TEST(LightStage, LampsKeepTheirIdsAndAnEqualImageChangesNothing) {
 
 TEST(LightStage, SmallChangesAreAveraged) {
   const capture::Session session = session_with_fisheye();
-  LightStage stage(session, {});
+  LightStage stage(session);
   const auto first = stage.extract(frame_with_lamps(session, 1.00f)).illumination;
   const auto second = stage.extract(frame_with_lamps(session, 1.04f)).illumination;
   EXPECT_NEAR(second->lights[0].irradiance.x() / first->lights[0].irradiance.x(), 1.02, 0.002);
@@ -96,7 +96,7 @@ TEST(LightStage, ClippedLampsGiveAWarning) {
   }
   picture->radiance = {};
   frame.fisheye = {picture};
-  LightStage stage(session, {});
+  LightStage stage(session);
   const auto result = stage.extract(frame);
   ASSERT_EQ(result.illumination->lights.size(), 2u);
   EXPECT_TRUE(result.illumination->lights[0].clipped);
@@ -109,7 +109,7 @@ TEST(LightStage, ClippedLampsGiveAWarning) {
 TEST(LightStage, VignettingIsRemoved) {
   capture::Session session = session_with_fisheye();
   capture::FrameSet frame = frame_with_lamps(session);
-  LightStage plain(session, {});
+  LightStage plain(session);
   const auto truth = plain.extract(frame).illumination;
   const capture::Vignetting falloff{{-0.25, 0.03, -0.02}};
   auto picture = std::make_shared<capture::Frame>(*frame.fisheye[0]);
@@ -123,7 +123,7 @@ TEST(LightStage, VignettingIsRemoved) {
   }
   picture->radiance = {};
   const auto lamps = [&](const capture::FrameSet& seen) {
-    LightStage stage(session, {});
+    LightStage stage(session);
     const auto found = stage.extract(seen).illumination;
     EXPECT_EQ(found->lights.size(), truth->lights.size());
     return found->lights.at(0).irradiance.x() / truth->lights[0].irradiance.x();
@@ -153,7 +153,7 @@ capture::FrameSet frame_without_lamp_a(const capture::Session& session) {
 
 TEST(LightStage, LampCoveredForOneFrameStaysAndOneThatWentOutFades) {
   const capture::Session session = session_with_fisheye();
-  LightStage stage(session, {});
+  LightStage stage(session);
   const auto before = stage.extract(frame_with_lamps(session)).illumination;
   const auto covered = stage.extract(frame_without_lamp_a(session));
   ASSERT_EQ(covered.illumination->lights.size(), 2u);
@@ -181,7 +181,7 @@ TEST(LightStage, LampCoveredForOneFrameStaysAndOneThatWentOutFades) {
 
 TEST(LightStage, MovedLampIsNotDuplicated) {
   const capture::Session session = session_with_fisheye();
-  LightStage stage(session, {});
+  LightStage stage(session);
   stage.extract(frame_with_lamps(session));
   capture::Session turned = session;
   turned.fisheye->T_tag_fisheye.linear() = Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitZ()).toRotationMatrix();
@@ -191,7 +191,7 @@ TEST(LightStage, MovedLampIsNotDuplicated) {
 
 TEST(LightStage, CoveredFisheyeGivesAWarningAndTheLightStays) {
   const capture::Session session = session_with_fisheye();
-  LightStage stage(session, {});
+  LightStage stage(session);
   capture::FrameSet open = frame_with_lamps(session), dark = open;
   open.color = dark.color = room_picture(0.3f);
   auto black = std::make_shared<capture::Frame>(*open.fisheye[0]);
@@ -211,14 +211,14 @@ TEST(LightStage, CoveredFisheyeGivesAWarningAndTheLightStays) {
   EXPECT_NE(out.illumination, before.illumination);
   // A fish-eye that has been dark from the start, in a lit room.
   dark.color = room_picture(0.3f);
-  const auto from_the_start = LightStage(session, {}).extract(dark);
+  const auto from_the_start = LightStage(session).extract(dark);
   ASSERT_EQ(from_the_start.warnings.size(), 1u);
   EXPECT_NE(from_the_start.warnings[0].find("the fish-eye measures far less light than the room reflects"),
             std::string::npos);
 }
 
 TEST(LightStage, WithoutAnImageLightIsUnknown) {
-  LightStage stage(session_with_fisheye(), {});
+  LightStage stage(session_with_fisheye());
   const auto result = stage.extract(capture::FrameSet());
   EXPECT_FALSE(result.illumination);
   EXPECT_EQ(result.warnings.size(), 1u);

@@ -14,8 +14,6 @@
 namespace lumigraft::reconstruct {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 capture::Image<std::uint8_t> unclipped(const capture::Image<float>& picture) {
   return capture::Image<std::uint8_t>(picture.width, picture.height, 1, 0);
 }
@@ -281,9 +279,9 @@ TEST(LightEnvironment, ResampledPictureKeepsEnergyAndDirections) {
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(sum[c] / total[c], 1, 1e-3);
   // 1 + x has the coefficients 2√π and √(4π/3).
   const Sh9 sh = project_sh(environment);
-  EXPECT_NEAR(sh[0].x(), std::sqrt(4 * kPi), 0.02);
-  EXPECT_NEAR(sh[3].x(), std::sqrt(4 * kPi / 3), 0.02);
-  EXPECT_NEAR(sh[2].z(), -0.8 * std::sqrt(4 * kPi / 3), 0.02);
+  EXPECT_NEAR(sh[0].x(), std::sqrt(4 * std::numbers::pi), 0.02);
+  EXPECT_NEAR(sh[3].x(), std::sqrt(4 * std::numbers::pi / 3), 0.02);
+  EXPECT_NEAR(sh[2].z(), -0.8 * std::sqrt(4 * std::numbers::pi / 3), 0.02);
   EXPECT_NEAR(sh[8].y(), 0, 0.01);
 }
 

@@ -16,14 +16,12 @@ namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
-
-constexpr double kDegree = M_PI / 180;
-constexpr std::int64_t kFrameNs = 33'333'333;
-
-capture::Tag some_tag() { return capture::Tag{"tag36h11", 2, 0.16}; }
+using test::kDegree;
+using test::kFrameNs;
+using test::some_tag;
 
 /// A hand-held camera: 0.25 m/s, 12° a second.
-Isometry3d camera_at(std::uint64_t index) {
+Isometry3d camera_on_path(std::uint64_t index) {
   const double t = 1e-9 * static_cast<double>(kFrameNs) * static_cast<double>(index);
   return test::looking_at_tag(1.2 + 0.05 * std::sin(2 * t), (48 + 4 * std::sin(1.5 * t)) * kDegree, -1.4 + 0.2 * t,
                               {0.0, 0.15, 0.1});
@@ -36,11 +34,11 @@ class DepthTrackingFrames : public testing::Test {
     if (hidden)
       picture.encoded = capture::Image<std::uint8_t>(320, 240, 3, 120);
     else
-      picture =
-          test::view_of_tag(camera, finder.pattern(), 0.16, camera_at(index), {2, static_cast<unsigned>(index) + 1});
+      picture = test::view_of_tag(camera, finder.pattern(), 0.16, camera_on_path(index),
+                                  {2, static_cast<unsigned>(index) + 1});
     capture::FrameSet frame = test::frame_of(std::move(picture), index, static_cast<std::int64_t>(index) * kFrameNs);
     frame.depth = std::make_shared<capture::DepthFrame>(
-        test::depth_of_room(room, camera, camera_at(index), static_cast<unsigned>(index) + 1, depth_noise));
+        test::depth_of_room(room, camera, camera_on_path(index), static_cast<unsigned>(index) + 1, depth_noise));
     return frame;
   }
 
@@ -68,7 +66,7 @@ TEST_F(DepthTrackingFrames, TracksByDepthAndReturnsToTheTag) {
       const auto result = stage.locate(seen, &field);
       ASSERT_TRUE(result.pose) << i;
       const Pose& pose = *result.pose;
-      const Isometry3d truth = camera_at(i);
+      const Isometry3d truth = camera_on_path(i);
       EXPECT_EQ(pose.from, hidden ? Pose::From::surface : Pose::From::tag) << i;
       EXPECT_EQ(pose.time_ns, static_cast<std::int64_t>(i) * kFrameNs);
       EXPECT_EQ(pose.age_ns, hidden ? static_cast<std::int64_t>(i - kHides + 1) * kFrameNs : 0);

@@ -12,8 +12,7 @@ namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
-
-constexpr double kDegree = M_PI / 180;
+using test::kDegree;
 
 /// 1σ of `position_m` and `angle_rad` along each axis.
 PoseCovariance covariance(double position_m, double angle_rad) {

@@ -13,7 +13,7 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-constexpr std::int64_t kFrameNs = 100'000'000;
+constexpr std::int64_t kTagFrameNs = 100'000'000;
 constexpr double kLampTag_m = 0.12;
 const Vector3d kOnTag(0.02, 0.15, -0.05);
 
@@ -88,7 +88,7 @@ TEST(LampTagStage, ALampMovesWithItsTag) {
   for (int i = 1; i < 16; ++i) {
     // At rest, then moved to the left at 30 cm/s.
     const Isometry3d there = leaning_at({0.1 - 0.03 * std::max(0, i - 9), 0.1, 0.05});
-    const auto result = stage.locate(frame_with({there}, 5 * kFrameNs + i * kFrameNs), camera_pose());
+    const auto result = stage.locate(frame_with({there}, 5 * kTagFrameNs + i * kTagFrameNs), camera_pose());
     ASSERT_EQ(result.marks.size(), 1u) << i;
     EXPECT_TRUE(result.warnings.empty()) << i << ": " << result.warnings[0];
     const LampTagPose& mark = result.marks[0];
@@ -136,7 +136,7 @@ TEST(LampTagStage, ATagOfAnotherSizeIsNotUsed) {
   LampTagStage stage(session_with_lamp(0.1)), right(session_with_lamp());
   LampTagStage::Result result, as_said;
   for (int i = 0; i < 8; ++i) {
-    const capture::FrameSet frame = frame_with({kThere}, i * kFrameNs, true);
+    const capture::FrameSet frame = frame_with({kThere}, i * kTagFrameNs, true);
     result = stage.locate(frame, camera_pose());
     as_said = right.locate(frame, camera_pose());
   }

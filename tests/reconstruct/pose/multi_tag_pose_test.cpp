@@ -13,9 +13,8 @@ namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
-
-constexpr double kDegree = M_PI / 180;
-constexpr std::int64_t kFrameNs = 33'333'333;
+using test::kDegree;
+using test::kFrameNs;
 
 Isometry3d lying_at(const Vector3d& place_m, double turn_rad) {
   Isometry3d T = Isometry3d::Identity();
@@ -108,7 +107,7 @@ TEST(PoseTags, AnUnknownPoseIsLearntWhileBothAreSeen) {
   Table table;
   const auto first = stage.locate(table.seen_from(camera_at(0), 0));
   ASSERT_TRUE(first.pose);
-  EXPECT_EQ(all_warnings(first, "tag 5: not used before").size(), 1u);
+  EXPECT_EQ(all_warnings(first, "tag 5: not used until").size(), 1u);
   std::uint64_t i = 1;
   PoseStage::Result result = first;
   // Until its pose is known the whole image is searched four times a second.

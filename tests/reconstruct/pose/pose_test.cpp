@@ -12,11 +12,9 @@ namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
-
-constexpr double kDegree = M_PI / 180;
-constexpr std::int64_t kFrameNs = 33'333'333;
-
-capture::Tag some_tag() { return capture::Tag{"tag36h11", 2, 0.16}; }
+using test::kDegree;
+using test::kFrameNs;
+using test::some_tag;
 
 capture::FrameSet seen_from(const Isometry3d& T_tag_camera, std::uint64_t index, const test::ViewNoise& noise = {},
                             const capture::CameraModel& camera = test::small_camera()) {

@@ -10,6 +10,11 @@
 
 namespace lumigraft::test {
 
+inline constexpr double kDegree = M_PI / 180;
+inline constexpr std::int64_t kFrameNs = 33'333'333;  ///< at 30 Hz
+
+inline capture::Tag some_tag() { return capture::Tag{"tag36h11", 2, 0.16}; }
+
 inline capture::CameraModel small_camera() {
   capture::CameraModel camera;
   camera.width = 320;

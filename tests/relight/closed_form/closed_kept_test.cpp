@@ -21,12 +21,6 @@ ClosedScene ball_on_floor() {
   return scene;
 }
 
-relight::Plan live_plan() {
-  relight::Plan plan = careful_plan(32);
-  plan.trace_scale = 4;
-  return plan;
-}
-
 /// A picture with camera noise and quantisation.
 capture::FrameSet noisy(const capture::FrameSet& frame, unsigned seed, float sigma_codes, float sigma_m) {
   std::mt19937 random(seed);

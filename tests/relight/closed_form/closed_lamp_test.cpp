@@ -7,7 +7,6 @@
 namespace lumigraft::test {
 namespace {
 
-constexpr float kPi = std::numbers::pi_v<float>;
 constexpr float kAlbedo = 0.5f;
 
 /// A plane under one lamp and no other light: radiance ρ/π · I cos θ / d² (Lambert 1760).
@@ -17,7 +16,7 @@ ClosedScene plane_under(const reconstruct::PointLight& lamp) {
   scene.sky = 0;
   scene.lamps = {lamp};
   scene.radiance = [lamp](const Eigen::Vector3f& p) {
-    return kAlbedo / kPi * irradiance(lamp, {p.x(), p.y(), 0}, Eigen::Vector3f::UnitZ());
+    return kAlbedo / std::numbers::pi_v<float> * irradiance(lamp, {p.x(), p.y(), 0}, Eigen::Vector3f::UnitZ());
   };
   return scene;
 }
@@ -59,7 +58,7 @@ TEST_P(ClosedLamp, BlackBallTakesItsShadowAndNothingElse) {
     const float before = scene.radiance(p), delta = picture.maps->delta.at(u, v);
     EXPECT_FALSE(object && past_m < 0.02f) << "the ball hides its shadow from the camera";
     if (object) return;
-    taken_W -= kPi / kAlbedo * delta * area_m2;
+    taken_W -= std::numbers::pi_v<float> / kAlbedo * delta * area_m2;
     // A voxel of the ball's distances is 3.5 mm, and the facets of its shape stay within 0.3 mm.
     if (past_m < -0.005f) {
       ++in_shadow;
@@ -74,7 +73,7 @@ TEST_P(ClosedLamp, BlackBallTakesItsShadowAndNothingElse) {
   EXPECT_LT(worst_in_shadow, 0.005);
   EXPECT_LT(worst_in_light, 0.001);
   const double sine = radius / (lamp.position_m - centre).norm();
-  const double sent_W = 2 * kPi * (1 - std::sqrt(1 - sine * sine));
+  const double sent_W = 2 * std::numbers::pi_v<float> * (1 - std::sqrt(1 - sine * sine));
   EXPECT_NEAR(taken_W, sent_W, 0.01 * sent_W);  // 200 pixels, of which the outline's 50 are right within a fifth
 }
 

@@ -21,12 +21,6 @@ ClosedScene bright_ball() {
   return scene;
 }
 
-relight::Plan live_plan() {
-  relight::Plan plan = careful_plan(64);
-  plan.trace_scale = 4;
-  return plan;
-}
-
 struct Difference {
   double rms_codes = 0;
   int worst_codes = 0, changed = 0;  ///< the latter: values of the first that are not those of `unchanged`
@@ -49,7 +43,7 @@ class ClosedLive : public ClosedTest {
  protected:
   capture::Image<std::uint8_t> camera_picture(ClosedScene scene) const {
     scene.exhibit.objects.clear();
-    return relit(scene, live_plan()).srgb;
+    return relit(scene, live_plan(64)).srgb;
   }
 };
 ON_BOTH_DEVICES(ClosedLive);
@@ -58,8 +52,8 @@ ON_BOTH_DEVICES(ClosedLive);
 TEST_P(ClosedLive, OnePixelOfSixteenRepresentsTheSmoothOnes) {
   const ClosedScene scene = bright_ball();
   relight::Relighter relighter(device_, scene.session());
-  const auto every = relighter.relight(scene.frame(), scene.scene(), scene.exhibit, live_plan(), true).srgb;
-  const auto some = relighter.relight(scene.frame(), scene.scene(), scene.exhibit, live_plan()).srgb;
+  const auto every = relighter.relight(scene.frame(), scene.scene(), scene.exhibit, live_plan(64), true).srgb;
+  const auto some = relighter.relight(scene.frame(), scene.scene(), scene.exhibit, live_plan(64)).srgb;
   const Difference d = difference(some, every, camera_picture(scene));
   RecordProperty("rms_codes", std::to_string(d.rms_codes));
   EXPECT_GT(d.changed, 192 * 144 * 3 / 8);  // of three times as many values
@@ -81,7 +75,7 @@ TEST_P(ClosedLive, LampMapsHoldTheOccludedFractionOfTheLamp) {
   };
   scene.exhibit.objects = {sphere_object(radius, centre, 0)};
   relight::Relighter relighter(device_, scene.session());
-  const relight::RelitPicture picture = relighter.relight(scene.frame(), scene.scene(), scene.exhibit, live_plan());
+  const relight::RelitPicture picture = relighter.relight(scene.frame(), scene.scene(), scene.exhibit, live_plan(64));
   double squares = 0;
   int pixels = 0, half_shadow = 0;
   for (int v = 0; v < scene.height; ++v) {
@@ -114,7 +108,7 @@ TEST_P(ClosedLive, LampMapsHoldTheOccludedFractionOfTheLamp) {
 TEST_P(ClosedLive, CellsRepresentTracedPixels) {
   const ClosedScene scene = bright_ball();
   relight::Relighter relighter(device_, scene.session());
-  const auto live = relighter.relight(scene.frame(), scene.scene(), scene.exhibit, live_plan()).srgb;
+  const auto live = relighter.relight(scene.frame(), scene.scene(), scene.exhibit, live_plan(64)).srgb;
   const auto traced = relighter.relight(scene.frame(), scene.scene(), scene.exhibit, careful_plan(64)).srgb;
   const Difference d = difference(live, traced, camera_picture(scene));
   RecordProperty("rms_codes", std::to_string(d.rms_codes));

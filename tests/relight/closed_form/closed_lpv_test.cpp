@@ -8,8 +8,6 @@
 namespace lumigraft::test {
 namespace {
 
-constexpr float kPi = std::numbers::pi_v<float>;
-
 relight::Plan lpv_plan(int volume = 64, int bounces = 2) {
   relight::Plan plan = careful_plan(volume, bounces);
   plan.method = "dlpv";
@@ -85,7 +83,7 @@ TEST_P(ClosedLpv, WallsReceiveWhatTheBallReflects) {
   room.light_walls(walls, lamp);
   room.exhibit.objects = {sphere_object(radius, {0, 0, 0}, ball)};
   const double sine = radius / lamp.position_m.norm();
-  const double sent_W = lamp.intensity.x() * 2 * kPi * (1 - std::sqrt(1 - sine * sine));
+  const double sent_W = lamp.intensity.x() * 2 * std::numbers::pi_v<float> * (1 - std::sqrt(1 - sine * sine));
   relight::Relighter relighter(device_, room.session());
   double change_W = 0;
   room.change_on_walls(relighter, lpv_plan(64, 1), [&](float W) { change_W += W; });
@@ -145,13 +143,6 @@ TEST_P(ClosedLpv, IsLinearInLightAndComputedOnce) {
   }
   EXPECT_GT(largest, 0.1);
   EXPECT_LT(max_off, 0.002 * largest);
-}
-
-ClosedScene ball_under_lamp() {
-  ClosedScene scene;
-  scene.lamps = {lamp_at({0.2f, 0.1f, 0.9f}, 0.05f, 1)};
-  scene.exhibit.objects = {sphere_object(0.1f, {0, 0, 0.12f}, 0.7f)};
-  return scene;
 }
 
 relight::Plan lpv_plan_at(int trace_scale) {

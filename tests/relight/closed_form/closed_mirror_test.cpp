@@ -11,7 +11,6 @@
 namespace lumigraft::test {
 namespace {
 
-constexpr float kPi = std::numbers::pi_v<float>;
 constexpr float kPlate_m = 0.45f;                   // half an edge
 constexpr float kLow_m = 0.2f, kHalfSlab_m = 0.1f;  // the slab above the plate
 constexpr float kSlab = 0.2f;                       // its albedo
@@ -81,7 +80,8 @@ TEST_P(ClosedMirror, ALampIsReflectedByAMirror) {
     const Eigen::Vector3f way = image - p;
     const float cosine = -way.normalized().z();
     const float fresnel = 0.9f + 0.1f * std::pow(1 - cosine, 5.0f);
-    const float expected = kSlab / kPi * fresnel * scene.lamps[0].intensity.x() * cosine / way.squaredNorm();
+    const float expected =
+        kSlab / std::numbers::pi_v<float> * fresnel * scene.lamps[0].intensity.x() * cosine / way.squaredNorm();
     const float found = picture_radiance(picture, u, v);
     worst = std::max<double>(worst, std::abs(found / expected - 1));
     sum += found;

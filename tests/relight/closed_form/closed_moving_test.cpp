@@ -27,12 +27,6 @@ reconstruct::Scene closed(reconstruct::Scene scene) {
   return scene;
 }
 
-relight::Plan live_plan() {
-  relight::Plan plan = careful_plan(32);
-  plan.trace_scale = 4;
-  return plan;
-}
-
 relight::Exhibit turned(const relight::Exhibit& exhibit, double degrees) {
   relight::Exhibit result = exhibit;
   result.objects.front().rotation = Eigen::AngleAxisd(degrees * kDegree, Eigen::Vector3d::UnitZ());

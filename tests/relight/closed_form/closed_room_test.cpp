@@ -9,7 +9,6 @@
 namespace lumigraft::test {
 namespace {
 
-constexpr float kPi = std::numbers::pi_v<float>;
 class ClosedRoom : public ClosedTest {};
 ON_BOTH_DEVICES(ClosedRoom);
 
@@ -23,7 +22,7 @@ TEST_P(ClosedRoom, WallsReceiveWhatTheBallReflects) {
   room.light_walls(walls, lamp);
   room.exhibit.objects = {sphere_object(radius, {0, 0, 0}, ball)};
   const double sine = radius / lamp.position_m.norm();
-  const double sent_W = lamp.intensity.x() * 2 * kPi * (1 - std::sqrt(1 - sine * sine));
+  const double sent_W = lamp.intensity.x() * 2 * std::numbers::pi_v<float> * (1 - std::sqrt(1 - sine * sine));
   relight::Relighter relighter(device_, room.session());
   double gained_W = 0, lost_W = 0;
   room.change_on_walls(relighter, careful_plan(64, 1), [&](float W) { (W > 0 ? gained_W : lost_W) += W; });
@@ -53,7 +52,7 @@ struct Varnish {
       const double below = cap * (i + 0.5) / kSteps, sine2 = ratio * ratio * below * (2 - below);
       sum += albedo(std::sqrt(std::max(1 - sine2, 0.0)));
     }
-    return 2 * kPi * cap * sum / kSteps;
+    return 2 * std::numbers::pi_v<float> * cap * sum / kSteps;
   }
   relight::Material material() const { return {Eigen::Vector3f::Constant(static_cast<float>(body)), 0, 0.2f, 1}; }
 };
@@ -89,7 +88,7 @@ TEST_P(ClosedRoom, WallsMissWhatVarnishTakesOfEvenLight) {
     relight::Relighter relighter(device_, room.session());
     double sum_W = 0;
     room.change_on_walls(relighter, careful_plan(64, 2), [&](float W) { sum_W += W; });
-    return 1 + sum_W / (4 * kPi * kPi * radius * radius * radiance);
+    return 1 + sum_W / (4 * std::numbers::pi_v<float> * std::numbers::pi_v<float> * radius * radius * radiance);
   };
   relight::VirtualObject ball = sphere_object(radius, {0, 0, 0}, static_cast<float>(varnish.albedo_evenly()));
   const double matt = sent_on(ball);

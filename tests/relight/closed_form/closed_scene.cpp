@@ -142,6 +142,12 @@ relight::Plan careful_plan(int volume, int bounces) {
   return plan;
 }
 
+relight::Plan live_plan(int volume) {
+  relight::Plan plan = careful_plan(volume);
+  plan.trace_scale = 4;
+  return plan;
+}
+
 relight::Plan rays_plan(int trace_scale, int rays, int bounces) {
   relight::Plan plan;
   plan.method = "rays";
@@ -188,6 +194,13 @@ relight::VirtualObject sphere_object(float radius_m, const Eigen::Vector3f& cent
 
 relight::VirtualObject box_object(const Eigen::Vector3f& low_m, const Eigen::Vector3f& high_m, float albedo) {
   return object_of(model_of(box(low_m, high_m)), albedo);
+}
+
+ClosedScene ball_under_lamp() {
+  ClosedScene scene;
+  scene.lamps = {lamp_at({0.2f, 0.1f, 0.9f}, 0.05f, 1)};
+  scene.exhibit.objects = {sphere_object(0.1f, {0, 0, 0.12f}, 0.7f)};
+  return scene;
 }
 
 float box_distance(const Eigen::AlignedBox3f& box, const Eigen::Vector3f& p_m) {

@@ -41,6 +41,9 @@ struct ClosedScene {
 /// A plan with the most accurate derived settings, with small volumes.
 relight::Plan careful_plan(int volume = 64, int bounces = 2);
 
+/// careful_plan for one of 16 pixels, as in live settings.
+relight::Plan live_plan(int volume = 32);
+
 /// A plan that gathers by rays, at one of trace_scale² pixels.
 relight::Plan rays_plan(int trace_scale = 2, int rays = 20, int bounces = 2);
 
@@ -55,6 +58,8 @@ relight::VirtualObject box_object(const Eigen::Vector3f& low_m, const Eigen::Vec
 
 /// A white box on a grey floor next to a lamp: it reflects light to the floor, elsewhere as it rotates.
 ClosedScene box_on_floor();
+
+ClosedScene ball_under_lamp();
 
 /// Signed distance to a box, negative inside.
 float box_distance(const Eigen::AlignedBox3f& box, const Eigen::Vector3f& p_m);

@@ -12,8 +12,6 @@ class ClosedSky : public ClosedTest {};
 ON_BOTH_DEVICES(ClosedSky);
 
 /// Mean and maximum magnitude over pixels of a picture.
-constexpr float kPi = std::numbers::pi_v<float>;
-
 struct Spread {
   double sum = 0, max = 0;
   int count = 0;
@@ -95,7 +93,7 @@ TEST_P(ClosedSky, BlackBallTakesItsFormFactor) {
 /// Siegel & Mengüç 2010, B-3). Odd in both edges, so that four terms give any rectangle.
 float corner_form_factor(float x_m, float y_m, float height_m) {
   const float x = x_m / height_m, y = y_m / height_m, kx = std::sqrt(1 + x * x), ky = std::sqrt(1 + y * y);
-  return (x / kx * std::atan(y / kx) + y / ky * std::atan(x / ky)) / (2 * kPi);
+  return (x / kx * std::atan(y / kx) + y / ky * std::atan(x / ky)) / (2 * std::numbers::pi_v<float>);
 }
 
 // A sheet a ninth of a voxel thick occludes what it covers at every cone width, except for cones that start under its

@@ -19,13 +19,6 @@ capture::FrameSet coded_frame(const ClosedScene& scene) {
   return frame;
 }
 
-ClosedScene ball_under_lamp() {
-  ClosedScene scene;
-  scene.lamps = {lamp_at({0.2f, 0.1f, 0.9f}, 0.05f, 1)};
-  scene.exhibit.objects = {sphere_object(0.1f, {0, 0, 0.12f}, 0.7f)};
-  return scene;
-}
-
 class ClosedStill : public ClosedTest {};
 ON_BOTH_DEVICES(ClosedStill);
 

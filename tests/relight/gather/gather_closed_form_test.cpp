@@ -11,7 +11,7 @@ namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
 
-relight::RelitPicture relit(const ClosedScene& scene, const relight::Plan& plan) {
+relight::RelitPicture relit_by_rays(const ClosedScene& scene, const relight::Plan& plan) {
   relight::RayRenderer renderer(scene.session());
   return scene.relit(renderer, plan);
 }
@@ -22,7 +22,7 @@ TEST(RaysClosed, ABlackBallOccludesItsFractionOfAUniformSky) {
   scene.exhibit.objects = {sphere_object(0.15f, {0, 0, 0.15f}, 0)};
   for (const auto& [trace_scale, bound] : {std::pair{1, 0.05}, {2, 0.08}, {4, 0.1}, {8, 0.15}}) {
     SCOPED_TRACE(trace_scale);
-    const relight::RelitPicture picture = relit(scene, rays_plan(trace_scale, 64));
+    const relight::RelitPicture picture = relit_by_rays(scene, rays_plan(trace_scale, 64));
     EXPECT_TRUE(picture.warnings.empty());
     double off = 0, all = 0;
     for (int v = 0; v < scene.height; ++v) {
@@ -64,13 +64,13 @@ TEST(RaysClosed, WallsReceiveWhatTheBallReflects) {
 TEST(RaysClosed, WhatShinesThroughALampsDirectionIsNotLost) {
   ClosedScene scene;
   scene.exhibit.objects = {sphere_object(0.15f, {0, 0, 0.15f}, 0)};
-  const relight::RelitPicture before = relit(scene, rays_plan(1, 64));
+  const relight::RelitPicture before = relit_by_rays(scene, rays_plan(1, 64));
   reconstruct::PointLight glow;
   glow.direction = Eigen::Vector3f::UnitZ();
   glow.angular_radius_rad = 0.7f;
   glow.irradiance.setConstant(1e-6f);
   scene.lamps = {glow};
-  const relight::RelitPicture with = relit(scene, rays_plan(1, 64));
+  const relight::RelitPicture with = relit_by_rays(scene, rays_plan(1, 64));
   double off = 0, all = 0;
   for (std::size_t i = 0; i < before.maps->delta.data.size(); ++i) {
     off += std::pow(with.maps->delta.data[i] - before.maps->delta.data[i], 2);
@@ -108,7 +108,7 @@ TEST(RaysClosed, SealedRoomKeepsItsLightAndTheSkyOut) {
   scene.exhibit.objects = {sphere_object(0.1f, {0, 0, 0}, 1)};
   scene.eye_m = {0.3f, -0.33f, 0.2f};
   scene.look_at_m = {0, 0, 0};
-  const relight::RelitPicture picture = relit(scene, rays_plan(1, 64));
+  const relight::RelitPicture picture = relit_by_rays(scene, rays_plan(1, 64));
   double max_on_ball = 0, max_on_walls = 0;
   int ball = 0;
   for (int v = 0; v < scene.height; ++v) {
@@ -138,7 +138,7 @@ TEST(RaysClosed, AnOpenWhiteShellIsInvisibleInAFurnace) {
   open->parts.back().index_count -= 6;
   box.model = open;
   scene.exhibit.objects = {box};
-  const relight::RelitPicture picture = relit(scene, rays_plan(1, 128, 4));
+  const relight::RelitPicture picture = relit_by_rays(scene, rays_plan(1, 128, 4));
   double worst = 0;
   for (int v = 0; v < scene.height; ++v) {
     for (int u = 0; u < scene.width; ++u) {

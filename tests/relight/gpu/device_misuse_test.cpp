@@ -101,13 +101,13 @@ TEST_P(DeviceMisuseTest, WrongDrawsAreNamed) {
   RasterDesc desc{.vertex_shader = "device_triangles.vert",
                   .fragment_shader = "device_triangles.frag",
                   .vertex_stride_bytes = 28,
-                  .attributes = {{0, VertexFormat::float4, 0}},
+                  .attributes = {{0, 4, 0}},
                   .color_formats = {Format::rgba16_float, Format::r32_uint},
                   .depth_test = false};
   const std::string shaders = "shader device_triangles.vert + device_triangles.frag: ";
   EXPECT_EQ(error_of<std::logic_error>([&] { device_->create_raster(desc); }),
             shaders + "no attribute for location 1 \"color\"");
-  desc.attributes.push_back({1, VertexFormat::float3, 16});
+  desc.attributes.push_back({1, 3, 16});
   desc.color_formats.pop_back();
   EXPECT_EQ(error_of<std::logic_error>([&] { device_->create_raster(desc); }),
             shaders + "no colour format for output 1 \"facing\"");

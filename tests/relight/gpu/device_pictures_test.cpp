@@ -29,7 +29,7 @@ TableTop table_top() {
   reconstruct::Scene& scene = made.scene;
   scene.pose = reconstruct::PoseStage(made.session.tag, made.session.color.model).locate(made.frame).pose;
   scene.field = reconstruct::FusionStage(made.session, {}).fuse(made.frame, scene.pose.value());
-  const auto light = reconstruct::LightStage(made.session, {}).extract(made.frame).illumination;
+  const auto light = reconstruct::LightStage(made.session).extract(made.frame).illumination;
   reconstruct::AlbedoStage::Result solution = reconstruct::AlbedoStage(made.session).solve(*scene.field, *light);
   scene.albedo = solution.albedo;
   scene.illumination = solution.illumination;

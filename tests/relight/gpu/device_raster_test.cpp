@@ -28,7 +28,7 @@ class DeviceRasterTest : public DeviceTest {
     return {.vertex_shader = "device_triangles.vert",
             .fragment_shader = "device_triangles.frag",
             .vertex_stride_bytes = sizeof(Vertex),
-            .attributes = {{0, VertexFormat::float4, 0}, {1, VertexFormat::float3, 16}},
+            .attributes = {{0, 4, 0}, {1, 3, 16}},
             .color_formats = {Format::rgba32_float, Format::r32_uint}};
   }
 

@@ -13,7 +13,7 @@ namespace {
 class LampMapsTest : public gpu::DeviceTest {};
 
 TEST_P(LampMapsTest, BoundsHoldEveryTexelAndNoMore) {
-  constexpr int kEdge = 64;
+  constexpr int kMapEdge = 64;
   ObjectStore store(*device_);
   Exhibit exhibit;
   exhibit.objects = {test::sphere_object(0.1f, {0.05f, 0, 0.2f}, 0.5f),
@@ -28,7 +28,7 @@ TEST_P(LampMapsTest, BoundsHoldEveryTexelAndNoMore) {
     lamp.intensity << 1, 1, 1, 0;
     lamp.facing.setZero();
   }
-  LampMaps maps(*device_, kEdge, 6);
+  LampMaps maps(*device_, kMapEdge, 6);
   maps.choose(*device_, params);
   const int count = static_cast<int>(params.lamps[0].intensity.w() + params.lamps[1].intensity.w());
   ASSERT_GE(count, 4);
@@ -47,8 +47,8 @@ TEST_P(LampMapsTest, BoundsHoldEveryTexelAndNoMore) {
     const shader::LampMap& view = views[static_cast<std::size_t>(map)];
     auto at = static_cast<std::size_t>(view.from.w());
     for (int block = 4; block <= 32; block *= 2) {
-      for (int y = 0; y < kEdge; y += block) {
-        for (int x = 0; x < kEdge; x += block, ++at) {
+      for (int y = 0; y < kMapEdge; y += block) {
+        for (int x = 0; x < kMapEdge; x += block, ++at) {
           float nearest = 1, farthest = 0;
           for (int v = y; v < y + block; ++v) {
             for (int u = x; u < x + block; ++u) {

@@ -1,4 +1,6 @@
 // Path tracing of the change compared with the difference of two ordinary path-traced images: equal mean, lower cost.
+#include <sched.h>
+
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -196,9 +198,13 @@ TEST(ReferenceChange, StrangeScenesStayFinite) {
 TEST(ReferenceChange, SameBytesEachTimeOnAnyNumberOfThreads) {
   const relight::DeltaPathTracer tracer = tracer_of(cases()[3].scene);
   relight::ReferenceSamples samples = samples_of(8);
-  samples.threads = 1;
+  cpu_set_t all, one;
+  ASSERT_EQ(sched_getaffinity(0, sizeof all, &all), 0);
+  CPU_ZERO(&one);
+  CPU_SET(sched_getcpu(), &one);
+  ASSERT_EQ(sched_setaffinity(0, sizeof one, &one), 0);
   const relight::ReferencePicture first = tracer.change(from_above(), samples);
-  samples.threads = 5;
+  ASSERT_EQ(sched_setaffinity(0, sizeof all, &all), 0);
   const relight::ReferencePicture again = tracer.change(from_above(), samples);
   EXPECT_EQ(first.change.data, again.change.data);
   EXPECT_EQ(first.object.data, again.object.data);

@@ -44,7 +44,7 @@ Inputs random_inputs(std::mt19937& random) {
 }
 
 capture::FrameSet random_frame(std::mt19937& random, bool encoded) {
-  auto picture = std::make_shared<capture::Picture>();
+  auto picture = std::make_shared<capture::Frame>();
   picture->exposure = 0.8;
   if (encoded) {
     picture->encoded = capture::Image<std::uint8_t>(kWidth, kHeight, 3);
@@ -90,7 +90,7 @@ class Composer : public gpu::DeviceTest {
     list->begin_pass("compose");
     list->clear(*screen.real_normal, {0, 0, 1, 1});
     list->clear(*screen.real_albedo, {kAlbedo, kAlbedo, kAlbedo, 0});
-    for (const auto* unused : {&screen.direct_lost, &screen.mirror_gained_smooth, &screen.mirror_share_smooth,
+    for (const auto* unused : {&screen.direct_lost, &screen.mirror_gained_smooth, &screen.mirror_fraction_smooth,
                                &screen.object_normal, &screen.object_other}) {
       list->clear(**unused, {});
     }
@@ -117,8 +117,12 @@ TEST_P(Composer, IsTheSameOnCpuAndDevice) {
       const bool kept = kind == untouched || kind == nan_change || kind == infinite_change;
       for (std::size_t c = 0; c < 3; ++c) {
         const int on_cpu = cpu.data[3 * i + c], on_device = device[4 * i + c];
-        if (kept) ASSERT_EQ(on_cpu, camera.coded()->data[3 * i + c]) << i;
-        if (kept || kind == darkened) ASSERT_EQ(on_cpu, on_device) << i;
+        if (kept) {
+          ASSERT_EQ(on_cpu, camera.coded()->data[3 * i + c]) << i;
+        }
+        if (kept || kind == darkened) {
+          ASSERT_EQ(on_cpu, on_device) << i;
+        }
         ASSERT_LE(std::abs(on_cpu - on_device), 1) << i;
         differing += on_cpu != on_device;
       }

@@ -8,10 +8,10 @@
 namespace lumigraft::server {
 namespace {
 
-constexpr int kWidth = 56, kHeight = 40;
+constexpr int kFlipWidth = 56, kFlipHeight = 40;
 
 capture::Image<float> plain(const std::array<float, 3>& colour) {
-  capture::Image<float> picture(kWidth, kHeight, 3);
+  capture::Image<float> picture(kFlipWidth, kFlipHeight, 3);
   for (std::size_t i = 0; i < picture.data.size(); ++i) {
     picture.data[i] = colour[i % 3];
   }
@@ -20,9 +20,9 @@ capture::Image<float> plain(const std::array<float, 3>& colour) {
 
 /// Slanted sawtooth ramps: contain edges, points and all colours.
 capture::Image<float> ramps(int down, int colour, int from) {
-  capture::Image<float> picture(kWidth, kHeight, 3);
-  for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x) {
+  capture::Image<float> picture(kFlipWidth, kFlipHeight, 3);
+  for (int y = 0; y < kFlipHeight; ++y) {
+    for (int x = 0; x < kFlipWidth; ++x) {
       for (int c = 0; c < 3; ++c) {
         picture.at(x, y, c) = static_cast<float>((3 * x + down * y + colour * c + from) % 256) / 255.0f;
       }
@@ -52,8 +52,8 @@ TEST(BenchFlip, AgreesWithTheAuthorsProgram) {
   EXPECT_NEAR(mean_flip(plain({0.5f, 0.5f, 0.5f}), plain({0.6f, 0.5f, 0.4f})), 0.326071, 1e-4);
   EXPECT_NEAR(mean_flip(ramps(5, 50, 0), ramps(4, 60, 12)), 0.482314, 1e-4);
   capture::Image<float> step = plain({0.2f, 0.2f, 0.2f});
-  for (int y = 0; y < kHeight; ++y) {
-    for (int x = kWidth / 2; x < kWidth; ++x) {
+  for (int y = 0; y < kFlipHeight; ++y) {
+    for (int x = kFlipWidth / 2; x < kFlipWidth; ++x) {
       for (int c = 0; c < 3; ++c) {
         step.at(x, y, c) = 0.8f;
       }

@@ -63,15 +63,15 @@ class Away : public capture::Source {
 
 /// Whether the light stage processes further fish-eye frames.
 bool light_goes_on(Metrics& metrics) {
-  constexpr std::uint64_t kFrames = 4;
+  constexpr std::uint64_t kFramesToSee = 4;
   const auto deadline = std::chrono::steady_clock::now() + 10s;
   metrics.take_interval();
   std::uint64_t frames = 0;
-  while (frames < kFrames && std::chrono::steady_clock::now() < deadline) {
+  while (frames < kFramesToSee && std::chrono::steady_clock::now() < deadline) {
     std::this_thread::sleep_for(20ms);
     frames += metrics.take_interval().stages["light"].count;
   }
-  return frames >= kFrames;
+  return frames >= kFramesToSee;
 }
 
 TEST(Pipeline, LightGoesOnWhileTheColourCameraIsAway) {

@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kWidth = 40, kSamples = 64;
+constexpr int kReducedWidth = 40, kSamples = 64;
 
 struct Case {
   const char* session;
@@ -73,7 +73,7 @@ TEST_P(ReferenceTruth, ChangeIsTheTruthsOwn) {
 
   const fs::path truth = truth_folder(folder, 0);
   relight::PosedCamera camera{input.session.color.model, read_true_pose(truth / "pose.json").cast<float>()};
-  const int factor = camera.model.width / kWidth;
+  const int factor = camera.model.width / kReducedWidth;
   camera.model.width /= factor;
   camera.model.height /= factor;
   camera.model.fx /= factor;

@@ -1,0 +1,14 @@
+#pragma once
+// Text of messages and reports.
+#include <string>
+#include <vector>
+
+namespace lumigraft::capture {
+
+/// As std::printf writes it.
+[[gnu::format(printf, 1, 2)]] std::string formatted(const char* format, ...);
+
+/// The words with ", " between them.
+std::string listed(const std::vector<std::string>& words);
+
+}  // namespace lumigraft::capture

@@ -1,0 +1,29 @@
+#include "capture/text_file.h"
+
+#include <fstream>
+#include <stdexcept>
+
+#include "capture/error.h"
+
+namespace lumigraft::capture {
+
+void write_text(const std::filesystem::path& file, const std::string& text) {
+  const std::filesystem::path partial = file.string() + ".partial";
+  std::ofstream out(partial);
+  out << text;
+  out.close();
+  if (!out) throw std::runtime_error(partial.string() + ": cannot be written, the disk may be full");
+  std::filesystem::rename(partial, file);
+}
+
+void make_out_folder(const std::filesystem::path& folder) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  if (fs::exists(folder) && (!fs::is_directory(folder) || !fs::is_empty(folder, error))) {
+    throw InputError("--out: found " + folder.string() + " in use, allowed: a folder that is new or empty");
+  }
+  fs::create_directories(folder, error);
+  if (error) throw InputError("--out: " + folder.string() + ": " + error.message());
+}
+
+}  // namespace lumigraft::capture
