@@ -52,6 +52,9 @@ struct FrameSet {
   std::uint64_t index = 0;   ///< sequence number of the colour stream, skipped frames included
   std::int64_t time_ns = 0;  ///< device time of the colour frame
   std::shared_ptr<const Frame> color;
+  /// Linear pixel value of `color` over exposure × radiance, per channel: changes of exposure and white balance that
+  /// the camera does not report. Estimated by reconstruct; 1 until then.
+  std::array<float, 3> color_gain = {1, 1, 1};
   std::shared_ptr<const RawDepth> raw_depth;
   std::shared_ptr<const DepthFrame> depth;  ///< raw_depth after DepthRegistration; null before
   FisheyeFrames fisheye;

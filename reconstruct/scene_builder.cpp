@@ -68,6 +68,8 @@ struct SceneBuilder::State {
   PoseStage pose;
   LampTagStage lamp_tags;
   LightStage light;
+  ColorGainStage color_gain;
+  std::atomic<float> color_brightness = 1;  ///< newest gain, mean of the channels
   FusionStage fusion;
   AlbedoStage albedo;
   EnclosureStage enclosure;
@@ -82,6 +84,7 @@ struct SceneBuilder::State {
         pose(session.tag, session.color.model, session.color.response),
         lamp_tags(session),
         light(session),
+        color_gain(session),
         fusion(session, FusionSettings{}),
         albedo(session),
         schedule(std::move(pace)) {}
@@ -126,9 +129,17 @@ LampTagStage::Result SceneBuilder::locate_lamp_tags(const capture::FrameSet& fra
 void SceneBuilder::extract_light(const capture::FisheyeFrames& fisheye, const capture::Frame* color) {
   State& s = *state_;
   const std::int64_t time_ns = fisheye.empty() ? s.newest_lamp_tags.time_ns() : fisheye.front()->stamp.time_ns;
-  LightStage::Result result = s.light.extract(fisheye, color, s.newest_lamp_tags.at(time_ns));
+  LightStage::Result result = s.light.extract(fisheye, color, s.newest_lamp_tags.at(time_ns), s.color_brightness);
   s.store.publish_light(std::move(result.illumination));
   s.store.publish_warnings("light", std::move(result.warnings));
+}
+
+ColorGainStage::Result SceneBuilder::estimate_color_gain(const capture::FrameSet& frame,
+                                                         const std::optional<Pose>& pose) {
+  State& s = *state_;
+  ColorGainStage::Result result = s.color_gain.estimate(frame, pose, s.store.newest().illumination);
+  s.color_brightness = result.gain.mean();
+  return result;
 }
 
 void SceneBuilder::fuse_depth(const capture::FrameSet& frame, const Pose& pose) {
@@ -204,6 +215,11 @@ BuildResult SceneBuilder::build(const capture::FrameSet& sensed) {
     }
     append_warnings(built.warnings, locate_lamp_tags(frame, pose).warnings);
     extract_light(frame.fisheye, frame.color.get());
+  });
+  run_stage(built, "color gain", [&] {
+    ColorGainStage::Result result = estimate_color_gain(frame, pose);
+    built.frame.color_gain = {result.gain[0], result.gain[1], result.gain[2]};
+    append_warnings(built.warnings, result.warnings);
   });
   if (pose && pose->age_ns == 0 && frame.depth) run_stage(built, "fuse", [&] { fuse_depth(frame, *pose); });
   run_if_due(built, "albedo", [&] { return solve_albedo(); });

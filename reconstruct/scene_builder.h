@@ -5,7 +5,7 @@
 //   frame ──> register_depth ──> locate_camera ──> locate_lamp_tags ─┐
 //                                      │                             v
 //                                      │             fish-eye ──> extract_light ─┐
-//                                      └──> fuse_depth ──────────────────────────┴─> solve_albedo
+//                                      └──> estimate_color_gain ──> fuse_depth ──┴─> solve_albedo
 //
 // Offline, `build` runs them one after another on the caller's thread: nothing is dropped, and the same frames give the
 // same scene on every run. A live pipeline runs each on a thread of its own, with its newest input.
@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "reconstruct/albedo_schedule.h"
+#include "reconstruct/exposure/color_gain.h"
 #include "reconstruct/scene.h"
 #include "reconstruct/scene_store.h"
 #include "reconstruct/stage_cost.h"
@@ -62,6 +63,8 @@ class SceneBuilder {
   /// `fisheye`: one frame, or the exposures of one bracket; empty if none is new: then lamps are only moved to their
   /// newest tag poses. `color`: of about the same time; may be null.
   void extract_light(const capture::FisheyeFrames& fisheye, const capture::Frame* color);
+  /// Changes of the colour camera's exposure and white balance: FrameSet::color_gain of this frame.
+  ColorGainStage::Result estimate_color_gain(const capture::FrameSet& frame, const std::optional<Pose>& pose);
   /// The frame must have depth and its own pose; an extrapolated pose would blur the field.
   void fuse_depth(const capture::FrameSet& frame, const Pose& pose);
   /// False if no solution was due.

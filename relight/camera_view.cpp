@@ -62,7 +62,7 @@ void CameraView::show_full(const capture::FrameSet& frame, const View& view, con
     anew = true;
     still_.changed_tiles(*camera_.coded(), depth_of(frame), min_change_m, true);
   }
-  if (anew || !same_codes() || full_exposure_ != camera_.exposure()) {
+  if (anew || !same_codes() || (full_exposure_ != camera_.exposure()).any()) {
     camera_.upload(device_, frame, true, *screen_);
     if (anew) {
       screen_->tiles->choose(device_, view.params, {camera_.rays(), depth_of(frame), *camera_.coded()}, view.objects,

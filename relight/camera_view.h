@@ -89,7 +89,7 @@ class CameraView {
   CpuCompositor live_picture_;
   std::shared_ptr<const capture::Image<std::uint8_t>> full_codes_;  ///< of the camera,
   std::vector<std::byte> full_drawn_;                               ///< and what became of it, RGBA
-  float full_exposure_ = 0;
+  Eigen::Array3f full_exposure_ = Eigen::Array3f::Zero();
 };
 
 }  // namespace lumigraft::relight

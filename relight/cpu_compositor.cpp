@@ -107,7 +107,8 @@ void CpuCompositor::spread_fine(int left, int top) {
   }
 }
 
-capture::Image<std::uint8_t> CpuCompositor::over(const capture::Image<std::uint8_t>& coded, float exposure) const {
+capture::Image<std::uint8_t> CpuCompositor::over(const capture::Image<std::uint8_t>& coded,
+                                                 const Eigen::Array3f& exposure) const {
   capture::Image<std::uint8_t> picture = coded;
   for (std::size_t i = 0; i < kinds_.size(); ++i) {
     const int left = kTile_px * static_cast<int>(i % static_cast<std::size_t>(columns_));
@@ -141,7 +142,8 @@ void CpuCompositor::over_real(int left, int top, capture::Image<std::uint8_t>* p
   }
 }
 
-void CpuCompositor::over_object(int left, int top, float exposure, capture::Image<std::uint8_t>* picture) const {
+void CpuCompositor::over_object(int left, int top, const Eigen::Array3f& exposure,
+                                capture::Image<std::uint8_t>* picture) const {
   const capture::SrgbTable& srgb = capture::srgb_table();
   for (int v = top; v < std::min(top + kTile_px, height_); ++v) {
     for (int u = left; u < std::min(left + kTile_px, width_); ++u) {
@@ -150,7 +152,8 @@ void CpuCompositor::over_object(int left, int top, float exposure, capture::Imag
       for (std::size_t c = 0; c < 3; ++c) {
         if (gain[c] == 1 && object[c] == 0 && object[3] == 0) continue;
         std::uint8_t& code = picture->data[at + c];
-        code = srgb.code(composed(gain[c] * srgb.linear[code], exposure * object[c], object[3]));
+        code = srgb.code(
+            composed(gain[c] * srgb.linear[code], exposure[static_cast<Eigen::Index>(c)] * object[c], object[3]));
       }
     }
   }

@@ -16,15 +16,15 @@ class CpuCompositor {
   /// Reads back the results of LiveView for those blocks that screen.tiles selected among `considered`; other blocks
   /// keep their values.
   void read(gpu::Device& device, const Screen& screen, const std::vector<char>& considered);
-  /// `exposure`: pixel value 1 over its linear radiance, (W/sr/m²)⁻¹.
-  capture::Image<std::uint8_t> over(const capture::Image<std::uint8_t>& coded, float exposure) const;
+  /// `exposure`: linear pixel value over radiance, (W/sr/m²)⁻¹ per channel.
+  capture::Image<std::uint8_t> over(const capture::Image<std::uint8_t>& coded, const Eigen::Array3f& exposure) const;
 
  private:
   enum class Kind : char { untouched, smooth, real, object };
   void spread_fine(int left, int top);
   void over_smooth(int left, int top, capture::Image<std::uint8_t>* picture) const;
   void over_real(int left, int top, capture::Image<std::uint8_t>* picture) const;
-  void over_object(int left, int top, float exposure, capture::Image<std::uint8_t>* picture) const;
+  void over_object(int left, int top, const Eigen::Array3f& exposure, capture::Image<std::uint8_t>* picture) const;
 
   int width_ = 0, height_ = 0, columns_ = 0, fine_step_ = 1;
   std::vector<Kind> kinds_;     ///< per block

@@ -174,7 +174,8 @@ struct Relighter::State {
     p.pinhole << Eigen::Vector4d(model.fx, model.fy, model.cx, model.cy).cast<float>();
     const auto& k = model.distortion;
     p.distortion << Eigen::Vector4d(k[0], k[1], k[2], k[3]).cast<float>();
-    p.camera << static_cast<float>(k[4]), view.camera().exposure(), kNearPlane_m, 0;
+    p.camera << static_cast<float>(k[4]), kNearPlane_m, 0, 0;
+    p.exposure << view.camera().exposure().matrix(), 0;
     p.lens << widest_tangent, 0, 0, 0;
     p.picture << model.width, model.height, plan.trace_scale, quality.supersampling;
     p.cascade[0] = placement.cascade[0];
@@ -226,7 +227,7 @@ struct Relighter::State {
     illumination_lights = max_lights;
     lights = make_light_set(*now, max_lights);
     const capture::Image<float>& sky = lights.environment.front();
-    brightest = std::max(*std::max_element(sky.data.begin(), sky.data.end()), 1 / view.camera().exposure());
+    brightest = std::max(*std::max_element(sky.data.begin(), sky.data.end()), 1 / view.camera().exposure().minCoeff());
   }
 
   /// Whether a frame only looks up light that was gathered before, except on glossy surfaces of known material.
@@ -268,7 +269,7 @@ RelitPicture Relighter::relight(const capture::FrameSet& frame, const reconstruc
   State& s = *state_;
   RelitPicture result;
   result.plan = asked;
-  s.view.camera().take(frame.color);
+  s.view.camera().take(frame);
 
   std::string missing;
   const bool visible = std::any_of(exhibit.objects.begin(), exhibit.objects.end(),

@@ -2,11 +2,14 @@
 
 namespace lumigraft::reconstruct {
 
-ColorLookup::ColorLookup(const capture::Frame* picture, const capture::Response& response, int width, int height) {
+ColorLookup::ColorLookup(const capture::Frame* picture, const capture::Response& response, int width, int height,
+                         const Eigen::Array3f& gain) {
   if (!picture) return;
   if (!picture->radiance.empty()) {
     radiance_ = capture::to_radiance(*picture, response);
     if (radiance_.radiance.width != width || radiance_.radiance.height != height) return;
+    for (std::size_t i = 0; i < radiance_.radiance.data.size(); ++i)
+      radiance_.radiance.data[i] /= gain[static_cast<Eigen::Index>(i % 3)];
   } else {
     if (picture->encoded.width != width || picture->encoded.height != height || picture->encoded.channels != 3) return;
     pixels_ = picture->encoded.data.data();
@@ -19,7 +22,7 @@ ColorLookup::ColorLookup(const capture::Frame* picture, const capture::Response&
     for (int value = 0; value < 256; ++value)
       for (int c = 0; c < 3; ++c) {
         Simd4& entry = table_[static_cast<std::size_t>(c)][static_cast<std::size_t>(value)];
-        entry[c] = values.radiance.at(value, 0, c);
+        entry[c] = values.radiance.at(value, 0, c) / gain[c];
         entry[3] = values.clipped.at(value, 0) != 0 ? 1 : 0;
       }
   }

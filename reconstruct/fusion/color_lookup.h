@@ -13,7 +13,9 @@ namespace lumigraft::reconstruct {
 class ColorLookup {
  public:
   /// `picture` may be null or of another size than the camera: then there is nothing to read.
-  ColorLookup(const capture::Frame* picture, const capture::Response& response, int width, int height);
+  /// `gain`: linear pixel value over exposure × radiance (FrameSet::color_gain).
+  ColorLookup(const capture::Frame* picture, const capture::Response& response, int width, int height,
+              const Eigen::Array3f& gain = Eigen::Array3f::Ones());
 
   explicit operator bool() const { return width_ > 0; }
   /// Bilinear, or that of the nearest pixel. False outside the image and if a pixel it needs is clipped. Lane 3 of

@@ -153,7 +153,7 @@ void LightStage::State::place(const std::vector<LampTagPose>& tags, bool fresh) 
 }
 
 LightStage::Result LightStage::extract(const capture::FisheyeFrames& fisheye, const capture::Frame* color,
-                                       const std::vector<LampTagPose>& tags) {
+                                       const std::vector<LampTagPose>& tags, float color_gain) {
   State& s = *state_;
   Result result;
   bool fresh = false;  // a new image was evaluated
@@ -165,8 +165,10 @@ LightStage::Result LightStage::extract(const capture::FisheyeFrames& fisheye, co
       if (fisheye.front()->radiance.empty()) {  // else vignetting is removed already
         capture::undo_vignetting(picture, s.vignetting_gain);
       }
-      const OcclusionCheck::Finding finding = s.occlusion.check(
-          flux_of(picture.radiance, s.view), median_radiance(color, s.color_response), picture.clipped_fraction > 0);
+      std::optional<float> room_radiance = median_radiance(color, s.color_response);
+      if (room_radiance) *room_radiance /= color_gain;
+      const OcclusionCheck::Finding finding =
+          s.occlusion.check(flux_of(picture.radiance, s.view), room_radiance, picture.clipped_fraction > 0);
       if (finding.covered) {
         result.warnings.push_back(finding.warning);
       } else {

@@ -79,9 +79,10 @@ class LightStage {
     std::shared_ptr<const Illumination> illumination;
     std::vector<std::string> warnings;
   };
-  /// `color`: of about the same moment, or null. `tags`: poses of the lamps that carry tags, at that moment.
+  /// `color`: of about the same moment, or null; `color_gain`: mean of its FrameSet::color_gain. `tags`: poses of the
+  /// lamps that carry tags, at that moment.
   Result extract(const capture::FisheyeFrames& fisheye, const capture::Frame* color,
-                 const std::vector<LampTagPose>& tags);
+                 const std::vector<LampTagPose>& tags, float color_gain = 1);
   Result extract(const capture::FrameSet& frame, const std::vector<LampTagPose>& tags = {}) {
     return extract(frame.fisheye, frame.color.get(), tags);
   }

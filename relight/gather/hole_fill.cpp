@@ -16,14 +16,14 @@ constexpr float kNearerColor = 0.1f;    // colour difference that counts as much
 
 bool is_hole(const GBufferPixel& p) { return !p.known || (!p.glossy && p.albedo.maxCoeff() <= 0); }
 
-Rgb coded(const Rgb& light, float exposure) {
-  return {capture::linear_to_srgb(exposure * light[0]), capture::linear_to_srgb(exposure * light[1]),
-          capture::linear_to_srgb(exposure * light[2])};
+Rgb coded(const Rgb& light, const Rgb& exposure) {
+  return {capture::linear_to_srgb(exposure[0] * light[0]), capture::linear_to_srgb(exposure[1] * light[1]),
+          capture::linear_to_srgb(exposure[2] * light[2])};
 }
 
 }  // namespace
 
-void fill_holes(const PosedCamera& camera, const capture::Image<float>& radiance, float exposure,
+void fill_holes(const PosedCamera& camera, const capture::Image<float>& radiance, const Rgb& exposure,
                 std::vector<GBufferPixel>& seen) {
   constexpr std::array<std::array<int, 2>, 8> ways = {
       {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, 1}, {1, -1}, {-1, -1}}};

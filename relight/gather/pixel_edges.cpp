@@ -31,7 +31,7 @@ struct Side {
 
 class Edges {
  public:
-  Edges(const PosedCamera& camera, const capture::Image<float>& radiance, float exposure, float voxel_m,
+  Edges(const PosedCamera& camera, const capture::Image<float>& radiance, const Rgb& exposure, float voxel_m,
         const std::vector<GBufferPixel>& seen)
       : eye_m_(camera.T_tag_camera.translation()),
         focal_px_(static_cast<float>(camera.model.fx)),
@@ -164,13 +164,14 @@ class Edges {
   float focal_px_;
   int width_, height_;
   const capture::Image<float>& radiance_;
-  float exposure_, voxel_m_;
+  Rgb exposure_;
+  float voxel_m_;
   const std::vector<GBufferPixel>& seen_;
 };
 
 }  // namespace
 
-void sharpen_edges(const PosedCamera& camera, const capture::Image<float>& radiance, float exposure, float voxel_m,
+void sharpen_edges(const PosedCamera& camera, const capture::Image<float>& radiance, const Rgb& exposure, float voxel_m,
                    std::vector<GBufferPixel>& seen) {
   const Edges edges(camera, radiance, exposure, voxel_m, seen);
   const int width = edges.width(), height = edges.height();

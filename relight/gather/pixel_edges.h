@@ -9,7 +9,7 @@ namespace lumigraft::relight {
 /// pixel's ray hits according to the planes' intersection, or, near it, the side whose colour is more similar. Pixels
 /// without two adjacent planes are unchanged: curved surfaces, ends, clutter. `exposure`: camera pixel value over
 /// radiance, 1 at most.
-void sharpen_edges(const PosedCamera& camera, const capture::Image<float>& radiance, float exposure, float voxel_m,
+void sharpen_edges(const PosedCamera& camera, const capture::Image<float>& radiance, const Rgb& exposure, float voxel_m,
                    std::vector<GBufferPixel>& seen);
 
 }  // namespace lumigraft::relight

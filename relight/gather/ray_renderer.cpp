@@ -252,7 +252,7 @@ RelitPicture RayRenderer::relight(const capture::FrameSet& frame, const reconstr
   State& s = *state_;
   RelitPicture result;
   result.plan = plan;
-  s.camera.take(frame.color);
+  s.camera.take(frame);
   result.srgb = *s.camera.coded();
   const std::vector<ReferenceMesh> objects = reference_objects_of(exhibit, static_cast<double>(frame.time_ns) * 1e-9);
   std::string missing = what_is_missing(scene, objects);

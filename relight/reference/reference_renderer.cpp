@@ -82,7 +82,7 @@ RelitPicture ReferenceRenderer::relight(const capture::FrameSet& frame, const re
   State& s = *state_;
   RelitPicture result;
   result.plan = plan;
-  s.camera.take(frame.color);
+  s.camera.take(frame);
   result.srgb = *s.camera.coded();
   std::vector<ReferenceMesh> objects = reference_objects_of(exhibit, static_cast<double>(frame.time_ns) * 1e-9);
 

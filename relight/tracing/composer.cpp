@@ -32,7 +32,7 @@ void compose(const CameraUpload& camera, const capture::Image<float>& change, co
         const Rgb room = (camera.radiance(i / 3) + finite_or_zero(delta)).max(0);
         for (Eigen::Index c = 0; c < 3; ++c) {
           picture->data[i + static_cast<std::size_t>(c)] =
-              srgb.code(camera.exposure() * composed(room[c], object[c], coverage));
+              srgb.code(camera.exposure()[c] * composed(room[c], object[c], coverage));
         }
       }
     }

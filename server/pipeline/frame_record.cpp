@@ -33,6 +33,7 @@ std::string frame_record_line(const capture::FrameSet& frame, const FrameRecord&
   const reconstruct::Scene& scene = record.scene;
   Json json{{"index", frame.index}, {"time_s", 1e-9 * static_cast<double>(frame.time_ns)}};
   json["T_tag_camera"] = scene.pose ? transform_json(scene.pose->T_tag_camera) : Json();
+  json["color_gain"] = record.color_gain;
   json["lights"] = Json::array();
   json["sh"] = Json();
   if (scene.illumination) {
@@ -69,6 +70,7 @@ std::string skipped_frame_line(std::uint64_t index, const std::vector<std::strin
                         {"skipped", true},
                         {"time_s", Json()},
                         {"T_tag_camera", Json()},
+                        {"color_gain", Json()},
                         {"lights", Json::array()},
                         {"sh", Json()},
                         {"plan", Json()},

@@ -27,6 +27,7 @@ void OfflinePipeline::make() {
 FrameRecord OfflinePipeline::step(const capture::FrameSet& sensed, bool with_maps) {
   reconstruct::BuildResult built = builder_.build(sensed);
   FrameRecord record{.scene = std::move(built.scene),
+                     .color_gain = built.frame.color_gain,
                      .picture = {},
                      .stages = std::move(built.stages),
                      .warnings = std::move(built.warnings),

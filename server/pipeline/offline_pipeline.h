@@ -17,6 +17,7 @@ namespace lumigraft::server {
 
 struct FrameRecord {
   reconstruct::Scene scene;
+  std::array<float, 3> color_gain{};  ///< of the frame (capture::FrameSet)
   relight::RelitPicture picture;
   std::map<std::string, reconstruct::StageCost> stages;
   std::vector<std::string> warnings;         ///< of all stages, in the order in which they ran

@@ -205,14 +205,21 @@ PosedFrame Pipeline::State::pose_of(const PlayedFrame& played) {
   std::shared_ptr<capture::FrameSet> frame;
   {
     const StageTimer timer(metrics, "register depth");
-    posed.played.frame = std::make_shared<const capture::FrameSet>(builder.register_depth(*played.frame));
+    frame = std::make_shared<capture::FrameSet>(builder.register_depth(*played.frame));
   }
-  const StageTimer timer(metrics, "pose");
   try {
-    posed.located = builder.locate_camera(*posed.played.frame);
+    {
+      const StageTimer timer(metrics, "pose");
+      posed.located = builder.locate_camera(*frame);
+    }
+    const StageTimer timer(metrics, "color gain");
+    const reconstruct::ColorGainStage::Result color = builder.estimate_color_gain(*frame, posed.located.pose);
+    frame->color_gain = {color.gain[0], color.gain[1], color.gain[2]};
+    reconstruct::append_warnings(posed.located.warnings, color.warnings);
   } catch (const std::exception& e) {
     posed.located.warnings.push_back(std::string("pose: ") + e.what());
   }
+  posed.played.frame = std::move(frame);
   return posed;
 }
 

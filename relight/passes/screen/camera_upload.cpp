@@ -24,14 +24,16 @@ bool is_srgb(const capture::Response& response) {
 CameraUpload::CameraUpload(const capture::ColorCamera& camera)
     : camera_(camera), response_is_srgb_(is_srgb(camera.response)) {}
 
-void CameraUpload::take(const std::shared_ptr<const capture::Frame>& picture) {
+void CameraUpload::take(const capture::FrameSet& frame) {
+  const std::shared_ptr<const capture::Frame>& picture = frame.color;
   picture_ = picture;
+  gain_ = Eigen::Array3f::Map(frame.color_gain.data());
   const bool encoded = !picture->encoded.empty();
-  exposure_ = static_cast<float>(encoded ? picture->exposure : camera_.exposure);
+  exposure_ = static_cast<float>(encoded ? picture->exposure : camera_.exposure) * gain_;
   for (int code = 0; encoded && code < 256; ++code) {
     for (int c = 0; c < 3; ++c) {
       const double linear = camera_.response.to_linear(static_cast<std::uint8_t>(code), c);
-      radiance_of_[static_cast<std::size_t>(code)][c] = static_cast<float>(linear / picture->exposure);
+      radiance_of_[static_cast<std::size_t>(code)][c] = static_cast<float>(linear / picture->exposure) / gain_[c];
     }
   }
   if (encoded && response_is_srgb_) {
@@ -41,13 +43,17 @@ void CameraUpload::take(const std::shared_ptr<const capture::Frame>& picture) {
   const capture::Image<float> linear = radiance();
   auto coded = std::make_shared<capture::Image<std::uint8_t>>(linear.width, linear.height, 3);
   for (std::size_t i = 0; i < coded->data.size(); ++i) {
-    coded->data[i] = capture::srgb_table().code(exposure_ * linear.data[i]);
+    coded->data[i] = capture::srgb_table().code(exposure_[static_cast<Eigen::Index>(i % 3)] * linear.data[i]);
   }
   coded_ = std::move(coded);
 }
 
 capture::Image<float> CameraUpload::radiance() const {
-  return capture::to_radiance(*picture_, camera_.response).radiance;
+  capture::Image<float> result = capture::to_radiance(*picture_, camera_.response).radiance;
+  if (!gain_.isOnes(0)) {
+    for (std::size_t i = 0; i < result.data.size(); ++i) result.data[i] /= gain_[static_cast<Eigen::Index>(i % 3)];
+  }
+  return result;
 }
 
 Eigen::Array3f CameraUpload::radiance(std::size_t pixel) const {
@@ -55,7 +61,7 @@ Eigen::Array3f CameraUpload::radiance(std::size_t pixel) const {
     const float* of_pixel = &picture_->radiance.data[3 * pixel];
     Eigen::Array3f light(of_pixel[0], of_pixel[1], of_pixel[2]);
     for (float& value : light) value = std::isfinite(value) ? std::max(value, 0.0f) : 0;
-    return light;
+    return light / gain_;
   }
   const std::uint8_t* codes = &picture_->encoded.data[3 * pixel];
   return {radiance_of_[codes[0]][0], radiance_of_[codes[1]][1], radiance_of_[codes[2]][2]};

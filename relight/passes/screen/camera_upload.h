@@ -18,7 +18,8 @@ class CameraUpload {
   /// Uploads pixel values and depth, and radiance on request.
   void upload(gpu::Device& device, const capture::FrameSet& frame, bool with_radiance, const Screen& screen) const;
 
-  float exposure() const { return exposure_; }
+  /// Linear pixel value over radiance, (W/sr/m²)⁻¹ per channel.
+  const Eigen::Array3f& exposure() const { return exposure_; }
   capture::Image<float> radiance() const;                   ///< computed anew
   Eigen::Array3f radiance(std::size_t pixel) const;         ///< of one
   const std::vector<float>& rays() const { return rays_; }  ///< x/z and y/z of every pixel
@@ -28,7 +29,7 @@ class CameraUpload {
  private:
   capture::ColorCamera camera_;
   bool response_is_srgb_ = false;
-  float exposure_ = 1;
+  Eigen::Array3f gain_ = Eigen::Array3f::Ones(), exposure_ = Eigen::Array3f::Ones();
   std::array<Eigen::Array3f, 256> radiance_of_;  ///< by code value and channel
   std::shared_ptr<const capture::Image<std::uint8_t>> coded_;
   std::shared_ptr<const capture::Frame> picture_;

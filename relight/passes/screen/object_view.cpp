@@ -11,7 +11,7 @@ shader::DrawParams camera_view(const shader::FrameParams& frame, int samples) {
       s * frame.pinhole.w() + shift;
   view.distortion = frame.distortion;
   view.lens = frame.lens;
-  view.more << frame.camera.x(), frame.camera.z(), s * static_cast<float>(frame.picture.x()),
+  view.more << frame.camera.x(), frame.camera.y(), s * static_cast<float>(frame.picture.x()),
       s * static_cast<float>(frame.picture.y());
   return view;
 }

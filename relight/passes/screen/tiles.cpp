@@ -169,7 +169,7 @@ void Tiles::cover(const shader::FrameParams& params, const std::vector<PlacedObj
     for (int corner = 0; corner < 8; ++corner) {
       const Eigen::Vector3f tag = object.bounds.box.corner(static_cast<Eigen::AlignedBox3f::CornerType>(corner));
       const Eigen::Vector3f p = (params.T_camera_tag * tag.homogeneous()).head<3>();
-      in_front &= p.z() > params.camera.z();
+      in_front &= p.z() > params.camera.y();
       outline.extend(Eigen::Vector2f(params.pinhole.x() * p.x() / p.z() + params.pinhole.z(),
                                      params.pinhole.y() * p.y() / p.z() + params.pinhole.w()));
     }

@@ -17,7 +17,8 @@ float indirect_footprint_of(vec3 p, vec3 n, float root, bool glossy) {
   return clamp(codes / frame.pass_f.x - 1.0, 0.0, 1.0);
 }
 float indirect_footprint(vec3 p, vec3 n, vec3 b, bool glossy) {
-  float level = frame.camera.y * max(max(b.x, b.y), b.z);
+  vec3 code = frame.exposure.rgb * b;
+  float level = max(max(code.x, code.y), code.z);
   return indirect_footprint_of(p, n, pow(max(level, 0.004), 1.0 / 2.4), glossy);
 }
 

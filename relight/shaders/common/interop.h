@@ -67,7 +67,8 @@ struct FrameParams {
   mat4 T_tag_camera;
   vec4 pinhole;       // fx fy cx cy
   vec4 distortion;    // k1 k2 p1 p2
-  vec4 camera;        // k3, exposure, near plane in metres
+  vec4 camera;        // k3, near plane in metres
+  vec4 exposure;      // rgb: linear pixel value over radiance
   vec4 lens;          // x: maximum of |x, y| / z for which the distortion does not fold back
   ivec4 picture;      // width, height, trace scale, supersampling of the object
   vec4 cascade[2];    // centre of voxel (0, 0, 0), voxel size

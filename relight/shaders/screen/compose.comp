@@ -76,7 +76,7 @@ void main() {
   }
   vec3 code = texelFetch(picture, at, 0).rgb;
   if (coverage > 0.0 || delta != vec3(0)) {
-    code = srgb_encode(frame.camera.y * mix(b + delta, virtual_color(at), coverage));
+    code = srgb_encode(frame.exposure.rgb * mix(b + delta, virtual_color(at), coverage));
   }
   imageStore(out_picture, at, vec4(round(code * 255.0) / 255.0, 1.0));
   imageStore(out_delta, at, vec4(delta, coverage));

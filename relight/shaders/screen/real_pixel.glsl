@@ -18,7 +18,7 @@ vec3 normal_at(ivec2 at, vec3 p) {
   float l = length(n);
   return in_cascade(1, p, 1.0) && l > 0.5 ? n / l : depth_normal(at);
 }
-vec3 coded(ivec2 at) { return pow(frame.camera.y * texelFetch(radiance, at, 0).rgb, vec3(1.0 / 2.4)); }
+vec3 coded(ivec2 at) { return pow(frame.exposure.rgb * texelFetch(radiance, at, 0).rgb, vec3(1.0 / 2.4)); }
 #include "screen/hole_fill.glsl"
 
 struct RealPixel {

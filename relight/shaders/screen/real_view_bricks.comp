@@ -40,7 +40,7 @@ vec3 normal_at(ivec2 at, vec3 p) {
   vec3 g;
   return field_distance(p, d) && field_gradient(p, d, g) ? normalize(g) : depth_normal(at);
 }
-vec3 coded(ivec2 at) { return pow(frame.camera.y * texelFetch(radiance, at, 0).rgb, vec3(1.0 / 2.4)); }
+vec3 coded(ivec2 at) { return pow(frame.exposure.rgb * texelFetch(radiance, at, 0).rgb, vec3(1.0 / 2.4)); }
 #include "screen/hole_fill.glsl"
 
 // The field's surface along the ray where depth has a hole.

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -96,7 +97,14 @@ SessionScore replay_and_score(const fs::path& session, const std::string& group,
   return result;
 }
 
-/// Scores a session and checks its bound in bounds.toml: [group.session-name] relight_error = ..., psnr_db = ...
+/// Of a session in bounds.toml: [group.session-name] relight_error = ..., psnr_db = ..., and perhaps object_error.
+std::optional<capture::ConfigTable> bound_of(const fs::path& session, const std::string& group) {
+  const capture::ConfigTable bounds =
+      capture::ConfigTable::load(fs::path(LUMIGRAFT_SOURCE_DIR) / "tests/integration/truth/bounds.toml");
+  return bounds.table(group).optional_table(session.filename().string());
+}
+
+/// Scores a session and checks its bound.
 void check(const fs::path& session, const std::string& group, const std::string& options = "") {
   const std::string name = session.filename().string();
   const SessionScore score = replay_and_score(session, group, options);
@@ -106,10 +114,9 @@ void check(const fs::path& session, const std::string& group, const std::string&
       "(unchanged %.2f dB)\n",
       group.c_str(), name.c_str(), score.frames, score.mean.relight_error, score.mean.object_error, score.mean.psnr_db,
       score.mean.psnr_affected_db, score.mean.flip, score.psnr_unchanged_db);
-  const capture::ConfigTable bounds =
-      capture::ConfigTable::load(fs::path(LUMIGRAFT_SOURCE_DIR) / "tests/integration/truth/bounds.toml");
-  if (const auto bound = bounds.table(group).optional_table(name)) {
+  if (const auto bound = bound_of(session, group)) {
     EXPECT_LE(score.mean.relight_error, bound->number("relight_error", 0, 10));
+    EXPECT_LE(score.mean.object_error, bound->number("object_error", 0, 10, 10));
     EXPECT_GE(score.mean.psnr_db, bound->number("psnr_db", 0, 100));
   }
   EXPECT_GT(score.mean.psnr_db, score.psnr_unchanged_db);
@@ -136,22 +143,30 @@ TEST(Truth, OwnRecordingByCones) {
   check(fs::path(LUMIGRAFT_SOURCE_DIR) / "recordings/tabletop", "cones", " --set plan.method=dvct");
 }
 
-TEST(Truth, ExtraSessions) {
+/// Sessions of a folder of LUMIGRAFT_EXTRA that have truth; only those with a bound if `bounded`.
+void check_extra(const std::string& folder, const std::string& group, bool bounded) {
   const char* extra = std::getenv("LUMIGRAFT_EXTRA");
-  if (extra == nullptr || !fs::exists(fs::path(extra) / "sessions")) {
-    GTEST_SKIP() << "LUMIGRAFT_EXTRA names no folder with sessions: only the project's own recordings are scored";
+  if (extra == nullptr || !fs::exists(fs::path(extra) / folder)) {
+    GTEST_SKIP() << "LUMIGRAFT_EXTRA names no folder with " << folder
+                 << ": only the project's own recordings are scored";
   }
   std::vector<fs::path> sessions;
-  for (const auto& entry : fs::directory_iterator(fs::path(extra) / "sessions")) {
-    if (fs::exists(entry.path() / "truth")) {
+  for (const auto& entry : fs::directory_iterator(fs::path(extra) / folder)) {
+    const bool wanted = !bounded || bound_of(entry.path(), group);
+    if (wanted && fs::exists(entry.path() / "truth")) {
       sessions.push_back(entry.path());
     }
   }
   std::sort(sessions.begin(), sessions.end());
   for (const fs::path& session : sessions) {
-    check(session, "extra");
+    check(session, group);
   }
 }
+
+TEST(Truth, ExtraSessions) { check_extra("sessions", "extra", false); }
+
+// Rooms, cameras and lamps that change while they are seen.
+TEST(Truth, ExtraChangingSessions) { check_extra("sessions-changing", "changing", true); }
 
 }  // namespace
 }  // namespace lumigraft::test

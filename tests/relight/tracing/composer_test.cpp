@@ -79,7 +79,7 @@ class Composer : public gpu::DeviceTest {
     Screen screen(*device_, kWidth, kHeight, 1, 1, 1, 1);
     camera.upload(*device_, frame, true, screen);
     shader::FrameParams params{};
-    params.camera.y() = camera.exposure();
+    params.exposure.head<3>() = camera.exposure().matrix();
     params.picture << kWidth, kHeight, 1, 1;
     screen.tiles->choose(*device_, params, {{}, nullptr, *camera.coded()}, {}, {.glossy = {}, .all = true});
     device_->upload(*screen.indirect, 0, std::as_bytes(std::span(inputs.irradiance)));
@@ -106,9 +106,10 @@ TEST_P(Composer, IsTheSameOnCpuAndDevice) {
   for (const bool encoded : {true, false}) {
     SCOPED_TRACE(encoded);
     const Inputs inputs = random_inputs(random);
-    const capture::FrameSet frame = random_frame(random, encoded);
+    capture::FrameSet frame = random_frame(random, encoded);
+    frame.color_gain = {0.6f, 1, 1.7f};
     CameraUpload camera{capture::ColorCamera{}};
-    camera.take(frame.color);
+    camera.take(frame);
     const capture::Image<std::uint8_t> cpu = composed_on_cpu(camera, inputs);
     const std::vector<std::uint8_t> device = composed_on_device(camera, frame, inputs);
     int differing = 0;

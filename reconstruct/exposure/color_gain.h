@@ -1,0 +1,43 @@
+#pragma once
+// Gain of the colour camera: how its exposure and white balance differ, frame by frame, from what the session says.
+//
+// Surfaces keep their albedo. A place that is seen again should send the radiance that it sent before, times the change
+// of irradiance that the fish-eye measured since. What all places have in common beyond that is the camera's:
+//
+//   log g = median over places of log(pixel value, linear / exposure) - log(L₀ E / E₀)     for each channel
+//
+// The first frames define gain 1: until then nothing tells exposure from albedo.
+#include <Eigen/Core>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "capture/frame.h"
+#include "capture/session/session.h"
+#include "reconstruct/light/light.h"
+#include "reconstruct/pose/pose.h"
+
+namespace lumigraft::reconstruct {
+
+class ColorGainStage {
+ public:
+  explicit ColorGainStage(const capture::Session& session);
+  ~ColorGainStage();
+
+  struct Result {
+    /// Linear pixel value over exposure × radiance, per channel. That of the frame before where this frame does not
+    /// determine it: no pose, no depth, too few places seen again, or light that changed in a way nobody measured.
+    Eigen::Array3f gain = Eigen::Array3f::Ones();
+    std::vector<std::string> warnings;
+  };
+  /// `light`: newest known, with distances of lamps where they are known; may be null.
+  Result estimate(const capture::FrameSet& frame, const std::optional<Pose>& pose,
+                  std::shared_ptr<const Illumination> light);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace lumigraft::reconstruct

@@ -1,0 +1,27 @@
+#include "reconstruct/exposure/direct_irradiance.h"
+
+#include <algorithm>
+
+namespace lumigraft::reconstruct {
+
+using Eigen::Array3f;
+using Eigen::Vector3f;
+
+Array3f unoccluded_irradiance(const Illumination& light, const Vector3f& position_m, const Vector3f& normal) {
+  Array3f sum = sh_irradiance(light.environment_sh, normal).array().max(0.0f);
+  for (const PointLight& lamp : light.lights) {
+    if (lamp.visibility == PointLight::Visibility::dark) continue;
+    if (!lamp.distance_known) {
+      sum += lamp.irradiance.array() * std::max(0.0f, normal.dot(lamp.direction));
+      continue;
+    }
+    const Vector3f to_lamp = lamp.position_m - position_m;
+    const float squared = std::max(to_lamp.squaredNorm(), lamp.radius_m * lamp.radius_m);
+    if (!(squared > 0)) continue;
+    const Vector3f direction = to_lamp.normalized();
+    sum += lamp.intensity.array() * (lamp.emission(-direction) * std::max(0.0f, normal.dot(direction)) / squared);
+  }
+  return sum;
+}
+
+}  // namespace lumigraft::reconstruct

@@ -1,0 +1,105 @@
+#include "reconstruct/exposure/color_gain.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+
+#include "capture/camera/srgb.h"
+#include "tests/reconstruct/fusion/fusion_views.h"
+
+namespace lumigraft::reconstruct {
+namespace {
+
+using Eigen::Array3f;
+using Eigen::Vector3d;
+
+Eigen::Isometry3d view_from(double azimuth_rad) { return test::looking_at_tag(0.9, 0.8, azimuth_rad); }
+
+/// A pattern of paint, W/sr/m².
+double paint(const Vector3d& p) { return 0.3 + 0.05 * std::sin(20 * p.x()) * std::sin(17 * p.y()); }
+
+class ColorGain : public testing::Test {
+ protected:
+  /// One frame from a camera that moves, whose room shines as `radiance` and whose picture is `tint` times as bright.
+  ColorGainStage::Result frame(const std::function<double(const Vector3d&)>& radiance, const Array3f& tint = {1, 1, 1},
+                               std::shared_ptr<const Illumination> light = nullptr) {
+    const Eigen::Isometry3d pose = view_from(-1.5 + 0.01 * static_cast<double>(index_));
+    capture::FrameSet set = test::frame_of(test::ball_on_table, camera_, pose, index_++, {}, radiance);
+    auto picture = std::make_shared<capture::Frame>(*set.color);
+    if (!tint.isOnes()) {
+      for (std::size_t i = 0; i < picture->encoded.data.size(); ++i) {
+        const float linear = capture::srgb_table().linear[picture->encoded.data[i]];
+        picture->encoded.data[i] = static_cast<std::uint8_t>(
+            std::lround(255 * capture::linear_to_srgb(tint[static_cast<Eigen::Index>(i % 3)] * linear)));
+      }
+    }
+    set.color = picture;
+    return stage_.estimate(set, test::pose_at(pose), std::move(light));
+  }
+
+  static std::shared_ptr<const Illumination> lamp_above(float irradiance, std::uint64_t version) {
+    auto light = std::make_shared<Illumination>();
+    light->version = version;
+    PointLight lamp;
+    lamp.irradiance.setConstant(irradiance);
+    light->lights.push_back(lamp);
+    light->environment_sh[0].setConstant(0.3f * irradiance);
+    return light;
+  }
+
+  capture::CameraModel camera_ = test::small_camera();
+  ColorGainStage stage_{test::session_with(camera_)};
+  std::uint64_t index_ = 0;
+};
+
+TEST_F(ColorGain, ASteadyCameraHasGainOneToTheBit) {
+  for (int i = 0; i < 10; ++i) {
+    const ColorGainStage::Result result = frame(paint);
+    EXPECT_TRUE((result.gain == 1).all()) << result.gain.transpose();
+    EXPECT_TRUE(result.warnings.empty());
+  }
+}
+
+TEST_F(ColorGain, FollowsExposureInTheFrameInWhichItChanges) {
+  for (int i = 0; i < 3; ++i) frame(paint);
+  for (const float gain : {0.7f, 0.25f, 0.35f, 1.0f}) {
+    const ColorGainStage::Result result = frame(paint, Array3f::Constant(gain));
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(result.gain[c] / gain, 1, 0.015) << gain;
+    EXPECT_EQ(result.warnings.empty(), gain == 1);
+  }
+}
+
+TEST_F(ColorGain, FollowsWhiteBalance) {
+  for (int i = 0; i < 3; ++i) frame(paint);
+  const Array3f tint(1.12f, 1, 0.9f);
+  const ColorGainStage::Result result = frame(paint, tint);
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(result.gain[c] / tint[c], 1, 0.015);
+  ASSERT_EQ(result.warnings.size(), 1u);
+}
+
+TEST_F(ColorGain, AShadowOnPartOfTheRoomIsNotTheCamera) {
+  for (int i = 0; i < 3; ++i) frame(paint);
+  const auto shaded = [](const Vector3d& p) { return (p.x() < -0.1 ? 0.3 : 1) * paint(p); };
+  for (int i = 0; i < 10; ++i) EXPECT_NEAR(frame(shaded).gain[1], 1, 0.02);
+}
+
+TEST_F(ColorGain, LightThatTheFisheyeSeesChangeIsNotTheCamera) {
+  for (int i = 0; i < 3; ++i) frame(paint, {1, 1, 1}, lamp_above(3, 1));
+  const auto brighter = [](const Vector3d& p) { return 1.4 * paint(p); };
+  EXPECT_NEAR(frame(brighter, {1, 1, 1}, lamp_above(1.4f * 3, 2)).gain[1], 1, 0.015);
+  // The same room in the same picture under more light: the camera sees less of it.
+  EXPECT_NEAR(frame(paint, {1, 1, 1}, lamp_above(2 * 3, 3)).gain[1], 0.5, 0.01);
+}
+
+TEST_F(ColorGain, IsHeldWhereNothingDeterminesIt) {
+  for (int i = 0; i < 3; ++i) frame(paint);
+  const Array3f half = Array3f::Constant(0.5f);
+  ASSERT_NEAR(frame(paint, half).gain[0], 0.5, 0.01);
+  const auto other = [](const Vector3d& p) { return p.x() < -0.05 ? 0.1 : p.x() < 0.05 ? 0.2 : 0.45; };
+  EXPECT_NEAR(frame(other).gain[0], 0.5, 0.01) << "light changed in three ways";
+  EXPECT_NEAR(stage_.estimate({}, std::nullopt, nullptr).gain[0], 0.5, 0.01) << "nothing seen";
+}
+
+}  // namespace
+}  // namespace lumigraft::reconstruct
