@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
-# check_debug.sh [--minutes N]: builds without optimization, so that no function is inlined and Eigen checks its use,
-# and runs the tests of the four modules, except those that limit the duration of the optimized program. Runs every 16th
-# test first, then the tests after these, and so on until N minutes are over, and prints how many were left out.
+# check_debug.sh [--minutes N]: builds without optimization, where no function is inlined and Eigen checks its use, and
+# runs the tests of the four modules, but for those that limit how long the optimized program takes to end. Every 16th test
+# runs first, then the ones after these, and so on until N minutes, the build among them, are over; it says how much was
+# left out.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 minutes=
@@ -15,9 +16,8 @@ cmake --build --preset debug --target capture_tests reconstruct_tests relight_te
 
 stride=16
 log=build/debug/check_debug.log
-begin=$SECONDS
 for ((pass = 1; pass <= stride; ++pass)); do
-  if [ -n "$minutes" ] && [ $((SECONDS - begin)) -ge $((60 * minutes)) ]; then
+  if [ -n "$minutes" ] && [ $SECONDS -ge $((60 * minutes)) ]; then
     echo "Debug build: left out after $minutes minutes: $((stride - pass + 1)) of every $stride tests"
     break
   fi
