@@ -19,12 +19,12 @@ namespace {
 using Eigen::Array3f;
 using Eigen::Vector3f;
 
-/// A piece of surface, as it was seen before.
+/// A piece of surface: its radiance in earlier frames.
 struct Cell {
   Vector3f position_m = Vector3f::Zero();  ///< tag frame
   Vector3f normal = Vector3f::Zero();
-  Array3f radiance = Array3f::Zero();         ///< W/sr/m²
-  std::shared_ptr<const Illumination> light;  ///< under which it was that
+  Array3f radiance = Array3f::Zero();         ///< W/sr/m², under `light`
+  std::shared_ptr<const Illumination> light;  ///< null: unknown
   int observations = 0;
   int contradictions = 0;  ///< in a row
   std::uint64_t last_seen = 0;
@@ -81,7 +81,7 @@ std::string gain_warning(const Array3f& gain) {
   if (std::abs(level) < kExposure.warning_log && hue < kExposure.hue_warning_log) return "";
   return capture::formatted(
       "the colour camera changed its exposure or white balance: its frames are %.2f, %.2f, %.2f times as bright (red, "
-      "green, blue) as at first; this is followed",
+      "green, blue) as at first; the difference is compensated",
       gain[0], gain[1], gain[2]);
 }
 
@@ -122,7 +122,7 @@ std::vector<Place> ColorGainStage::State::places_of(const capture::FrameSet& fra
   return places;
 }
 
-/// Radiance of a cell under the light of now; empty where that is another light altogether.
+/// Radiance of a cell under the present light; empty if its irradiance changed by more than max_light_change.
 std::optional<Array3f> ColorGainStage::State::predicted(const Cell& cell,
                                                         const std::shared_ptr<const Illumination>& light) const {
   if (!light || !cell.light || light->version == cell.light->version) return cell.radiance;
@@ -135,7 +135,7 @@ std::optional<Array3f> ColorGainStage::State::predicted(const Cell& cell,
   return Array3f(cell.radiance * ratio);
 }
 
-/// What the places have in common; empty where that is undetermined.
+/// Median log gain of the places; empty if too few places match or agree.
 std::optional<Array3f> ColorGainStage::State::measured(const std::vector<Place>& places,
                                                        const std::shared_ptr<const Illumination>& light) const {
   std::array<std::vector<float>, 3> logs;
@@ -160,7 +160,7 @@ std::optional<Array3f> ColorGainStage::State::measured(const std::vector<Place>&
   return middle;
 }
 
-/// Small changes are noise: a gain that stays the same keeps what was computed with it valid.
+/// Changes within the noise are ignored: renderers reuse results as long as the gain is equal.
 void ColorGainStage::State::follow(const Array3f& log_gain, const Array3f& sigma) {
   const Array3f step = (log_gain - gain.log()).abs();
   if ((step > (kExposure.step_sigmas * sigma).max(kExposure.min_log_step)).any()) gain = log_gain.exp();
@@ -183,7 +183,7 @@ void ColorGainStage::State::learn(const std::vector<Place>& places, const std::s
   if (cells.size() > kExposure.max_cells) forget_oldest();
 }
 
-/// The half that was seen longest ago.
+/// Drops cells that were observed less recently than the median.
 void ColorGainStage::State::forget_oldest() {
   std::vector<std::uint64_t> seen;
   seen.reserve(cells.size());

@@ -6,7 +6,7 @@
 //
 //   log g = median over places of log(pixel value, linear / exposure) - log(L₀ E / E₀)     for each channel
 //
-// The first frames define gain 1: until then nothing tells exposure from albedo.
+// The first frames define gain 1: before something changes, exposure and albedo are not distinguishable.
 #include <Eigen/Core>
 #include <memory>
 #include <optional>

@@ -208,16 +208,18 @@ PosedFrame Pipeline::State::pose_of(const PlayedFrame& played) {
     frame = std::make_shared<capture::FrameSet>(builder.register_depth(*played.frame));
   }
   try {
-    {
-      const StageTimer timer(metrics, "pose");
-      posed.located = builder.locate_camera(*frame);
-    }
+    const StageTimer timer(metrics, "pose");
+    posed.located = builder.locate_camera(*frame);
+  } catch (const std::exception& e) {
+    posed.located.warnings.push_back(std::string("pose: ") + e.what());
+  }
+  try {
     const StageTimer timer(metrics, "color gain");
     const reconstruct::ColorGainStage::Result color = builder.estimate_color_gain(*frame, posed.located.pose);
     frame->color_gain = {color.gain[0], color.gain[1], color.gain[2]};
     reconstruct::append_warnings(posed.located.warnings, color.warnings);
   } catch (const std::exception& e) {
-    posed.located.warnings.push_back(std::string("pose: ") + e.what());
+    posed.located.warnings.push_back(std::string("color gain: ") + e.what());
   }
   posed.played.frame = std::move(frame);
   return posed;
