@@ -82,7 +82,7 @@ TEST(ServiceConfig, FormerKeysAreReadWithAWarning) {
   ASSERT_EQ(named.warnings.size(), 1u);
   EXPECT_NE(named.warnings[0].find("kiosk.toml:3: plan.follow_scene: is now named adaptive"), std::string::npos)
       << named.warnings[0];
-  files = {.session = tiny.folder, .overrides = {"plan.follow_scene=0"}};
+  files = {.config = {}, .session = tiny.folder, .exhibit = {}, .overrides = {"plan.follow_scene=0"}};
   const ServiceInput set = read_service(files, relight::Plan{});
   EXPECT_EQ(set.plan.adaptive, 0);
   ASSERT_EQ(set.warnings.size(), 1u);
