@@ -15,7 +15,6 @@
 #include "capture/camera/camera_serial.h"
 #include "capture/descriptor.h"
 #include "capture/error.h"
-#include "capture/live/error_context.h"
 #include "capture/live/helper_process.h"
 #include "capture/live/libcamera/messages.h"
 #include "capture/live/parameters.h"
