@@ -25,4 +25,17 @@ class CameraFault : public InputError {
   using InputError::InputError;
 };
 
+/// Returns the result of `action`. An error that it throws is thrown again as the same type, with `context` and ": "
+/// before its text: the file or the camera that it is about.
+template <typename Action>
+auto with_error_context(const std::string& context, const Action& action) {
+  try {
+    return action();
+  } catch (const CameraFault& e) {
+    throw CameraFault(context + ": " + e.what());
+  } catch (const InputError& e) {
+    throw InputError(context + ": " + e.what());
+  }
+}
+
 }  // namespace lumigraft::capture

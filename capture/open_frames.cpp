@@ -1,6 +1,5 @@
 // Opens the sources that a session's URIs name. A new kind of camera is added here and in source_uri.cpp.
 #include <cmath>
-#include <map>
 
 #include "capture/error.h"
 #include "capture/live/aravis/source.h"
@@ -18,8 +17,6 @@
 namespace lumigraft::capture {
 namespace {
 
-const std::map<std::string, std::string> kNames = {{"color", "colour"}, {"depth", "depth"}, {"fisheye", "fish-eye"}};
-
 /// A stream of the session and its source.
 struct Wanted {
   std::string key;  ///< of the session file, for errors
@@ -27,7 +24,6 @@ struct Wanted {
   StreamSpec spec;
 
   bool openni() const { return uri.kind == "oni" || uri.kind == "openni2"; }
-  bool live() const { return uri.live; }
   bool same_place(const Wanted& other) const { return uri.kind == other.uri.kind && uri.rest == other.uri.rest; }
 };
 
@@ -43,77 +39,56 @@ Wanted wanted(const std::string& key, Stream stream, const Camera& camera, Strea
   return {key, *source, spec};
 }
 
-std::shared_ptr<Source> open_source(const Wanted& w, std::vector<StreamSpec> specs,
+std::shared_ptr<Source> open_source(const Wanted& w, const std::vector<StreamSpec>& specs,
                                     const std::filesystem::path& folder) {
-  try {
-    if (w.uri.kind == "images") {
-      return std::make_shared<ImageSource>(folder / w.uri.rest, w.spec);
-    }
-    if (w.uri.kind == "mkv") {
-      return std::make_shared<MkvSource>(folder / w.uri.rest, w.spec);
-    }
-    if (w.uri.kind == "oni") {
-      return std::make_shared<OniSource>((folder / w.uri.rest).string(), std::move(specs));
-    }
-    const std::string name = specs.size() > 1 ? "colour and depth" : kNames.at(w.key);
+  return with_error_context(w.key + ".source", [&]() -> std::shared_ptr<Source> {
+    const auto file = folder / w.uri.rest;
+    if (w.uri.kind == "images") return std::make_shared<ImageSource>(file, w.spec);
+    if (w.uri.kind == "mkv") return std::make_shared<MkvSource>(file, w.spec);
+    if (w.uri.kind == "oni") return std::make_shared<OniSource>(file.string(), specs);
+    const std::string name = specs.size() > 1 ? "colour and depth" : name_of(w.spec.stream);
     LivePatience patience;
     patience.silence *=
         std::max<std::size_t>(w.spec.settings.bracket_us.size(), 1);  // all frames of a bracket arrive together
-    const auto open = [w, specs = std::move(specs)]() -> std::unique_ptr<Source> {
-      if (w.uri.kind == "openni2") {
-        return std::make_unique<OpenNiSource>(OpenNiSource::Kind::device, w.uri.rest, specs);
-      }
-      if (w.uri.kind == "v4l2") {
-        return std::make_unique<V4l2Source>(w.uri.rest, w.spec);
-      }
-      if (w.uri.kind == "libcamera") {
-        return std::make_unique<LibcameraSource>(w.uri.rest, w.spec);
-      }
-      return std::make_unique<AravisSource>(w.uri.rest, w.spec);
+    const auto open = [w, specs]() -> std::unique_ptr<Source> {
+      const std::string& camera = w.uri.rest;
+      if (w.uri.kind == "openni2") return std::make_unique<OpenNiSource>(OpenNiSource::Kind::device, camera, specs);
+      if (w.uri.kind == "v4l2") return std::make_unique<V4l2Source>(camera, w.spec);
+      if (w.uri.kind == "libcamera") return std::make_unique<LibcameraSource>(camera, w.spec);
+      return std::make_unique<AravisSource>(camera, w.spec);
     };
     return std::make_shared<LiveSource>(name, open, patience);
-  } catch (const InputError& e) {
-    throw InputError(w.key + ".source: " + e.what());
-  }
+  });
 }
 
 /// Throws if a live camera does not support one of its settings.
 void check_settings(const Wanted& w) {
   const CameraSettings& s = w.spec.settings;
-  const auto refuse = [&w](const std::string& key) {
-    throw InputError(w.key + "." + key + ": found it with openni2:, allowed: gain, rate_hz, controls.exposure");
+  const auto refuse_with_openni = [&w](bool given, const std::string& key) {
+    refuse_if(w.openni() && given,
+              w.key + "." + key + ": found it with openni2:, allowed: gain, rate_hz, controls.exposure");
   };
-  if (w.openni() && s.pixel_format) {
-    refuse("pixel_format");
-  }
-  if (w.openni() && s.exposure_us) {
-    refuse("exposure_us");
-  }
+  refuse_with_openni(s.pixel_format.has_value(), "pixel_format");
+  refuse_with_openni(s.exposure_us.has_value(), "exposure_us");
   for (const auto& [name, value] : s.controls) {
-    if (w.openni() && name != "exposure") {
-      refuse("controls." + name);
-    }
+    refuse_with_openni(name != "exposure", "controls." + name);
   }
-  if (!s.bracket_us.empty() && w.uri.kind != "v4l2") {
-    throw InputError(w.key + ".bracket_us: found it with " + w.uri.kind + ":, allowed: v4l2:");
-  }
+  refuse_if(!s.bracket_us.empty() && w.uri.kind != "v4l2",
+            w.key + ".bracket_us: found it with " + w.uri.kind + ":, allowed: v4l2:");
 }
 
 void check(const std::vector<Wanted>& all) {
   for (const Wanted& w : all) {
-    if (w.live() != all.front().live()) {
-      throw InputError(w.key + ".source: found a " + (w.live() ? "device" : "recording") + " with a " +
-                       (w.live() ? "recording" : "device") +
-                       " for colour, allowed: all devices or all recordings, since their clocks are unrelated");
-    }
-    const bool fisheye = w.spec.stream == Stream::fisheye;
-    if (w.spec.stream == Stream::depth && w.live() && !w.openni()) {
-      throw InputError(w.key + ".source: found \"" + w.uri.kind + ":\", allowed of devices for depth: openni2:");
-    }
-    if (fisheye && (w.openni() || w.live()) && w.same_place(all.front())) {
-      throw InputError(w.key + ".source: found the colour camera again, allowed: a camera of its own");
-    }
-    if (w.live()) {
+    const bool live = w.uri.live;
+    const std::string where = w.key + ".source: found ";
+    refuse_if(live != all.front().uri.live,
+              where + (live ? "a device with a recording" : "a recording with a device") +
+                  " for colour, allowed: all devices or all recordings, since their clocks are unrelated");
+    refuse_if(w.spec.stream == Stream::depth && live && !w.openni(),
+              where + "\"" + w.uri.kind + ":\", allowed of devices for depth: openni2:");
+    refuse_if(w.spec.stream == Stream::fisheye && (w.openni() || live) && w.same_place(all.front()),
+              where + "the colour camera again, allowed: a camera of its own");
+    if (live) {
       check_settings(w);
     }
   }
@@ -137,7 +112,7 @@ PairedSources open_sources(const Session& session) {
   const Wanted& color_wanted = all.front();
   const bool one_device = session.depth && color_wanted.openni() && all[1].same_place(color_wanted);
   PairedSources sources;
-  sources.live = color_wanted.live();
+  sources.live = color_wanted.uri.live;
   sources.color = open_source(color_wanted,
                               one_device ? std::vector{color_wanted.spec, all[1].spec} : std::vector{color_wanted.spec},
                               session.folder);

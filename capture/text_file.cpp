@@ -19,9 +19,8 @@ void write_text(const std::filesystem::path& file, const std::string& text) {
 void make_out_folder(const std::filesystem::path& folder) {
   namespace fs = std::filesystem;
   std::error_code error;
-  if (fs::exists(folder) && (!fs::is_directory(folder) || !fs::is_empty(folder, error))) {
-    throw InputError("--out: found " + folder.string() + " in use, allowed: a folder that is new or empty");
-  }
+  refuse_if(fs::exists(folder) && (!fs::is_directory(folder) || !fs::is_empty(folder, error)),
+            "--out: found " + folder.string() + " in use, allowed: a folder that is new or empty");
   fs::create_directories(folder, error);
   if (error) throw InputError("--out: " + folder.string() + ": " + error.message());
 }

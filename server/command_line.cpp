@@ -5,14 +5,11 @@
 #include <limits>
 
 #include "capture/error.h"
+#include "capture/message_text.h"
 #include "server/metrics/version.h"
 
 namespace lumigraft::server {
 namespace {
-
-bool asks_for_keys(const std::vector<std::string>& overrides) {
-  return std::find(overrides.begin(), overrides.end(), "help") != overrides.end();
-}
 
 void check_overrides(const std::vector<std::string>& overrides) {
   for (const std::string& line : overrides) {
@@ -24,11 +21,6 @@ void check_overrides(const std::vector<std::string>& overrides) {
 
 void need(bool there, const std::string& command, const std::string& what) {
   capture::refuse_if(!there, command + ": " + what + " must be there (lumigraft " + command + " --help)");
-}
-
-std::string without_line_breaks(std::string text) {
-  std::replace(text.begin(), text.end(), '\n', ' ');
-  return text;
 }
 
 }  // namespace
@@ -153,7 +145,7 @@ CommandLine parse_command_line(int argc, const char* const* argv) {
   } catch (const CLI::CallForVersion&) {
     return PrintCommand{version_line() + "\n"};
   } catch (const CLI::ParseError& e) {
-    throw capture::InputError(without_line_breaks(e.what()) + " (lumigraft --help)");
+    throw capture::InputError(capture::on_one_line(e.what()) + " (lumigraft --help)");
   }
 
   if (doctor_app.parsed()) {
@@ -163,7 +155,7 @@ CommandLine parse_command_line(int argc, const char* const* argv) {
     return devices;
   }
   for (const auto* overrides : set) {
-    if (asks_for_keys(*overrides)) {
+    if (std::find(overrides->begin(), overrides->end(), "help") != overrides->end()) {
       return PrintCommand{settable_keys()};
     }
     check_overrides(*overrides);
@@ -200,9 +192,8 @@ CommandLine parse_command_line(int argc, const char* const* argv) {
     const bool pictures = !calibrate.files.session.empty() || !calibrate.files.config.empty() ||
                           !calibrate.color.empty() || !calibrate.fisheye.empty();
     const bool sweep = !calibrate.sweep.empty();
-    if (!calibrate.listen.empty() && calibrate.files.session.empty() && calibrate.files.config.empty()) {
-      throw capture::InputError("calibrate: --listen goes with SESSION or --config FILE (lumigraft calibrate --help)");
-    }
+    capture::refuse_if(!calibrate.listen.empty() && calibrate.files.session.empty() && calibrate.files.config.empty(),
+                       "calibrate: --listen goes with SESSION or --config FILE (lumigraft calibrate --help)");
     need(sweep ? calibrate.board.empty() && !pictures && !calibrate.out.empty()
                : !calibrate.board.empty() && pictures != calibrate.out.empty() && (pictures || !calibrate.draw.empty()),
          "calibrate",

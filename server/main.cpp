@@ -1,13 +1,14 @@
 // lumigraft: dispatches the command line and maps exceptions to exit codes:
 //   0 done, 1 failed while running, 2 the input or the command line is wrong
-#include <algorithm>
 #include <atomic>
 #include <csignal>
 #include <exception>
 #include <iostream>
 #include <string>
+#include <utility>
 
 #include "capture/error.h"
+#include "capture/message_text.h"
 #include "server/command_line.h"
 #include "server/commands/devices.h"
 #include "server/commands/doctor.h"
@@ -18,13 +19,10 @@ namespace {
 
 std::atomic<bool> interrupted = false;
 
-/// Joins a message into one line: messages of libraries may contain line breaks.
+/// Messages of libraries may contain line breaks.
 std::string one_line(std::string text) {
-  while (!text.empty() && text.back() == '\n') {
-    text.pop_back();
-  }
-  std::replace(text.begin(), text.end(), '\n', ' ');
-  return text;
+  text.erase(text.find_last_not_of('\n') + 1);
+  return capture::on_one_line(std::move(text));
 }
 
 int run(int argc, char** argv) {

@@ -18,10 +18,9 @@ inline std::string serial_in(const std::string& source) {
 
 /// Throws InputError if the serial numbers differ. Either may be empty: not known.
 inline void check_serial(const std::string& found, const std::string& allowed) {
-  if (!found.empty() && !allowed.empty() && found != allowed) {
-    throw InputError("found the camera with the serial number \"" + found + "\", allowed: \"" + allowed +
-                     "\", which the session or its calibration is for");
-  }
+  refuse_if(!found.empty() && !allowed.empty() && found != allowed,
+            "found the camera with the serial number \"" + found + "\", allowed: \"" + allowed +
+                "\", which the session or its calibration is for");
 }
 
 }  // namespace lumigraft::capture

@@ -80,8 +80,7 @@ RadianceImage merge_bracket(const std::vector<std::shared_ptr<const Frame>>& fra
     if (!frame->radiance.empty() || frames.size() == 1) return to_radiance(*frame, response);
     sorted.push_back(frame);
   }
-  std::stable_sort(sorted.begin(), sorted.end(),
-                   [](const auto& a, const auto& b) { return a->exposure < b->exposure; });
+  std::ranges::stable_sort(sorted, {}, [](const auto& frame) { return frame->exposure; });
 
   std::vector<std::array<std::array<double, 256>, 3>> weights;
   weights.reserve(sorted.size());

@@ -2,6 +2,7 @@
 
 #include <fstream>
 #include <sstream>
+#include <vector>
 
 #include "capture/camera/srgb.h"
 #include "capture/error.h"
@@ -27,9 +28,7 @@ Response Response::linear() {
 Response Response::from_file(const std::filesystem::path& path) {
   const std::string allowed = ", allowed: 256 lines of one or three numbers from 0 to 1 that never decrease";
   std::ifstream in(path);
-  if (!in) {
-    throw InputError(path.string() + ": found no readable file" + allowed);
-  }
+  refuse_if(!in, path.string() + ": found no readable file" + allowed);
   Response response;
   int code = 0;
   int line_number = 0;
@@ -62,13 +61,10 @@ Response Response::from_file(const std::filesystem::path& path) {
     }
     ++code;
   }
-  if (code != 256) {
-    throw InputError(path.string() + ": found " + std::to_string(code) + " lines of values" + allowed);
-  }
+  refuse_if(code != 256, path.string() + ": found " + std::to_string(code) + " lines of values" + allowed);
   for (const auto& channel : response.table_) {
-    if (!(channel[255] > channel[0])) {
-      throw InputError(path.string() + ": found a response that is the same for every code value" + allowed);
-    }
+    refuse_if(!(channel[255] > channel[0]),
+              path.string() + ": found a response that is the same for every code value" + allowed);
   }
   return response;
 }

@@ -4,8 +4,6 @@
 #include <cstdint>
 #include <filesystem>
 
-#include "capture/image.h"
-
 namespace lumigraft::capture {
 
 /// Monotonic response of an 8-bit camera. linear = exposure · radiance, clipped at 1.

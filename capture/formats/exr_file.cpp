@@ -27,16 +27,14 @@ PictureHeader header_of(const Imf::InputFile& file) {
   const Imf::ChannelList& channels = file.header().channels();
   for (const char* name : {"R", "G", "B"}) {
     const Imf::Channel* channel = channels.findChannel(name);
-    if (channel == nullptr || channel->xSampling != 1 || channel->ySampling != 1) {
-      throw InputError("found an OpenEXR file without full channels R, G and B");
-    }
+    refuse_if(channel == nullptr || channel->xSampling != 1 || channel->ySampling != 1,
+              "found an OpenEXR file without full channels R, G and B");
   }
   const Imath::Box2i window = file.header().dataWindow();
   const std::int64_t width = std::int64_t{window.max.x} - window.min.x + 1;
   const std::int64_t height = std::int64_t{window.max.y} - window.min.y + 1;
-  if (width < 1 || height < 1 || width > kMaxSide_px || height > kMaxSide_px) {
-    throw InputError("found an OpenEXR file of impossible size");
-  }
+  refuse_if(width < 1 || height < 1 || width > kMaxSide_px || height > kMaxSide_px,
+            "found an OpenEXR file of impossible size");
   return {PictureHeader::Format::exr, static_cast<int>(width), static_cast<int>(height), 32};
 }
 

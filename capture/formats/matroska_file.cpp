@@ -89,18 +89,11 @@ Bytes file_header(const MatroskaTrack& track) {
 
 MatroskaFile::MatroskaFile(const std::filesystem::path& file, const MatroskaTrack& track)
     : file_(file), descriptor_(open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666)) {
-  if (descriptor_ < 0) {
+  if (descriptor_.number() < 0) {
     throw std::runtime_error(file.string() + ": " + std::generic_category().message(errno));
   }
-  try {
-    write({file_header(track)});
-  } catch (...) {
-    close(descriptor_);
-    throw;
-  }
+  write({file_header(track)});
 }
-
-MatroskaFile::~MatroskaFile() { close(descriptor_); }
 
 void MatroskaFile::append(std::int64_t time_ns, std::span<const std::uint8_t> frame, std::optional<double> exposure) {
   Bytes after;  // elements that follow the frame in its group
@@ -139,13 +132,13 @@ void MatroskaFile::write(const std::vector<std::span<const std::uint8_t>>& piece
     size += static_cast<std::int64_t>(piece.size());
   }
   for (std::int64_t done = 0; done < size;) {
-    const ssize_t written = writev(descriptor_, left.data(), static_cast<int>(left.size()));
+    const ssize_t written = writev(descriptor_.number(), left.data(), static_cast<int>(left.size()));
     if (written < 0 && errno == EINTR) continue;
     if (written <= 0) {
       const int why = written < 0 ? errno : ENOSPC;
       // Readers accept an incomplete end too, for programs that are killed; where possible it is removed.
-      if (ftruncate(descriptor_, length_) == 0) {
-        lseek(descriptor_, length_, SEEK_SET);
+      if (ftruncate(descriptor_.number(), length_) == 0) {
+        lseek(descriptor_.number(), length_, SEEK_SET);
       }
       throw std::runtime_error(file_.string() + ": " + std::generic_category().message(why));
     }

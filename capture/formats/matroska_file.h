@@ -12,6 +12,8 @@
 #include <string>
 #include <vector>
 
+#include "capture/descriptor.h"
+
 namespace lumigraft::capture {
 
 namespace matroska {
@@ -71,9 +73,6 @@ class MatroskaFile {
 
   /// Throws std::runtime_error.
   MatroskaFile(const std::filesystem::path& file, const MatroskaTrack& track);
-  ~MatroskaFile();
-  MatroskaFile(const MatroskaFile&) = delete;
-  MatroskaFile& operator=(const MatroskaFile&) = delete;
 
   /// `time_ns` is not negative; `exposure`, if given, is stored with the frame. Throws std::runtime_error if writing
   /// fails; the file then ends with the previous frame.
@@ -83,7 +82,7 @@ class MatroskaFile {
   void write(const std::vector<std::span<const std::uint8_t>>& pieces);
 
   std::filesystem::path file_;
-  int descriptor_ = -1;
+  Descriptor descriptor_;
   std::int64_t length_ = 0;  ///< bytes up to the end of the last complete frame
 };
 

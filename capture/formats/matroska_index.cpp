@@ -13,6 +13,7 @@ namespace {
 using namespace matroska;
 
 constexpr std::uint64_t kUnknown = std::numeric_limits<std::uint64_t>::max();
+constexpr auto kLatest = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
 
 struct Element {
   std::uint64_t id = 0;
@@ -43,7 +44,6 @@ class ElementReader {
       return true;
     });
     const std::optional<FrameTimes> frames = all && last ? frames_of(*last) : std::nullopt;
-    constexpr auto kLatest = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
     if (!frames || scale == 0 || frames->newest > kLatest / scale) return std::nullopt;
     return static_cast<std::int64_t>(frames->newest * scale);
   }
@@ -54,7 +54,6 @@ class ElementReader {
     const bool all = for_each_top_level([&](const Element& element, std::uint64_t at) {
       if (element.id != kCluster) return true;
       const std::optional<FrameTimes> frames = frames_of(element);
-      constexpr auto kLatest = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
       if (!frames || frames->oldest > frames->newest || frames->newest > kLatest ||
           (!out.empty() && frames->oldest <= newest)) {
         return false;

@@ -37,9 +37,8 @@ std::optional<std::int64_t> parse_seconds(std::string_view text) {
 std::vector<ListedPicture> read_picture_list(const std::filesystem::path& list, const ListRules& rules) {
   std::error_code error;
   std::ifstream in(list);
-  if (!in || !std::filesystem::is_regular_file(list, error)) {
-    throw InputError(list.string() + ": found no readable file, allowed: a list of pictures");
-  }
+  refuse_if(!in || !std::filesystem::is_regular_file(list, error),
+            list.string() + ": found no readable file, allowed: a list of pictures");
   const std::string allowed = std::string(", allowed: \"timestamp_s path") + (rules.exposures ? " [exposure]\"" : "\"");
   std::vector<ListedPicture> pictures;
   int line_number = 0;

@@ -1,20 +1,8 @@
 #include "capture/formats/rgb_frame.h"
 
-extern "C" {
-#include <libavutil/frame.h>
-#include <libswscale/swscale.h>
-}
-
 #include <cstring>
 
 namespace lumigraft::capture {
-namespace {
-
-constexpr int kVector_bytes = 64;  ///< the widest that libswscale writes at once
-
-}  // namespace
-
-void RgbFrame::FreeScaler::operator()(SwsContext* p) const { sws_freeContext(p); }
 
 Image<std::uint8_t> RgbFrame::convert(const AVFrame& frame, bool full_range) {
   const auto format = static_cast<AVPixelFormat>(frame.format);
@@ -29,18 +17,16 @@ Image<std::uint8_t> RgbFrame::convert(const AVFrame& frame, bool full_range) {
   const int row_bytes = 3 * frame.width;
   // libswscale writes whole vectors. Where rows are whole vectors, too, it writes the image itself; others are padded
   // and copied.
-  if (row_bytes % kVector_bytes == 0) {
-    std::uint8_t* planes[4] = {rgb.data.data(), nullptr, nullptr, nullptr};
-    const int strides[4] = {row_bytes, 0, 0, 0};
-    sws_scale(scaler_.get(), frame.data, frame.linesize, 0, frame.height, planes, strides);
-    return rgb;
-  }
+  constexpr int kVector_bytes = 64;  // the widest that libswscale writes at once
   const int stride = (row_bytes + kVector_bytes - 1) / kVector_bytes * kVector_bytes;
-  padded_.resize(static_cast<std::size_t>(stride) * frame.height + kVector_bytes);
-  std::uint8_t* planes[4] = {padded_.data(), nullptr, nullptr, nullptr};
+  const bool direct = stride == row_bytes;
+  if (!direct) {
+    padded_.resize(static_cast<std::size_t>(stride) * frame.height + kVector_bytes);
+  }
+  std::uint8_t* planes[4] = {direct ? rgb.data.data() : padded_.data(), nullptr, nullptr, nullptr};
   const int strides[4] = {stride, 0, 0, 0};
   sws_scale(scaler_.get(), frame.data, frame.linesize, 0, frame.height, planes, strides);
-  for (int y = 0; y < frame.height; ++y) {
+  for (int y = 0; y < frame.height && !direct; ++y) {
     std::memcpy(&rgb.at(0, y), padded_.data() + static_cast<std::ptrdiff_t>(y) * stride,
                 static_cast<std::size_t>(row_bytes));
   }

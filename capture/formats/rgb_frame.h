@@ -1,13 +1,10 @@
 #pragma once
 // Converts libav's decoded frames to RGB. Included by .cpp files alone.
 #include <cstdint>
-#include <memory>
 #include <vector>
 
+#include "capture/formats/libav_pointers.h"
 #include "capture/image.h"
-
-struct AVFrame;
-struct SwsContext;
 
 namespace lumigraft::capture {
 
@@ -17,10 +14,7 @@ class RgbFrame {
   Image<std::uint8_t> convert(const AVFrame& frame, bool full_range);
 
  private:
-  struct FreeScaler {
-    void operator()(SwsContext* p) const;
-  };
-  std::unique_ptr<SwsContext, FreeScaler> scaler_;
+  LibavScaler scaler_;
   std::vector<std::uint8_t> padded_;
 };
 

@@ -7,9 +7,7 @@ namespace lumigraft::capture {
 void find_same_hardware(std::vector<CameraListing>& cameras) {
   for (CameraListing& one : cameras) {
     for (const CameraListing& other : cameras) {
-      const bool shared = std::any_of(one.nodes.begin(), one.nodes.end(), [&](const std::string& node) {
-        return std::find(other.nodes.begin(), other.nodes.end(), node) != other.nodes.end();
-      });
+      const bool shared = std::ranges::find_first_of(one.nodes, other.nodes) != one.nodes.end();
       if (shared && &one != &other) {
         one.same_hardware.push_back(other.source);
       }

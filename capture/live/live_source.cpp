@@ -8,11 +8,6 @@
 #include "capture/live/thread_priority.h"
 
 namespace lumigraft::capture {
-namespace {
-
-using Clock = std::chrono::steady_clock;
-
-}  // namespace
 
 LiveSource::LiveSource(std::string name, Open open, LivePatience patience)
     : name_(std::move(name)), open_(std::move(open)), patience_(patience) {

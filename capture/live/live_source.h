@@ -44,6 +44,8 @@ class LiveSource : public Source {
   std::string serial() const override;
 
  private:
+  using Clock = std::chrono::steady_clock;
+
   void run(const std::stop_token& stop);
   void read_frames(const std::stop_token& stop);
   void accept(SourceItem item);
@@ -60,7 +62,7 @@ class LiveSource : public Source {
   std::vector<SourceItem> bracket_;                         ///< incomplete bracket
   std::array<std::uint64_t, 3> first_sequence_{};           ///< by Stream: added to the device's numbers
   std::array<std::uint64_t, 3> next_sequence_{}, start_{};  ///< start_: next_sequence_ when the device was opened
-  std::optional<std::chrono::steady_clock::time_point> settling_since_;
+  std::optional<Clock::time_point> settling_since_;
   int clock_frames_ = 0;  ///< frames since the device was opened, up to LiveParameters::clock_frames
   // Shared between threads:
   mutable std::mutex mutex_;

@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "capture/formats/pixel_format.h"
+
 namespace lumigraft::capture {
 
 struct LiveParameters {
@@ -57,6 +59,13 @@ struct OpenNiParameters {
   std::uintmax_t min_frame_bytes = 20;  ///< in a recording: more frames than the file can contain are repetitions
   std::chrono::milliseconds player_pause{25};  ///< for its thread to leave the list of streams, visited every 10 ms
 };
+
+/// Order in which V4L2 and libcamera choose a format if the session names none: colour before grey, uncompressed before
+/// JPEG, and interpolated colour before Bayer.
+inline constexpr PixelFormat kPreferredFormats[] = {
+    PixelFormat::yuyv,        PixelFormat::nv12,        PixelFormat::rgb8,        PixelFormat::bgr8,
+    PixelFormat::bayer_rggb8, PixelFormat::bayer_bggr8, PixelFormat::bayer_gbrg8, PixelFormat::bayer_grbg8,
+    PixelFormat::mjpeg,       PixelFormat::grey8,       PixelFormat::grey16};
 
 inline constexpr LiveParameters kLiveParameters{};
 inline constexpr V4l2Parameters kV4l2Parameters{};

@@ -23,8 +23,6 @@ class RealtimeScope {
  public:
   RealtimeScope();
   ~RealtimeScope();
-  RealtimeScope(const RealtimeScope&) = delete;
-  RealtimeScope& operator=(const RealtimeScope&) = delete;
 
  private:
   int policy_before_;

@@ -6,11 +6,6 @@
 #include "capture/record/parameters.h"
 
 namespace lumigraft::capture {
-namespace {
-
-constexpr std::size_t kMaxQueued = kRecordParameters.queue_frames;
-
-}  // namespace
 
 RecordingLanes::RecordingLanes(const SessionText& text, const Session& session, const std::filesystem::path& folder,
                                bool background)
@@ -26,6 +21,7 @@ RecordingLanes::~RecordingLanes() { finish(); }
 void RecordingLanes::put(SourceItem item, bool live) {
   Lane& lane = lanes_[static_cast<std::size_t>(stream_of(item))];
   const std::uint64_t sequence = stamp_of(item).sequence;
+  constexpr std::size_t kMaxQueued = kRecordParameters.queue_frames;
   std::unique_lock lock(lane.mutex);
   if (lane.next_sequence && sequence > *lane.next_sequence) {
     lane.count.lost += sequence - *lane.next_sequence;

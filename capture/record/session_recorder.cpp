@@ -16,15 +16,14 @@ constexpr std::array kTables = {"color", "depth", "fisheye"};
 
 std::size_t at(Stream stream) { return static_cast<std::size_t>(stream); }
 
-StreamSpec spec_of(Stream stream, const Session& session) {
-  const CameraModel& model = stream == Stream::color   ? session.color.model
-                             : stream == Stream::depth ? session.depth->model
-                                                       : session.fisheye->model;
-  StreamSpec spec{.stream = stream, .width = model.width, .height = model.height};
-  if (stream != Stream::depth) {
-    spec.exposure = stream == Stream::color ? session.color.exposure : session.fisheye->exposure;
-  }
-  return spec;
+/// Empty if the session has no such camera.
+std::optional<StreamSpec> spec_of(Stream stream, const Session& session) {
+  const auto spec = [stream](const CameraModel& model, double exposure = 1.0) {
+    return StreamSpec{.stream = stream, .width = model.width, .height = model.height, .exposure = exposure};
+  };
+  if (stream == Stream::color) return spec(session.color.model, session.color.exposure);
+  if (stream == Stream::depth) return session.depth ? std::optional(spec(session.depth->model)) : std::nullopt;
+  return session.fisheye ? std::optional(spec(session.fisheye->model, session.fisheye->exposure)) : std::nullopt;
 }
 
 /// Copies the keys of the calibration file into the session's own tables.
@@ -78,13 +77,12 @@ SessionRecorder::SessionRecorder(const SessionText& text, const Session& session
       folder_(std::move(folder)) {
   make_out_folder(folder_);
   for (const Stream stream : kStreams) {
-    if (stream == Stream::color ||
-        (stream == Stream::depth ? session.depth.has_value() : session.fisheye.has_value())) {
+    if (const std::optional<StreamSpec> spec = spec_of(stream, session)) {
       const std::string file = std::string(kTables[at(stream)]) + ".mkv";
-      streams_[at(stream)] = std::make_unique<StreamRecorder>(folder_ / file, spec_of(stream, session), coding);
+      streams_[at(stream)] = std::make_unique<StreamRecorder>(folder_ / file, *spec, coding);
     }
   }
-  if (session.depth && coding == DepthCoding::uncompressed) {
+  if (coding == DepthCoding::uncompressed) {
     uncompressed_depth_ = spec_of(Stream::depth, session);
   }
 }

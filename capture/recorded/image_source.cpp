@@ -9,11 +9,7 @@ ImageSource::ImageSource(const std::filesystem::path& list, const StreamSpec& sp
   const bool depth = spec.stream == Stream::depth;
   pictures_ = read_picture_list(list, {.exposures = !depth, .brackets = spec.stream == Stream::fisheye});
   const auto naming_line = [&list](const ListedPicture& picture, const auto& action) {
-    try {
-      action();
-    } catch (const InputError& e) {
-      throw InputError(list.string() + ":" + std::to_string(picture.line) + ": " + picture.name + ": " + e.what());
-    }
+    with_error_context(list.string() + ":" + std::to_string(picture.line) + ": " + picture.name, action);
   };
   const ListedPicture* before = nullptr;
   std::map<std::filesystem::path, PictureHeader> headers;
@@ -37,10 +33,9 @@ void ImageSource::require(const PictureHeader& header) const {
   refuse_if(header.width != spec_.width || header.height != spec_.height,
             "found " + size_text(header.width, header.height) + ", allowed: " + size_text(spec_.width, spec_.height));
   if (spec_.stream == Stream::depth) {
-    if (header.holds_radiance() || header.bits != 16 || !header.gray) {
-      throw InputError("found " + std::to_string(header.bits) + " bits a channel" + (header.gray ? "" : " in colour") +
-                       ", allowed: 16-bit grey PNG for depth");
-    }
+    refuse_if(header.holds_radiance() || header.bits != 16 || !header.gray,
+              "found " + std::to_string(header.bits) + " bits a channel" + (header.gray ? "" : " in colour") +
+                  ", allowed: 16-bit grey PNG for depth");
   } else if (!header.holds_radiance() && header.bits != 8) {
     throw InputError("found " + std::to_string(header.bits) + " bits a channel, allowed: 8-bit PNG, EXR or HDR");
   }

@@ -49,9 +49,8 @@ class MkvSource::Reader {
     AVFormatContext* format = nullptr;
     // "file:" prevents names like http://... from being opened as URLs; the demuxer is given, so no other one is tried.
     const std::string url = "file:" + file.string();
-    if (avformat_open_input(&format, url.c_str(), av_find_input_format("matroska"), nullptr) < 0) {
-      throw InputError("found no readable Matroska file");
-    }
+    refuse_if(avformat_open_input(&format, url.c_str(), av_find_input_format("matroska"), nullptr) < 0,
+              "found no readable Matroska file");
     format_.reset(format);
     refuse_if(avformat_find_stream_info(format, nullptr) < 0, "found a Matroska file whose streams cannot be read");
     stream_ = av_find_best_stream(format, AVMEDIA_TYPE_VIDEO, -1, -1, nullptr, 0);
@@ -60,28 +59,24 @@ class MkvSource::Reader {
     const bool depth = spec.stream == Stream::depth;
     const bool camera_format =
         parameters->codec_id == AV_CODEC_ID_RAWVIDEO || (!depth && parameters->codec_id == AV_CODEC_ID_MJPEG);
-    if (parameters->codec_id != AV_CODEC_ID_FFV1 && !camera_format) {
-      throw InputError(std::string("found codec ") + avcodec_get_name(parameters->codec_id) +
-                       ", allowed: " + (depth ? "ffv1, rawvideo" : "ffv1, mjpeg, rawvideo"));
-    }
-    if (parameters->width != spec.width || parameters->height != spec.height) {
-      throw InputError("found " + size_text(parameters->width, parameters->height) +
-                       ", allowed: " + size_text(spec.width, spec.height));
-    }
+    refuse_if(parameters->codec_id != AV_CODEC_ID_FFV1 && !camera_format,
+              std::string("found codec ") + avcodec_get_name(parameters->codec_id) +
+                  ", allowed: " + (depth ? "ffv1, rawvideo" : "ffv1, mjpeg, rawvideo"));
+    refuse_if(parameters->width != spec.width || parameters->height != spec.height,
+              "found " + size_text(parameters->width, parameters->height) +
+                  ", allowed: " + size_text(spec.width, spec.height));
     if (parameters->codec_id == AV_CODEC_ID_RAWVIDEO) {
       std::array<char, 4> fourcc{};
       std::memcpy(fourcc.data(), &parameters->codec_tag, fourcc.size());
       uncompressed_ = pixel_format_of(fourcc);
-      if (!uncompressed_ || !bytes_of(*uncompressed_, spec.width, spec.height) ||
-          (depth && *uncompressed_ != PixelFormat::grey16)) {
-        throw InputError("found uncompressed video in a format or size that no camera here gives");
-      }
+      refuse_if(!uncompressed_ || !bytes_of(*uncompressed_, spec.width, spec.height) ||
+                    (depth && *uncompressed_ != PixelFormat::grey16),
+                "found uncompressed video in a format or size that no camera here gives");
     }
     const AVCodec* codec = avcodec_find_decoder(parameters->codec_id);
     codec_.reset(avcodec_alloc_context3(codec));
-    if (codec_ == nullptr || avcodec_parameters_to_context(codec_.get(), parameters) < 0) {
-      throw InputError("found a stream that cannot be decoded");
-    }
+    refuse_if(codec_ == nullptr || avcodec_parameters_to_context(codec_.get(), parameters) < 0,
+              "found a stream that cannot be decoded");
     codec_->err_recognition = AV_EF_CRCCHECK | AV_EF_BITSTREAM | AV_EF_BUFFER | AV_EF_EXPLODE;
     refuse_if(avcodec_open2(codec_.get(), codec, nullptr) < 0, "found a stream that cannot be decoded");
     if (!frame_ || !packet_) {
@@ -288,7 +283,7 @@ class MkvSource::Reader {
 };
 
 MkvSource::MkvSource(const std::filesystem::path& file, const StreamSpec& spec) : file_(file), spec_(spec) {
-  try {
+  with_error_context(file.string(), [&] {
     reader_ = std::make_unique<Reader>(file, spec);
     ahead_ = reader_->next();
     refuse_if(!ahead_, "found a Matroska file without a picture");
@@ -296,9 +291,7 @@ MkvSource::MkvSource(const std::filesystem::path& file, const StreamSpec& spec) 
       throw InputError("first picture: " + lost->reason);
     }
     first_time_ns_ = stamp_of(*ahead_).time_ns;
-  } catch (const InputError& e) {
-    throw InputError(file.string() + ": " + e.what());
-  }
+  });
 }
 
 MkvSource::~MkvSource() = default;
@@ -319,10 +312,6 @@ void MkvSource::skip_to(std::int64_t time_ns) {
     ahead_ = reader_->next();
   }
 }
-
-std::optional<std::int64_t> MkvSource::last_time_ns() const { return matroska_end_ns(file_); }
-
-bool MkvSource::finished() const { return !ahead_; }
 
 void MkvSource::rewind() {
   // Opened again instead of sought, so that the decoder starts in the same state as the first time.

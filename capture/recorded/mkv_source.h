@@ -18,10 +18,10 @@ class MkvSource : public Source, public Seekable {
   ~MkvSource() override;
 
   std::optional<SourceItem> next(std::chrono::milliseconds timeout) override;
-  bool finished() const override;
+  bool finished() const override { return !ahead_; }
   void rewind() override;
   std::int64_t first_time_ns() const override { return first_time_ns_; }
-  std::optional<std::int64_t> last_time_ns() const override;
+  std::optional<std::int64_t> last_time_ns() const override { return matroska_end_ns(file_); }
   void skip_to(std::int64_t time_ns) override;
 
  private:

@@ -77,9 +77,7 @@ void play(const std::string& file, const std::vector<StreamSpec>& specs) {
   alarm(kMaxPause_s);
   OpenNiSource source(OpenNiSource::Kind::recording, file, specs);
   alarm(0);
-  OniMessage opened;
-  opened.kind = OniMessage::Kind::opened;
-  send(opened);
+  send(OniMessage{.kind = OniMessage::Kind::opened});
   while (!source.finished()) {
     alarm(kMaxPause_s);
     const std::optional<SourceItem> item = source.next(std::chrono::milliseconds(0));

@@ -5,10 +5,10 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
 #include <span>
 
+#include "capture/descriptor.h"
 #include "capture/error.h"
 #include "capture/live/helper_process.h"
 #include "capture/message_text.h"
@@ -22,27 +22,15 @@ using Bytes = std::span<std::uint8_t>;
 
 /// A pipe: this process reads, the helper writes.
 struct Pipe {
-  Pipe() {
-    if (pipe2(ends, O_CLOEXEC) != 0) {
-      throw InputError(std::string("found no pipe to read it through: ") + std::strerror(errno));
-    }
-    fcntl(ends[0], F_SETPIPE_SZ, kRecordedParameters.oni_pipe_bytes);  // if not permitted, it is only slower
-  }
-  ~Pipe() {
-    close(ends[0]);
-    close_write_end();
-  }
-  Pipe(const Pipe&) = delete;
-  Pipe& operator=(const Pipe&) = delete;
-  void close_write_end() {
-    if (ends[1] >= 0) {
-      close(ends[1]);
-      ends[1] = -1;
-    }
-  }
-
-  int ends[2] = {-1, -1};
+  Descriptor read_end, write_end;
 };
+
+Pipe open_pipe() {
+  int ends[2];
+  refuse_if(pipe2(ends, O_CLOEXEC) != 0, std::string("found no pipe to read it through: ") + std::strerror(errno));
+  fcntl(ends[0], F_SETPIPE_SZ, kRecordedParameters.oni_pipe_bytes);  // if not permitted, it is only slower
+  return {Descriptor(ends[0]), Descriptor(ends[1])};
+}
 
 std::vector<std::string> helper_arguments(const std::string& file, const std::vector<StreamSpec>& specs) {
   std::vector<std::string> arguments = {file};
@@ -59,8 +47,8 @@ std::vector<std::string> helper_arguments(const std::string& file, const std::ve
 class OniSource::Reader {
  public:
   Reader(const std::string& file, const std::vector<StreamSpec>& specs)
-      : specs_(specs), process_("lumigraft_oni", helper_arguments(file, specs), pipe_.ends[1], kOniPipe) {
-    pipe_.close_write_end();
+      : specs_(specs), process_("lumigraft_oni", helper_arguments(file, specs), pipe_.write_end.number(), kOniPipe) {
+    pipe_.write_end = Descriptor();  // so that reading ends with the helper
     OniMessage opened;
     if (!receive({reinterpret_cast<std::uint8_t*>(&opened), sizeof opened})) {
       throw InputError(file + ": found a recording that crashes OpenNI2: " + exit_reason());
@@ -101,11 +89,11 @@ class OniSource::Reader {
   /// Fills `bytes`; false if the helper has ended or does not answer.
   bool receive(Bytes bytes) {
     while (!bytes.empty()) {
-      pollfd waiting{pipe_.ends[0], POLLIN, 0};
+      pollfd waiting{pipe_.read_end.number(), POLLIN, 0};
       const int ready = poll(&waiting, 1, static_cast<int>(kRecordedParameters.oni_timeout.count()));
       if (ready < 0 && errno == EINTR) continue;
       silent_ = ready == 0;
-      const ssize_t got = ready > 0 ? read(pipe_.ends[0], bytes.data(), bytes.size()) : 0;
+      const ssize_t got = ready > 0 ? read(waiting.fd, bytes.data(), bytes.size()) : 0;
       if (got <= 0) return false;
       bytes = bytes.subspan(static_cast<std::size_t>(got));
     }
@@ -124,7 +112,7 @@ class OniSource::Reader {
   }
 
   std::vector<StreamSpec> specs_;
-  Pipe pipe_;
+  Pipe pipe_ = open_pipe();
   HelperProcess process_;
   Stamp last_;
   Stream last_stream_ = Stream::color;

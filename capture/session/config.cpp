@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "capture/error.h"
+#include "capture/message_text.h"
 #include "capture/session/config_override.h"
 
 namespace lumigraft::capture {
@@ -58,6 +59,12 @@ using config_detail::join;
 using config_detail::number_text;
 using config_detail::was_overridden;
 
+/// Empty for null, infinity and other types.
+std::optional<double> finite_number(const toml::node* node) {
+  const auto value = node != nullptr && node->is_number() ? node->value<double>() : std::nullopt;
+  return value && std::isfinite(*value) ? value : std::nullopt;
+}
+
 std::string range_text(const char* kind, const std::string& low, const std::string& high) {
   return std::string(kind) + " from " + low + " to " + high;
 }
@@ -70,9 +77,8 @@ ConfigTable::ConfigTable(std::shared_ptr<Document> document, std::shared_ptr<Nod
 ConfigTable ConfigTable::load(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
   std::error_code error;
   std::ifstream in(file, std::ios::binary);
-  if (!in || std::filesystem::is_directory(file, error)) {
-    throw InputError(file.string() + ": found no readable file, allowed: a TOML file");
-  }
+  refuse_if(!in || std::filesystem::is_directory(file, error),
+            file.string() + ": found no readable file, allowed: a TOML file");
   std::stringstream text;
   text << in.rdbuf();
   return parse(text.str(), file.string(), overrides);
@@ -86,9 +92,7 @@ ConfigTable ConfigTable::parse(std::string_view text, const std::string& name,
     document->root = toml::parse(text);
   } catch (const toml::parse_error& e) {
     const std::string line = e.source().begin ? ":" + std::to_string(e.source().begin.line) : "";
-    std::string what(e.description());
-    std::replace(what.begin(), what.end(), '\n', ' ');
-    throw InputError(name + line + ": found a TOML error: " + what);
+    throw InputError(name + line + ": found a TOML error: " + on_one_line(std::string(e.description())));
   }
   for (const std::string& line : overrides) {
     apply_override(document->root, line, document->overridden);
@@ -148,8 +152,8 @@ const std::vector<std::string>& ConfigTable::warnings() const { return document_
 
 double ConfigTable::number(std::string_view key, double low, double high) const {
   const toml::node* node = node_->lookup(key);
-  const std::optional<double> value = node != nullptr && node->is_number() ? node->value<double>() : std::nullopt;
-  if (!value || !std::isfinite(*value) || *value < low || *value > high) {
+  const std::optional<double> value = finite_number(node);
+  if (!value || *value < low || *value > high) {
     const bool bounded = std::isfinite(low) && std::isfinite(high);
     fail(key,
          found_text(node) + ", allowed: " +
@@ -223,8 +227,8 @@ std::vector<double> ConfigTable::numbers(std::string_view key, std::size_t min_c
   }
   std::vector<double> out;
   for (const toml::node& element : *array) {
-    const std::optional<double> value = element.is_number() ? element.value<double>() : std::nullopt;
-    if (!value || !std::isfinite(*value)) {
+    const std::optional<double> value = finite_number(&element);
+    if (!value) {
       fail(key, found_text(&element) + " in the array" + allowed);
     }
     out.push_back(*value);
@@ -245,8 +249,8 @@ std::vector<double> ConfigTable::rigid_transform(std::string_view key) const {
       fail(key, found_text(&row) + " as a row" + allowed);
     }
     for (const toml::node& element : *row.as_array()) {
-      const std::optional<double> value = element.is_number() ? element.value<double>() : std::nullopt;
-      if (!value || !std::isfinite(*value)) {
+      const std::optional<double> value = finite_number(&element);
+      if (!value) {
         fail(key, found_text(&element) + " in the matrix" + allowed);
       }
       out.push_back(*value);
@@ -319,10 +323,7 @@ std::filesystem::path ConfigTable::folder() const {
 void ConfigTable::finish() const {
   for (const auto& [key, value] : *node_->table) {
     if (node_->read.count(key.str()) == 0) {
-      std::string allowed;
-      for (const std::string& name : node_->allowed) {
-        allowed += (allowed.empty() ? "" : ", ") + name;
-      }
+      const std::string allowed = listed({node_->allowed.begin(), node_->allowed.end()});
       fail(key.str(), "found an unknown key, allowed: " + (allowed.empty() ? "none" : allowed));
     }
   }

@@ -53,9 +53,8 @@ std::vector<std::string> split_key(const std::string& key) {
     parts.push_back(part);
   }
   const bool empty_part = std::any_of(parts.begin(), parts.end(), [](const std::string& p) { return p.empty(); });
-  if (parts.empty() || empty_part || key.back() == '.') {
-    throw InputError("--set " + in_quotes(key) + ": found an empty key, allowed: KEY=VALUE with a dotted key");
-  }
+  refuse_if(parts.empty() || empty_part || key.back() == '.',
+            "--set " + in_quotes(key) + ": found an empty key, allowed: KEY=VALUE with a dotted key");
   return parts;
 }
 
@@ -105,9 +104,8 @@ void apply_override(toml::table& root, const std::string& line, std::set<std::st
     at = descend(at, parts[i], key);
   }
   toml::table* table = at->as_table();
-  if (table == nullptr) {
-    throw InputError("--set " + key + ": " + found_text(at) + " in place of a table, allowed: a key of a table");
-  }
+  refuse_if(table == nullptr,
+            "--set " + key + ": " + found_text(at) + " in place of a table, allowed: a key of a table");
   const toml::table value = override_value(line.substr(equals + 1));
   table->insert_or_assign(parts.back(), *value.get("value"));
   overridden.insert(key);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <set>
 
 #include "capture/camera/camera_serial.h"
 #include "capture/formats/picture_file.h"
@@ -261,20 +262,24 @@ FisheyeCamera read_fisheye(const ConfigTable& table, const ConfigTable& lens) {
 /// Largest id of a tag family.
 int largest_id(const std::string& family) { return family == "tag36h11" ? 586 : family == "tag25h9" ? 34 : 29; }
 
-Tag read_tag(const ConfigTable& table) {
+/// Adds the tag that `key` states to `taken`; refuses it if it is there.
+void take_tag(const ConfigTable& table, std::string_view key, int id, std::set<int>& taken) {
+  if (!taken.insert(id).second) {
+    table.fail(key, "found " + std::to_string(id) + " twice, allowed: each tag once");
+  }
+}
+
+Tag read_tag(const ConfigTable& table, std::set<int>& taken) {
   Tag tag;
   tag.family = table.choice("family", {"tag36h11", "tag25h9", "tag16h5"}, "tag36h11");
   const int largest = largest_id(tag.family);
   tag.id = table.integer("id", 0, largest);
+  take_tag(table, "id", tag.id, taken);
   tag.size_m = table.number("size_m", kLimits.min_tag_size_m, kLimits.max_tag_size_m);
   for (const ConfigTable& extra_table : table.tables(table.renamed("extra", "also"))) {
     ExtraTag& extra = tag.extra.emplace_back();
     extra.id = extra_table.integer("id", 0, largest);
-    const bool taken = extra.id == tag.id || std::any_of(tag.extra.begin(), tag.extra.end() - 1,
-                                                         [&](const ExtraTag& t) { return t.id == extra.id; });
-    if (taken) {
-      extra_table.fail("id", "found " + std::to_string(extra.id) + " twice, allowed: each tag once");
-    }
+    take_tag(extra_table, "id", extra.id, taken);
     extra.size_m = extra_table.number("size_m", kLimits.min_tag_size_m, kLimits.max_tag_size_m, tag.size_m);
     const std::string_view pose = extra_table.renamed("T_tag_extra", "T_tag_also");
     if (extra_table.has(pose)) {
@@ -284,40 +289,37 @@ Tag read_tag(const ConfigTable& table) {
   return tag;
 }
 
-/// `others` are the lamps that were read before.
-TaggedLamp read_lamp(const ConfigTable& table, const Tag& tag, const std::vector<TaggedLamp>& others) {
-  TaggedLamp lamp;
-  lamp.tag_id = table.integer("tag_id", 0, largest_id(tag.family));
-  const bool taken =
-      lamp.tag_id == tag.id ||
-      std::any_of(tag.extra.begin(), tag.extra.end(), [&](const ExtraTag& t) { return t.id == lamp.tag_id; }) ||
-      std::any_of(others.begin(), others.end(), [&](const TaggedLamp& l) { return l.tag_id == lamp.tag_id; });
-  if (taken) {
-    table.fail("tag_id", "found " + std::to_string(lamp.tag_id) + " twice, allowed: each tag once");
+/// Three numbers; `allowed` describes the range in errors.
+Eigen::Vector3d read_vector(const ConfigTable& table, std::string_view key, double low, double high,
+                            const std::string& allowed) {
+  const std::vector<double> numbers = table.numbers(key, 3);
+  for (const double number : numbers) {
+    if (!(number >= low && number <= high)) {
+      table.fail(key, "found " + std::to_string(number) + ", allowed: three numbers " + allowed);
+    }
   }
+  return Eigen::Vector3d(numbers[0], numbers[1], numbers[2]);
+}
+
+TaggedLamp read_lamp(const ConfigTable& table, const std::string& family, std::set<int>& taken) {
+  TaggedLamp lamp;
+  lamp.tag_id = table.integer("tag_id", 0, largest_id(family));
+  take_tag(table, "tag_id", lamp.tag_id, taken);
   lamp.name = table.text("name", "with tag " + std::to_string(lamp.tag_id));
   lamp.tag_size_m = table.number("tag_size_m", kLimits.min_tag_size_m, kLimits.max_tag_size_m);
   lamp.radius_m = table.number("radius_m", kLimits.min_lamp_radius_m, kLimits.max_lamp_radius_m);
-  const auto vector = [&table](std::string_view key, double low, double high, const char* allowed) {
-    const std::vector<double> numbers = table.numbers(key, 3);
-    for (const double number : numbers) {
-      if (!(number >= low && number <= high)) {
-        table.fail(key, "found " + std::to_string(number) + ", allowed: three numbers " + allowed);
-      }
-    }
-    return Eigen::Vector3d(numbers[0], numbers[1], numbers[2]);
-  };
-  lamp.position_m = vector("position_m", -kLimits.max_lamp_offset_m, kLimits.max_lamp_offset_m,
-                           "from -5 to 5, metres from the middle of its tag");
+  lamp.position_m = read_vector(table, "position_m", -kLimits.max_lamp_offset_m, kLimits.max_lamp_offset_m,
+                                "from -5 to 5, metres from the middle of its tag");
   if (table.has("normal")) {
-    const Eigen::Vector3d normal = vector("normal", -1.0, 1.0, "from -1 to 1");
+    const Eigen::Vector3d normal = read_vector(table, "normal", -1.0, 1.0, "from -1 to 1");
     if (normal.norm() < 0.5) {
       table.fail("normal", "found a vector of length " + std::to_string(normal.norm()) + ", allowed: about 1");
     }
     lamp.normal = normal.normalized();
   }
   if (table.has("intensity")) {
-    lamp.intensity = vector("intensity", 0.0, kLimits.max_lamp_intensity_w_sr, "from 0 to 1000000, W/sr").cast<float>();
+    lamp.intensity =
+        read_vector(table, "intensity", 0.0, kLimits.max_lamp_intensity_w_sr, "from 0 to 1000000, W/sr").cast<float>();
     if (lamp.intensity->isZero()) {
       table.fail("intensity", "found none, allowed: what the lamp sends when it is on");
     }
@@ -332,13 +334,7 @@ RealSurface read_real_surface(const ConfigTable& table) {
   surface.roughness = static_cast<float>(table.number("roughness", 0.0, 1.0));
   surface.metallic = static_cast<float>(table.number("metallic", 0.0, 1.0));
   surface.specular = static_cast<float>(table.number("specular", 0.0, 1.0));
-  const std::vector<double> base = table.numbers("base_color", 3);
-  for (int c = 0; c < 3; ++c) {
-    if (base[c] < 0.0 || base[c] > 1.0) {
-      table.fail("base_color", "found " + std::to_string(base[c]) + ", allowed: three numbers from 0 to 1");
-    }
-    surface.base_color[c] = static_cast<float>(base[c]);
-  }
+  surface.base_color = read_vector(table, "base_color", 0.0, 1.0, "from 0 to 1").cast<float>();
   return surface;
 }
 
@@ -366,9 +362,10 @@ Session read_session(const ConfigTable& root) {
   if (calibration) {
     finish_calibration(*calibration, session);
   }
-  session.tag = read_tag(root.table("tag"));
+  std::set<int> tags;
+  session.tag = read_tag(root.table("tag"), tags);
   for (const ConfigTable& table : root.tables("lamp")) {
-    session.lamps.push_back(read_lamp(table, session.tag, session.lamps));
+    session.lamps.push_back(read_lamp(table, session.tag.family, tags));
   }
   for (const ConfigTable& table : root.tables("real_surface")) {
     session.real_surfaces.push_back(read_real_surface(table));

@@ -3,11 +3,6 @@
 #include <utility>
 
 namespace lumigraft::capture {
-namespace {
-
-constexpr std::size_t kMaxFrames = 64;  ///< bounds the loop if a source always has another frame
-
-}  // namespace
 
 FisheyeReader::FisheyeReader(std::shared_ptr<Source> source, std::int64_t offset_ns) : source_(std::move(source)) {
   lane_.offset_ns = offset_ns;
@@ -27,6 +22,7 @@ bool FisheyeReader::pull(std::chrono::milliseconds timeout) {
 
 std::optional<FisheyeReader::Result> FisheyeReader::next(std::chrono::milliseconds timeout) {
   using namespace std::chrono_literals;
+  constexpr std::size_t kMaxFrames = 64;  // bounds the loop if a source always has another frame
   if (!pull(timeout)) {
     return std::nullopt;
   }

@@ -13,12 +13,6 @@ std::string lost_text(const SourceItem& item) {
 
 }  // namespace
 
-std::string ms_text(std::int64_t ns) { return std::to_string((ns + 500'000) / 1'000'000) + " ms"; }
-
-bool is_lost(const SourceItem& item) { return std::holds_alternative<LostFrame>(item); }
-
-std::int64_t time_of(const SourceItem& item) { return stamp_of(item).time_ns; }
-
 void StreamLane::accept(SourceItem item) {
   const Stream stream = stream_of(item);
   Stamp stamp = stamp_of(item);

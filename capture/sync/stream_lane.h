@@ -12,10 +12,11 @@ namespace lumigraft::capture {
 
 constexpr std::int64_t kLatest_ns = 4'000'000'000'000'000'000;  ///< year 2096: sums with bounds cannot overflow
 
-bool is_lost(const SourceItem& item);
-std::int64_t time_of(const SourceItem& item);
+inline bool is_lost(const SourceItem& item) { return std::holds_alternative<LostFrame>(item); }
+inline std::int64_t time_of(const SourceItem& item) { return stamp_of(item).time_ns; }
 
-std::string ms_text(std::int64_t ns);  ///< for warnings, rounded
+/// For warnings, rounded.
+inline std::string ms_text(std::int64_t ns) { return std::to_string((ns + 500'000) / 1'000'000) + " ms"; }
 
 struct StreamLane {
   struct Entry {

@@ -42,9 +42,8 @@ bool contains(const std::vector<std::string>& words, const std::string& word) {
 
 void check_words(const char* option, const std::vector<std::string>& found, const std::vector<std::string>& allowed) {
   for (const std::string& word : found) {
-    if (!contains(allowed, word)) {
-      throw capture::InputError(std::string(option) + ": found \"" + word + "\", allowed: " + capture::listed(allowed));
-    }
+    capture::refuse_if(!contains(allowed, word),
+                       std::string(option) + ": found \"" + word + "\", allowed: " + capture::listed(allowed));
   }
 }
 
@@ -92,9 +91,8 @@ std::vector<NamedInput> open_sessions(const BenchCommand& command) {
 void make_folder(const fs::path& out) {
   std::error_code error;
   fs::create_directories(out, error);
-  if (error || !fs::is_directory(out)) {
-    throw capture::InputError("--out: " + out.string() + " cannot be created, allowed: a folder, existing or not");
-  }
+  capture::refuse_if(error || !fs::is_directory(out),
+                     "--out: " + out.string() + " cannot be created, allowed: a folder, existing or not");
 }
 
 void say(const BenchRow& row, std::size_t done, std::size_t all) {
@@ -170,8 +168,7 @@ bool measure_work(const BenchCommand& command, const NamedInput& session,
     if (interrupted) {
       return false;
     }
-    const auto same =
-        std::find_if(results.work.begin(), results.work.end(), [](const WorkRow& row) { return row.base; });
+    const auto same = std::ranges::find(results.work, true, &WorkRow::base);
     FrameCost cost;
     if (work.base && same != results.work.end()) {
       cost = same->cost;

@@ -52,12 +52,10 @@ std::map<std::string, reconstruct::StageCost> medians(
 
 ServiceInput open_bench_session(const fs::path& folder, const OracleParts& oracle) {
   ServiceInput input = read_service({.config = {}, .session = folder, .exhibit = {}, .overrides = {}}, replay_plan());
-  if (!fs::exists(truth_folder(input.session.folder, 0) / "augmented.exr")) {
-    throw capture::InputError(folder.string() + ": found no truth/000000/augmented.exr, allowed: a session with truth");
-  }
-  if (input.exhibit.objects.empty()) {
-    throw capture::InputError(folder.string() + ": found no object, allowed: a session with an exhibit.toml");
-  }
+  capture::refuse_if(!fs::exists(truth_folder(input.session.folder, 0) / "augmented.exr"),
+                     folder.string() + ": found no truth/000000/augmented.exr, allowed: a session with truth");
+  capture::refuse_if(input.exhibit.objects.empty(),
+                     folder.string() + ": found no object, allowed: a session with an exhibit.toml");
   capture::open_paired_frames(input.session);
   make_oracle(input.session, oracle);
   return input;

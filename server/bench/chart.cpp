@@ -74,13 +74,10 @@ Mark mark_of(std::size_t index) {
   return marks[index % marks.size()];
 }
 
-Axis::Axis(Scale scale, double low, double high, double at_low, double at_high)
-    : scale_(scale), low_(low), high_(high), at_low_(at_low), at_high_(at_high) {}
-
 double Axis::at(double value) const {
   const double fraction =
-      scale_ == Scale::linear ? (value - low_) / (high_ - low_) : std::log(value / low_) / std::log(high_ / low_);
-  return at_low_ + fraction * (at_high_ - at_low_);
+      scale == Scale::linear ? (value - low) / (high - low) : std::log(value / low) / std::log(high / low);
+  return at_low + fraction * (at_high - at_low);
 }
 
 std::vector<Tick> time_ticks(double low_ms, double high_ms, double width) {

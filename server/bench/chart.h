@@ -22,18 +22,11 @@ struct Tick {
 };
 
 /// Maps values to coordinates of the drawing.
-class Axis {
- public:
+struct Axis {
   enum class Scale { linear, logarithmic };
-  Axis(Scale scale, double low, double high, double at_low, double at_high);
+  Scale scale;
+  double low, high, at_low, at_high;
   double at(double value) const;
-  bool holds(double value) const { return value >= low_ && value <= high_; }
-  double low() const { return low_; }
-  double high() const { return high_; }
-
- private:
-  Scale scale_;
-  double low_, high_, at_low_, at_high_;
 };
 
 /// Ticks at 1, 2, 5, 10, ... in milliseconds and seconds; labels only at decades where `width` is too small for all.

@@ -12,14 +12,12 @@ namespace {
 
 constexpr double kTau = 2 * std::numbers::pi;
 
-struct EndSurface {
+struct FreeCairo {
   void operator()(cairo_surface_t* surface) const { cairo_surface_destroy(surface); }
-};
-struct EndContext {
   void operator()(cairo_t* context) const { cairo_destroy(context); }
 };
-using Surface = std::unique_ptr<cairo_surface_t, EndSurface>;
-using Context = std::unique_ptr<cairo_t, EndContext>;
+using Surface = std::unique_ptr<cairo_surface_t, FreeCairo>;
+using Context = std::unique_ptr<cairo_t, FreeCairo>;
 
 void use(cairo_t* c, const Colour& colour) { cairo_set_source_rgba(c, colour.r, colour.g, colour.b, colour.alpha); }
 

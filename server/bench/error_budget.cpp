@@ -23,14 +23,10 @@ Colour colour_of_case(std::size_t index, std::size_t count) {
 
 std::vector<BudgetCase> budget_cases() {
   std::vector<BudgetCase> cases{{"nothing", kAllTrue}};
-  const auto add = [&](const char* name, bool OracleParts::*part) {
+  for (const auto& [name, part] : kOracleParts) {
     cases.push_back({name, kAllTrue});
     cases.back().oracle.*part = false;
-  };
-  add("pose", &OracleParts::pose);
-  add("geometry", &OracleParts::geometry);
-  add("light", &OracleParts::light);
-  add("albedo", &OracleParts::albedo);
+  }
   cases.push_back({"everything", {}});
   return cases;
 }
@@ -59,8 +55,8 @@ void draw_error_budget(const BenchResults& results, const std::filesystem::path&
   Drawing drawing(kWidth, kHeight);
   const Box frame{64, 104, kWidth - 24, kHeight - 62};
   worst = round_up(1.08 * worst, 5);
-  const Axis y(Axis::Scale::linear, 0, worst, frame.bottom, frame.top);
-  const Axis x(Axis::Scale::linear, 0, static_cast<double>(sessions.size()), frame.left, frame.right);
+  const Axis y{Axis::Scale::linear, 0, worst, frame.bottom, frame.top};
+  const Axis x{Axis::Scale::linear, 0, static_cast<double>(sessions.size()), frame.left, frame.right};
   draw_frame(drawing, frame, x, {}, y, round_ticks(worst, 5), kText);
   drawing.text({frame.left - 44, 0.5 * (frame.top + frame.bottom)}, "relight_error",
                {.size = kText, .across = 0.5, .turn_degrees = -90});
@@ -83,8 +79,7 @@ void draw_error_budget(const BenchResults& results, const std::filesystem::path&
       if (row.session != sessions[s] || !std::isfinite(row.relight_error)) {
         continue;
       }
-      const auto of = std::find_if(cases.begin(), cases.end(),
-                                   [&](const BudgetCase& budget) { return budget.estimated == row.estimated; });
+      const auto of = std::ranges::find(cases, row.estimated, &BudgetCase::estimated);
       const std::size_t i = static_cast<std::size_t>(of - cases.begin());
       const double at = first + bar * static_cast<double>(i), top = y.at(row.relight_error);
       drawing.fill({at + 1.5, top, at + bar - 1.5, frame.bottom}, colour_of_case(i, cases.size()));

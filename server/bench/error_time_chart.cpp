@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -53,17 +54,14 @@ double round_up_125(double value) {
 
 Box around(const Point& p, double reach) { return {p.x - reach, p.y - reach, p.x + reach, p.y + reach}; }
 
-class MethodStyles {
- public:
-  explicit MethodStyles(const std::vector<BenchRow>& rows) : methods_(all_methods(rows)) {}
+struct MethodStyles {
+  std::vector<std::string> methods;
+
   std::size_t index_of(const std::string& method) const {
-    return static_cast<std::size_t>(std::find(methods_.begin(), methods_.end(), method) - methods_.begin());
+    return static_cast<std::size_t>(std::find(methods.begin(), methods.end(), method) - methods.begin());
   }
   Colour colour(const std::string& method) const { return colour_of(index_of(method)); }
   Mark mark(const std::string& method) const { return mark_of(index_of(method)); }
-
- private:
-  std::vector<std::string> methods_;
 };
 
 void draw_legend(Drawing& drawing, Point at, const std::vector<std::string>& methods, const MethodStyles& styles) {
@@ -105,8 +103,8 @@ void draw_errors(Drawing& drawing, const Box& frame, const std::vector<SettingMe
   }
   low = round_down_125(0.9 * std::clamp(lowest, low / 20, low)), high = round_up_125(1.1 * high),
   worst = round_up(1.05 * worst, 6);
-  const Axis x(Axis::Scale::logarithmic, low, high, frame.left, frame.right);
-  const Axis y(Axis::Scale::linear, 0, worst, frame.bottom, frame.top);
+  const Axis x{Axis::Scale::logarithmic, low, high, frame.left, frame.right};
+  const Axis y{Axis::Scale::linear, 0, worst, frame.bottom, frame.top};
   draw_frame(drawing, frame, x, time_ticks(low, high, frame.right - frame.left), y, round_ticks(worst, 6), kText);
   drawing.text({0.5 * (frame.left + frame.right), frame.bottom + 38},
                kind == CostKind::cpu ? "CPU time of a frame, the object turning by 1° (all cores together)"
@@ -154,8 +152,8 @@ void draw_published(Drawing& drawing, const Box& frame, const std::vector<BenchR
   }
   low = std::pow(10.0, std::floor(std::log10(low))), high = round_up_125(1.1 * high);
   worst = 2 * std::floor(worst / 2), best = 2 * std::ceil((best + 0.5) / 2);
-  const Axis x(Axis::Scale::logarithmic, low, high, frame.left, frame.right);
-  const Axis y(Axis::Scale::linear, worst, best, frame.bottom, frame.top);
+  const Axis x{Axis::Scale::logarithmic, low, high, frame.left, frame.right};
+  const Axis y{Axis::Scale::linear, worst, best, frame.bottom, frame.top};
   std::vector<Tick> ticks;
   for (double value = worst; value <= best + 1e-9; value += best - worst > 16 ? 4 : 2) {
     ticks.push_back({value, std::to_string(static_cast<int>(value))});
@@ -235,12 +233,8 @@ std::vector<SettingMean> mean_over_sessions(const std::vector<BenchRow>& rows, C
 
 std::vector<std::size_t> pareto_front(const std::vector<SettingMean>& means) {
   std::vector<std::size_t> by_cost(means.size());
-  for (std::size_t i = 0; i < means.size(); ++i) {
-    by_cost[i] = i;
-  }
-  std::sort(by_cost.begin(), by_cost.end(), [&](std::size_t a, std::size_t b) {
-    return std::pair(means[a].cost_ms, means[a].relight_error) < std::pair(means[b].cost_ms, means[b].relight_error);
-  });
+  std::iota(by_cost.begin(), by_cost.end(), std::size_t{0});
+  std::ranges::sort(by_cost, {}, [&](std::size_t i) { return std::pair(means[i].cost_ms, means[i].relight_error); });
   std::vector<std::size_t> front;
   for (const std::size_t i : by_cost) {
     if (front.empty() || means[i].relight_error < means[front.back()].relight_error) {
@@ -272,7 +266,7 @@ void draw_error_time(const BenchResults& results, CostKind kind, const std::file
       {20, 50},
       (sessions.size() > 1 ? "Mean over " : "") + capture::listed(sessions) + "; " + about_room(results.oracle),
       {.size = kText, .colour = kQuiet});
-  const MethodStyles styles(results.rows);
+  const MethodStyles styles{all_methods(results.rows)};
   draw_legend(drawing, {20, 78}, distinct(means, &SettingMean::method), styles);
   draw_errors(drawing, left, means, kind, styles);
   if (two) {

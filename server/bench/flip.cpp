@@ -40,11 +40,6 @@ const Eigen::Matrix3d& xyz_of_rgb() {  // IEC 61966-2-1
   return m;
 }
 
-const Eigen::Matrix3d& rgb_of_xyz() {
-  static const Eigen::Matrix3d m = xyz_of_rgb().inverse();
-  return m;
-}
-
 /// XYZ relative to the white point (D65).
 Eigen::Vector3d relative_xyz(const Eigen::Vector3d& rgb) {
   static const Eigen::Vector3d white = xyz_of_rgb() * Eigen::Vector3d::Ones();
@@ -59,8 +54,9 @@ Eigen::Vector3d ycxcz(const Eigen::Vector3d& rgb) {
 
 Eigen::Vector3d rgb_of_ycxcz(const Eigen::Vector3d& c) {
   static const Eigen::Vector3d white = xyz_of_rgb() * Eigen::Vector3d::Ones();
+  static const Eigen::Matrix3d rgb_of_xyz = xyz_of_rgb().inverse();
   const double y = (c.x() + 16.0) / 116.0;
-  return rgb_of_xyz() * Eigen::Vector3d(c.y() / 500.0 + y, y, y - c.z() / 200.0).cwiseProduct(white);
+  return rgb_of_xyz * Eigen::Vector3d(c.y() / 500.0 + y, y, y - c.z() / 200.0).cwiseProduct(white);
 }
 
 /// CIELab with the Hunt effect: chroma decreases with lightness (eq. 6).

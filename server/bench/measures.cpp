@@ -49,14 +49,10 @@ TruePictures read_true_pictures(const std::filesystem::path& truth, double expos
   pictures.background = exposed(truth / "background.exr", exposure);
   pictures.augmented = exposed(truth / "augmented.exr", exposure);
   const std::filesystem::path mask = truth / "object_mask.png";
-  try {
-    const capture::Image<std::uint8_t> rgb = capture::read_encoded(mask);
-    pictures.coverage = capture::Image<float>(rgb.width, rgb.height, 1);
-    for (std::size_t i = 0; i < pictures.coverage.data.size(); ++i) {
-      pictures.coverage.data[i] = static_cast<float>(rgb.data[3 * i]) / 255.0f;
-    }
-  } catch (const capture::InputError& e) {
-    throw capture::InputError(mask.string() + ": " + e.what());
+  const auto rgb = capture::with_error_context(mask.string(), [&] { return capture::read_encoded(mask); });
+  pictures.coverage = capture::Image<float>(rgb.width, rgb.height, 1);
+  for (std::size_t i = 0; i < pictures.coverage.data.size(); ++i) {
+    pictures.coverage.data[i] = static_cast<float>(rgb.data[3 * i]) / 255.0f;
   }
   if (!same_size(pictures.background, pictures.augmented) || !same_size(pictures.background, pictures.coverage)) {
     throw capture::InputError(truth.string() + ": background.exr, augmented.exr and object_mask.png differ in size");
@@ -66,11 +62,10 @@ TruePictures read_true_pictures(const std::filesystem::path& truth, double expos
 
 Measures measure_picture(const capture::Image<std::uint8_t>& picture, const capture::Image<std::uint8_t>& camera,
                          const TruePictures& truth) {
-  if (!same_size(picture, truth.augmented) || !same_size(camera, truth.augmented)) {
-    throw capture::InputError("the picture is " + std::to_string(picture.width) + "x" + std::to_string(picture.height) +
-                              ", its truth " + std::to_string(truth.augmented.width) + "x" +
-                              std::to_string(truth.augmented.height));
-  }
+  capture::refuse_if(!same_size(picture, truth.augmented) || !same_size(camera, truth.augmented),
+                     "the picture is " + std::to_string(picture.width) + "x" + std::to_string(picture.height) +
+                         ", its truth " + std::to_string(truth.augmented.width) + "x" +
+                         std::to_string(truth.augmented.height));
   Squares relit, object, all_shown, affected_shown, object_shown, relit_shown;
   capture::Image<float> shown(picture.width, picture.height, 3), wanted(picture.width, picture.height, 3);
   for (std::size_t pixel = 0; pixel < truth.coverage.data.size(); ++pixel) {

@@ -15,14 +15,6 @@ constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr int kMaxFrames = 5;
 constexpr double kEnough_ms = 1000;  ///< time limit for measuring one cost
 
-double gpu_ms_of(const relight::RelitPicture& picture) {
-  double sum_ms = 0;
-  for (const relight::gpu::PassTime& pass : picture.passes) {
-    sum_ms += pass.gpu_ms;
-  }
-  return sum_ms;
-}
-
 /// Mean cost over frames; `frame` renders the i-th. Measures at least `min_frames` frames, because the cost of
 /// amortized updates differs from frame to frame.
 FrameCost measure_cost(bool hardware, int min_frames, const std::function<relight::RelitPicture(int)>& frame) {
@@ -35,7 +27,7 @@ FrameCost measure_cost(bool hardware, int min_frames, const std::function<religh
     const reconstruct::StageCost cost = clock.elapsed();
     sum.wall_ms += cost.wall_ms;
     sum.cpu_ms += cost.cpu_ms;
-    gpu_ms += gpu_ms_of(picture);
+    for (const relight::gpu::PassTime& pass : picture.passes) gpu_ms += pass.gpu_ms;
   }
   FrameCost result{{sum.wall_ms / frames, sum.cpu_ms / frames}, std::nullopt};
   if (hardware) result.gpu_ms = gpu_ms / frames;

@@ -22,12 +22,10 @@ double powers_of_two(double value, double (*round)(double)) { return std::exp2(r
 
 void draw_kind(Drawing& drawing, const Box& frame, const std::string& kind, const std::vector<WorkRow>& rows,
                double base_ms, const Axis& y, const std::vector<Tick>& y_ticks) {
-  double low = rows.front().amount, high = rows.front().amount;
-  for (const WorkRow& row : rows) {
-    low = std::min(low, row.amount), high = std::max(high, row.amount);
-  }
+  const auto [least, most] = std::ranges::minmax_element(rows, {}, &WorkRow::amount);
+  const double low = least->amount, high = most->amount;
   const double margin = std::pow(high / low, 0.08);
-  const Axis x(Axis::Scale::logarithmic, low / margin, high * margin, frame.left, frame.right);
+  const Axis x{Axis::Scale::logarithmic, low / margin, high * margin, frame.left, frame.right};
   std::vector<Tick> ticks;
   for (const WorkRow& row : rows) {
     ticks.push_back({row.amount, short_number(row.amount)});
@@ -36,10 +34,10 @@ void draw_kind(Drawing& drawing, const Box& frame, const std::string& kind, cons
   drawing.text({frame.left, frame.top - 8}, kind, {.size = kText, .bold = true});
 
   // The line of proportional cost, through the session's own amount or the smallest.
-  const auto base = std::find_if(rows.begin(), rows.end(), [](const WorkRow& row) { return row.base; });
+  const auto base = std::ranges::find(rows, true, &WorkRow::base);
   const WorkRow& through = base != rows.end() ? *base : rows.front();
   const double slope = through.cost.host.cpu_ms / base_ms / through.amount;
-  const double from = std::max(x.low(), y.low() / slope), to = std::min(x.high(), y.high() / slope);
+  const double from = std::max(x.low, y.low / slope), to = std::min(x.high, y.high / slope);
   if (from < to) {
     drawing.line({{x.at(from), y.at(from * slope)}, {x.at(to), y.at(to * slope)}}, {kQuiet.faded(0.6), 1.2, 4});
   }
@@ -92,7 +90,7 @@ void draw_cost_work(const BenchResults& results, const std::filesystem::path& st
     std::vector<WorkRow> rows;
     std::copy_if(results.work.begin(), results.work.end(), std::back_inserter(rows),
                  [&](const WorkRow& row) { return row.work == kinds[i]; });
-    const Axis y(Axis::Scale::logarithmic, low, high, frame.bottom, frame.top);
+    const Axis y{Axis::Scale::logarithmic, low, high, frame.bottom, frame.top};
     draw_kind(drawing, frame, kinds[i], rows, base_ms, y, y_ticks);
   }
   drawing.text({20, kHeight - 12}, line_of(results.machine), {.size = kSmall, .colour = kQuiet});

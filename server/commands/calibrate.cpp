@@ -196,9 +196,9 @@ CalibratedCamera calibrated(const capture::CameraModel& camera, const reconstruc
 }
 
 bool saw_board(const reconstruct::ViewSelector& collector, std::size_t camera) {
-  return std::any_of(
-      collector.moments().begin(), collector.moments().end(),
-      [&](const reconstruct::BoardMoment& moment) { return !moment.by_camera[camera].view.seen.empty(); });
+  return std::ranges::any_of(collector.moments(), [&](const reconstruct::BoardMoment& moment) {
+    return !moment.by_camera[camera].view.seen.empty();
+  });
 }
 
 using Cameras = std::array<std::optional<CalibratedCamera>, 2>;
@@ -290,11 +290,9 @@ void find_response(const CalibrateCommand& command, std::ostream& report) {
        capture::read_picture_list(command.sweep, {.exposures = true, .brackets = true})) {
     const std::string where = command.sweep.string() + ":" + std::to_string(listed.line) + ": ";
     capture::refuse_if(!listed.exposure, where + "found no exposure, allowed: \"time path exposure\" in every line");
-    try {
+    capture::with_error_context(where + listed.name, [&] {
       pictures.push_back({*listed.exposure, capture::read_encoded(listed.path)});
-    } catch (const capture::InputError& e) {
-      throw capture::InputError(where + listed.name + ": " + e.what());
-    }
+    });
   }
   const reconstruct::ResponseCalibration found = reconstruct::calibrate_response(pictures);
   if (!found.refusal.empty()) {

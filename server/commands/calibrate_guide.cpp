@@ -124,10 +124,7 @@ std::string CalibrateGuide::json() const {
     }
     const Camera& camera = *cameras_[c];
     const reconstruct::Coverage& coverage = camera.coverage;
-    std::vector<bool> wanted;
-    for (const char cell : coverage.wanted) {
-      wanted.push_back(cell != 0);
-    }
+    const std::vector<bool> wanted(coverage.wanted.begin(), coverage.wanted.end());
     json["cameras"].push_back({{"name", kCameraNames[c]},
                                {"picture", c == 0 ? "color.jpg" : "fisheye.jpg"},
                                {"corners_now", camera.view.points()},
@@ -166,10 +163,7 @@ WebReply CalibrateGuide::reply(std::string_view path) {
   if (path == "/color.jpg" || path == "/fisheye.jpg") {
     return picture(path == "/color.jpg" ? 0 : 1);
   }
-  if (const std::optional<PageFile> file = find_page_file(path == "/" ? "/calibrate.html" : path)) {
-    return {200, std::string(file->type), std::string(file->bytes)};
-  }
-  return {404, "text/plain; charset=utf-8", "no such page\n"};
+  return page_reply(path == "/" ? "/calibrate.html" : path);
 }
 
 WebReply CalibrateGuide::ask(std::string_view path) {

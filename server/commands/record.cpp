@@ -1,5 +1,6 @@
 #include "server/commands/record.h"
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cstdio>
@@ -28,13 +29,10 @@ class Recording {
   Recording(const RecordCommand& command, const ServiceInput& input)
       : sources_(capture::open_sources(input.session)),
         lanes_(input.session_text, named(input.session, sources_), command.out, false),
-        seconds_(command.seconds) {
-    for (const auto& source : {sources_.color, sources_.depth, sources_.fisheye}) {
-      if (source) {
-        distinct_.insert(source.get());
-      }
-    }
-    used_ = {true, sources_.depth != nullptr, sources_.fisheye != nullptr};
+        seconds_(command.seconds),
+        by_stream_{sources_.color.get(), sources_.depth.get(), sources_.fisheye.get()},
+        distinct_(by_stream_.begin(), by_stream_.end()) {
+    distinct_.erase(nullptr);
   }
 
   void run(const std::atomic<bool>& interrupted) {
@@ -70,7 +68,7 @@ class Recording {
   void report(std::ostream& out, const std::filesystem::path& folder) const {
     out << "recorded to " << folder.string() << ":\n";
     for (const capture::Stream stream : capture::kStreams) {
-      if (used_[static_cast<std::size_t>(stream)]) {
+      if (by_stream_[static_cast<std::size_t>(stream)] != nullptr) {
         const capture::RecordingLanes::Count count = lanes_.count(stream);
         out << "  " << name_of(stream) << ": " << count.frames << " pictures";
         if (count.lost > 0) {
@@ -114,11 +112,10 @@ class Recording {
 
   /// Whether every stream of this source has reached the requested duration.
   bool all_over(const capture::Source& source) const {
-    const auto over = [&](const std::shared_ptr<capture::Source>& s, capture::Stream stream) {
-      return s.get() != &source || spans_[static_cast<std::size_t>(stream)].over;
-    };
-    return over(sources_.color, capture::Stream::color) && over(sources_.depth, capture::Stream::depth) &&
-           over(sources_.fisheye, capture::Stream::fisheye);
+    return std::ranges::all_of(capture::kStreams, [&](capture::Stream stream) {
+      const auto i = static_cast<std::size_t>(stream);
+      return by_stream_[i] != &source || spans_[i].over;
+    });
   }
 
   void read(capture::Source& source) {
@@ -144,9 +141,9 @@ class Recording {
   capture::PairedSources sources_;
   capture::RecordingLanes lanes_;
   std::optional<double> seconds_;
+  std::array<capture::Source*, 3> by_stream_;  ///< null for streams that the session does not have
   std::set<capture::Source*> distinct_;
   std::set<std::string> said_;
-  std::array<bool, 3> used_{};
   std::array<Span, 3> spans_;  ///< by Stream; each is used by one thread
   std::atomic<int> reading_ = 0;
   std::atomic<bool> stop_ = false;

@@ -1,5 +1,6 @@
 #include "server/commands/replay.h"
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <iostream>
@@ -7,6 +8,7 @@
 
 #include "capture/error.h"
 #include "capture/formats/picture_writer.h"
+#include "capture/message_text.h"
 #include "capture/recorded/seekable_reader.h"
 #include "capture/source.h"
 #include "reconstruct/field/surface_mesh.h"
@@ -22,9 +24,8 @@ namespace fs = std::filesystem;
 class PartialOutput {
  public:
   explicit PartialOutput(fs::path out) : out_(std::move(out)), partial_(out_ / ".lumigraft-partial") {
-    if (fs::exists(out_) && !fs::is_directory(out_)) {
-      throw capture::InputError("--out: " + out_.string() + " is a file, allowed: a folder, existing or not");
-    }
+    capture::refuse_if(fs::exists(out_) && !fs::is_directory(out_),
+                       "--out: " + out_.string() + " is a file, allowed: a folder, existing or not");
     made_out_ = !fs::exists(out_);
     std::error_code error;
     fs::create_directories(out_, error);
@@ -69,20 +70,11 @@ class PartialOutput {
   bool made_out_ = false, kept_ = false;
 };
 
-std::string frame_name(std::uint64_t index) {
-  std::string digits = std::to_string(index);
-  return "frame_" + std::string(digits.size() < 6 ? 6 - digits.size() : 0, '0') + digits;
-}
-
 /// The warning of capture about a colour picture that is missing before `frame`.
 std::string lost_frame(const capture::FrameSet& frame, std::uint64_t index) {
   const std::string about = "colour picture " + std::to_string(index) + " ";
-  for (const std::string& warning : frame.warnings) {
-    if (warning.starts_with(about)) {
-      return warning;
-    }
-  }
-  return about + "is missing";
+  const auto found = std::ranges::find_if(frame.warnings, [&](const std::string& w) { return w.starts_with(about); });
+  return found != frame.warnings.end() ? *found : about + "is missing";
 }
 
 void write_maps(const fs::path& stem, const relight::RelightMaps& maps) {
@@ -106,9 +98,8 @@ bool run_replay(const ReplayCommand& command, const std::atomic<bool>& interrupt
   std::unique_ptr<capture::FrameReader> frames =
       command.from_s > 0.0 ? capture::open_frames_from(input.session, std::llround(1e9 * command.from_s))
                            : capture::open_paired_frames(input.session);
-  if (frames->live()) {
-    throw capture::InputError("replay: " + input.session.name + " has live cameras, allowed: a recorded session");
-  }
+  capture::refuse_if(frames->live(),
+                     "replay: " + input.session.name + " has live cameras, allowed: a recorded session");
   std::unique_ptr<Oracle> oracle;
   if (command.oracle.any()) {
     oracle = std::make_unique<Oracle>(input.session, command.oracle);
@@ -139,7 +130,7 @@ bool run_replay(const ReplayCommand& command, const std::atomic<bool>& interrupt
       break;
     }
     const FrameRecord record = pipeline.step(*frame, command.dump);
-    const fs::path stem = output.folder() / frame_name(frame->index);
+    const fs::path stem = output.folder() / capture::formatted("frame_%06ju", std::uintmax_t{frame->index});
     capture::write_png(stem.string() + ".png", record.picture.srgb);
     if (command.dump && record.picture.maps) {
       write_maps(stem, *record.picture.maps);
@@ -152,10 +143,9 @@ bool run_replay(const ReplayCommand& command, const std::atomic<bool>& interrupt
   if (interrupted) {
     return false;
   }
-  if (written == 0) {
-    throw capture::InputError(input.session.folder.string() + ": no colour picture of the session can be read" +
-                              (command.from_s > 0.0 ? " from second " + std::to_string(command.from_s) + " on" : ""));
-  }
+  capture::refuse_if(written == 0,
+                     input.session.folder.string() + ": no colour picture of the session can be read" +
+                         (command.from_s > 0.0 ? " from second " + std::to_string(command.from_s) + " on" : ""));
   if (command.dump && field) {
     reconstruct::write_ply(reconstruct::extract_surface(*field), output.folder() / "surface.ply");
   }

@@ -33,13 +33,7 @@ WebReply get(std::string_view path, const Pipeline& pipeline, const Metrics& met
   if (path == "/metrics") {
     return {200, "text/plain; version=0.0.4; charset=utf-8", metrics.prometheus()};
   }
-  if (path == "/snapshot.jpg") {
-    return snapshot(pipeline, encoder);
-  }
-  if (const std::optional<PageFile> file = find_page_file(path)) {
-    return {200, std::string(file->type), std::string(file->bytes)};
-  }
-  return {404, "text/plain; charset=utf-8", "no such page\n"};
+  return path == "/snapshot.jpg" ? snapshot(pipeline, encoder) : page_reply(path);
 }
 
 }  // namespace
@@ -84,11 +78,10 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
       demand, metrics,
       [&web_pointer](std::shared_ptr<const StreamMessage> message) { web_pointer->publish(std::move(message)); });
 
-  WebSettings settings;
-  settings.address = server.address;
-  settings.port = server.port;
-  settings.max_viewers = server.max_viewers;
-  settings.max_connections = 4 * server.max_viewers;
+  const WebSettings settings{.address = server.address,
+                             .port = server.port,
+                             .max_viewers = server.max_viewers,
+                             .max_connections = 4 * server.max_viewers};
   WebHandlers handlers;
   handlers.get = [&](std::string_view path) { return get(path, pipeline, metrics, snapshots); };
   handlers.hello = [&] { return hello_text(session, pipeline.exhibit()); };

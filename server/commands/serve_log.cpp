@@ -1,16 +1,10 @@
 #include "server/commands/serve_log.h"
 
-#include <cstdio>
-
 namespace lumigraft::server {
-namespace {
-
-constexpr std::size_t kMaxRemembered = 200;  // bounds the memory for warnings that contain numbers
-
-}  // namespace
 
 std::vector<std::string> ServeLog::lines(const std::vector<std::string>& warnings,
                                          const std::map<std::string, std::uint64_t>& drops, Clock::time_point now) {
+  constexpr std::size_t kMaxRemembered = 200;  // bounds the memory for warnings that contain numbers
   std::vector<std::string> out;
   for (const std::string& warning : warnings) {
     const auto said = said_.find(warning);
@@ -39,7 +33,5 @@ std::vector<std::string> ServeLog::lines(const std::vector<std::string>& warning
   drops_time_ = now;
   return out;
 }
-
-void ServeLog::write(const std::string& line) { std::fprintf(stderr, "lumigraft: %s\n", line.c_str()); }
 
 }  // namespace lumigraft::server

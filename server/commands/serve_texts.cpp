@@ -21,10 +21,6 @@ Json recording_json(const RecordButton::State& state) {
           {"error", state.error}};
 }
 
-Json playback_json(const Playback::State& state) {
-  return {{"at_s", state.at_s}, {"length_s", state.length_s}, {"paused", state.paused}};
-}
-
 }  // namespace
 
 std::string hello_text(const capture::Session& session, const ExhibitState& exhibit) {
@@ -62,7 +58,10 @@ std::string stats_text(const Pipeline::Record& record, const Metrics& metrics, c
               {"albedo", record.albedo_version}}},
             {"warnings", record.warnings},
             {"recording", recording ? recording_json(*recording) : Json()},
-            {"playback", playback ? playback_json(*playback) : Json()}};
+            {"playback", Json()}};
+  if (playback) {
+    json["playback"] = {{"at_s", playback->at_s}, {"length_s", playback->length_s}, {"paused", playback->paused}};
+  }
   for (const auto& [stage, s] : interval.stages) {
     json["stage_ms"][stage] = {{"mean", s.mean_ms}, {"p95", s.p95_ms}, {"max", s.max_ms}};
   }

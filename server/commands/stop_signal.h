@@ -15,8 +15,6 @@ class StopSignal {
   static constexpr std::chrono::milliseconds kPatience{250};
 
   StopSignal();
-  StopSignal(const StopSignal&) = delete;
-  StopSignal& operator=(const StopSignal&) = delete;
 
   void arm();
   /// True when a signal has arrived.

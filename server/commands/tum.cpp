@@ -31,11 +31,10 @@ std::string seconds_text(std::int64_t time_ns) {
 std::string session_text(const std::string& name, const std::string& color, const std::string& depth, int width,
                          int height, double unit_m) {
   const double f = 525.0 * width / 640.0;
-  std::string text = "format = 1\nname = \"" + name + "\"\n\n[color]\nsource = \"" + color +
-                     "\"\nwidth = " + std::to_string(width) + "\nheight = " + std::to_string(height) +
-                     "\nfx = " + std::to_string(f) + "\nfy = " + std::to_string(f) +
-                     "\ncx = " + std::to_string(0.5 * (width - 1)) + "\ncy = " + std::to_string(0.5 * (height - 1)) +
-                     "\nexposure = 1.0\n";
+  std::string text = capture::formatted(
+      "format = 1\nname = \"%s\"\n\n[color]\nsource = \"%s\"\nwidth = %d\nheight = %d\nfx = %f\nfy = %f\n"
+      "cx = %f\ncy = %f\nexposure = 1.0\n",
+      name.c_str(), color.c_str(), width, height, f, f, 0.5 * (width - 1), 0.5 * (height - 1));
   if (!depth.empty()) {
     text += capture::formatted("\n[depth]\nsource = \"%s\"\nunit_m = %.6f\nregistered = true\n", depth.c_str(), unit_m);
   }
@@ -86,17 +85,29 @@ void import_oni(const ImportCommand& command, const std::atomic<bool>& interrupt
   const fs::path text = fs::temp_directory_path() / ("lumigraft-import-" + std::to_string(::getpid()) + ".toml");
   const std::string source = "oni:" + file.string();
   capture::write_text(text, session_text(file.stem().string(), source, source, 640, 480, 0.001));
-  RecordCommand record{.files = {}, .out = command.out, .seconds = std::nullopt};
-  record.files.config = text;
-  record.files.overrides = command.overrides;
+  const ServiceFiles files{.config = text, .session = {}, .exhibit = {}, .overrides = command.overrides};
   try {
-    run_record(record, interrupted, report);
+    run_record({.files = files, .out = command.out, .seconds = std::nullopt}, interrupted, report);
   } catch (...) {
     fs::remove(text);
     throw;
   }
   fs::remove(text);
 }
+
+/// An exported stream: its folder's name, the text of its list, and its number of pictures.
+struct TumStream {
+  std::string name, list;
+  std::uint64_t pictures = 0;
+
+  /// Adds a picture to the list; returns its file's name. `columns` follow the name.
+  std::string add(const capture::Stamp& stamp, const std::string& suffix = "", const std::string& columns = "") {
+    const std::string time = seconds_text(stamp.time_ns), file = name + "/" + time + suffix + ".png";
+    list += time + " " + file + columns + "\n";
+    ++pictures;
+    return file;
+  }
+};
 
 /// Depth in TUM's units. Depth beyond their 13.1 m counts as not measured.
 capture::Image<std::uint16_t> counts_of(const capture::Image<float>& depth_m, std::uint64_t& too_far) {
@@ -124,43 +135,31 @@ void run_import(const ImportCommand& command, const std::atomic<bool>& interrupt
 }
 
 void run_export(const ExportCommand& command, const std::atomic<bool>& interrupted, std::ostream& report) {
-  ServiceFiles files;
-  files.session = command.session;
-  files.overrides = command.overrides;
+  const ServiceFiles files{.config = {}, .session = command.session, .exhibit = {}, .overrides = command.overrides};
   const capture::Session session = read_service(files, interactive_plan()).session;
   const std::unique_ptr<capture::FrameReader> frames = capture::open_frames(session);
   capture::refuse_if(frames->live(), "export: " + session.name + " has live cameras, allowed: a recorded session");
   capture::make_out_folder(command.out);
   const capture::CameraModel& lens = session.color.model;
-  std::string rgb = capture::formatted("# timestamp filename\n# fx %.9g fy %.9g cx %.9g cy %.9g\n", lens.fx, lens.fy,
-                                       lens.cx, lens.cy);
-  std::string depth = "# timestamp filename\n", fisheye = "# timestamp filename exposure\n";
-  std::uint64_t colors = 0, depths = 0, fisheyes = 0, radiance = 0, too_far = 0, warnings = 0;
-  for (const char* stream : {"rgb", "depth", "fisheye"}) {
-    fs::create_directory(command.out / stream);
+  TumStream rgb{"rgb", capture::formatted("# timestamp filename\n# fx %.9g fy %.9g cx %.9g cy %.9g\n", lens.fx, lens.fy,
+                                          lens.cx, lens.cy)};
+  TumStream depth{"depth", "# timestamp filename\n"}, fisheye{"fisheye", "# timestamp filename exposure\n"};
+  std::uint64_t radiance = 0, too_far = 0, warnings = 0;
+  for (const TumStream& stream : {rgb, depth, fisheye}) {
+    fs::create_directory(command.out / stream.name);
   }
   while (const std::optional<capture::FrameSet> frame = frames->next(std::chrono::seconds(10))) {
     if (interrupted) {
       break;
     }
     warnings += frame->warnings.size();
-    const auto line = [](const char* folder, const capture::Stamp& stamp, const std::string& suffix = "") {
-      const std::string time = seconds_text(stamp.time_ns);
-      return std::pair(std::string(folder) + "/" + time + suffix + ".png", time);
-    };
     if (frame->color->encoded.empty()) {
       ++radiance;
     } else {
-      const auto [file, time] = line("rgb", frame->color->stamp);
-      capture::write_png(command.out / file, frame->color->encoded);
-      rgb += time + " " + file + "\n";
-      ++colors;
+      capture::write_png(command.out / rgb.add(frame->color->stamp), frame->color->encoded);
     }
     if (frame->depth) {
-      const auto [file, time] = line("depth", frame->depth->stamp);
-      capture::write_png(command.out / file, counts_of(frame->depth->depth_m, too_far));
-      depth += time + " " + file + "\n";
-      ++depths;
+      capture::write_png(command.out / depth.add(frame->depth->stamp), counts_of(frame->depth->depth_m, too_far));
     }
     for (std::size_t i = 0; i < frame->fisheye.size(); ++i) {
       const capture::Frame& picture = *frame->fisheye[i];
@@ -168,21 +167,20 @@ void run_export(const ExportCommand& command, const std::atomic<bool>& interrupt
         ++radiance;
         continue;
       }
-      const auto [file, time] = line("fisheye", picture.stamp, i > 0 ? "-" + std::to_string(i) : "");
-      capture::write_png(command.out / file, picture.encoded);
-      fisheye += time + " " + file + capture::formatted(" %.9g\n", picture.exposure);
-      ++fisheyes;
+      const std::string suffix = i > 0 ? "-" + std::to_string(i) : "";
+      const std::string exposure = capture::formatted(" %.9g", picture.exposure);
+      capture::write_png(command.out / fisheye.add(picture.stamp, suffix, exposure), picture.encoded);
     }
   }
-  capture::write_text(command.out / "rgb.txt", rgb);
-  capture::write_text(command.out / "depth.txt", depth);
-  if (fisheyes > 0) {
-    capture::write_text(command.out / "fisheye.txt", fisheye);
+  capture::write_text(command.out / "rgb.txt", rgb.list);
+  capture::write_text(command.out / "depth.txt", depth.list);
+  if (fisheye.pictures > 0) {
+    capture::write_text(command.out / "fisheye.txt", fisheye.list);
   } else {
     fs::remove(command.out / "fisheye");
   }
-  report << "exported to " << command.out.string() << ":\n  colour: " << colors << " pictures\n  depth: " << depths
-         << " pictures\n  fish-eye: " << fisheyes << " pictures\n";
+  report << "exported to " << command.out.string() << ":\n  colour: " << rgb.pictures
+         << " pictures\n  depth: " << depth.pictures << " pictures\n  fish-eye: " << fisheye.pictures << " pictures\n";
   if (radiance > 0) {
     report << "  left out: " << radiance << " pictures of radiance, since PNG holds none\n";
   }
@@ -192,7 +190,7 @@ void run_export(const ExportCommand& command, const std::atomic<bool>& interrupt
   if (warnings > 0) {
     report << "  warnings of the recording, as of lost pictures: " << warnings << "\n";
   }
-  if (colors == 0) {
+  if (rgb.pictures == 0) {
     throw std::runtime_error("no colour picture came: " + command.out.string() + " holds none");
   }
 }

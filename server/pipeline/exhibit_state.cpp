@@ -1,5 +1,6 @@
 #include "server/pipeline/exhibit_state.h"
 
+#include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -8,6 +9,8 @@
 
 namespace lumigraft::server {
 namespace {
+
+using Json = nlohmann::ordered_json;
 
 relight::MaterialOverride changed(relight::MaterialOverride material, const MaterialChange& change) {
   if (change.models_own) {
@@ -21,11 +24,11 @@ relight::MaterialOverride changed(relight::MaterialOverride material, const Mate
 }
 
 template <typename T>
-nlohmann::ordered_json json_or_null(const std::optional<T>& value) {
-  return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json(nullptr);
+Json json_or_null(const std::optional<T>& value) {
+  return value ? Json(*value) : Json();
 }
 
-nlohmann::ordered_json json_of(const relight::MaterialOverride& material) {
+Json json_of(const relight::MaterialOverride& material) {
   if (material.empty()) {
     return nullptr;
   }
@@ -57,15 +60,12 @@ std::shared_ptr<const relight::Exhibit> ExhibitState::newest() const {
 std::optional<std::string> ExhibitState::apply(const ObjectCommand& command) {
   std::lock_guard lock(mutex_);
   auto next = std::make_shared<relight::Exhibit>(*exhibit_);  // models are shared: a copy is small
-  std::size_t index = next->objects.size();
-  if (const auto* number = std::get_if<std::size_t>(&command.object)) {
-    index = *number;
+  std::size_t index = 0;
+  if (const auto* name = std::get_if<std::string>(&command.object)) {
+    const auto found = std::ranges::find(next->objects, *name, &relight::VirtualObject::name);
+    index = static_cast<std::size_t>(found - next->objects.begin());
   } else {
-    for (index = 0; index < next->objects.size(); ++index) {
-      if (next->objects[index].name == std::get<std::string>(command.object)) {
-        break;
-      }
-    }
+    index = std::get<std::size_t>(command.object);
   }
   if (index >= next->objects.size()) {
     return "object: there are " + std::to_string(next->objects.size()) + " objects, see hello";
@@ -97,18 +97,17 @@ std::optional<std::string> ExhibitState::apply(const ObjectCommand& command) {
 
 std::string ExhibitState::objects_json() const {
   std::lock_guard lock(mutex_);
-  nlohmann::ordered_json objects = nlohmann::ordered_json::array();
+  Json objects = Json::array();
   for (std::size_t i = 0; i < exhibit_->objects.size(); ++i) {
     const relight::VirtualObject& o = exhibit_->objects[i];
-    nlohmann::ordered_json json{{"index", i},
-                                {"name", o.name},
-                                {"visible", o.visible},
-                                {"position_m", {o.position_m.x(), o.position_m.y(), o.position_m.z()}},
-                                {"rotation_wxyz", {o.rotation.w(), o.rotation.x(), o.rotation.y(), o.rotation.z()}},
-                                {"yaw_degrees", yaw_degrees_[i]},
-                                {"scale", o.scale},
-                                {"material", json_of(o.material)}};
-    objects.push_back(std::move(json));
+    objects.push_back(Json{{"index", i},
+                           {"name", o.name},
+                           {"visible", o.visible},
+                           {"position_m", {o.position_m.x(), o.position_m.y(), o.position_m.z()}},
+                           {"rotation_wxyz", {o.rotation.w(), o.rotation.x(), o.rotation.y(), o.rotation.z()}},
+                           {"yaw_degrees", yaw_degrees_[i]},
+                           {"scale", o.scale},
+                           {"material", json_of(o.material)}});
   }
   return json_line(objects);
 }

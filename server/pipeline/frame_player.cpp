@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <condition_variable>
-#include <mutex>
 #include <utility>
+
+#include "server/pipeline/pacing.h"
 
 namespace lumigraft::server {
 namespace {
@@ -61,10 +61,8 @@ std::shared_ptr<const capture::FrameSet> FramePlayer::read() {
 
 void FramePlayer::seek(std::int64_t from_ns) {
   if (from_memory_) {
-    const auto before = [&](const std::shared_ptr<const capture::FrameSet>& frame, std::int64_t moment_ns) {
-      return frame->time_ns - first_time_ns_ < moment_ns;
-    };
-    position_ = static_cast<std::size_t>(std::lower_bound(kept_.begin(), kept_.end(), from_ns, before) - kept_.begin());
+    const auto time_ns = [&](const auto& frame) { return frame->time_ns - first_time_ns_; };
+    position_ = static_cast<std::size_t>(std::ranges::lower_bound(kept_, from_ns, {}, time_ns) - kept_.begin());
   } else if (seekable_ != nullptr) {
     seekable_->seek(from_ns);
     kept_.clear();
@@ -108,13 +106,6 @@ void FramePlayer::set_due(const capture::FrameSet& frame) {
   }
 }
 
-bool FramePlayer::wait_until_due(const std::stop_token& stop) const {
-  std::mutex mutex;
-  std::unique_lock lock(mutex);
-  std::condition_variable_any().wait_until(lock, stop, due_, [] { return false; });
-  return !stop.stop_requested();
-}
-
 /// The newest frame again, with a later time.
 std::optional<PlayedFrame> FramePlayer::repeat_newest(const std::stop_token& stop) {
   due_ = std::max(due_ + usual_gap_, Clock::now());
@@ -122,7 +113,7 @@ std::optional<PlayedFrame> FramePlayer::repeat_newest(const std::stop_token& sto
   auto again = std::make_shared<capture::FrameSet>(*newest_);
   again->time_ns += repeated_ns_;
   again->warnings.clear();
-  return wait_until_due(stop) ? std::optional(PlayedFrame{std::move(again), due_, round_}) : std::nullopt;
+  return sleep_until(due_, stop) ? std::optional(PlayedFrame{std::move(again), due_, round_}) : std::nullopt;
 }
 
 std::optional<PlayedFrame> FramePlayer::next(const std::stop_token& stop, const Playback::Orders& orders) {
@@ -150,7 +141,7 @@ std::optional<PlayedFrame> FramePlayer::next(const std::stop_token& stop, const 
   PlayedFrame played{frame, Clock::now(), round_};
   if (!reader_->live()) {
     set_due(*frame);
-    if (!wait_until_due(stop)) {
+    if (!sleep_until(due_, stop)) {
       return std::nullopt;
     }
     played.captured = due_;

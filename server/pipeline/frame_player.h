@@ -40,7 +40,7 @@ class FramePlayer {
 
   /// A recording gave no frame from its beginning to its end.
   bool gone() const { return gone_; }
-  /// See FrameReader::troubles.
+  /// See FrameReader::faults.
   std::vector<std::string> faults() const { return reader_->faults(); }
 
  private:
@@ -48,7 +48,6 @@ class FramePlayer {
   void seek(std::int64_t from_ns);
   bool begin_again();
   std::optional<PlayedFrame> repeat_newest(const std::stop_token& stop);
-  bool wait_until_due(const std::stop_token& stop) const;
   void set_due(const capture::FrameSet& frame);
 
   using Clock = std::chrono::steady_clock;

@@ -7,11 +7,6 @@
 #include "server/pipeline/camera_picture.h"
 
 namespace lumigraft::server {
-namespace {
-
-constexpr std::chrono::seconds kFirstPause{1}, kLongestPause{30};  // the first attempt is made at the next frame
-
-}  // namespace
 
 LiveRelighter::LiveRelighter(const capture::Session& session, const relight::Plan& plan, MakeDevice make_device)
     : session_(session), plan_(plan), make_device_(std::move(make_device)) {
@@ -42,6 +37,7 @@ void LiveRelighter::prepare(const reconstruct::Scene& scene) {
 
 LiveRelighter::Result LiveRelighter::relight(const capture::FrameSet& frame, const reconstruct::Scene& scene,
                                              const relight::Exhibit& exhibit, const relight::Plan& plan) {
+  constexpr std::chrono::seconds kFirstPause{1}, kLongestPause{30};  // the first attempt is made at the next frame
   Result result;
   try {
     if (!renderer_ && std::chrono::steady_clock::now() >= next_try_) {

@@ -5,10 +5,21 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <stop_token>
 
 namespace lumigraft::server {
 
 using PaceClock = std::chrono::steady_clock;
+
+/// False if stop was requested meanwhile.
+inline bool sleep_until(PaceClock::time_point moment, const std::stop_token& stop) {
+  std::mutex mutex;
+  std::unique_lock lock(mutex);
+  std::condition_variable_any().wait_until(lock, stop, moment, [] { return false; });
+  return !stop.stop_requested();
+}
 
 /// Duty cycle of a background stage: it keeps a minimum interval, and rests for a multiple of the processor time that
 /// it used, so its fraction of a core is bounded even if a busy machine prolongs its work. No input is queued while it

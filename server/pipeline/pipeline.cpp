@@ -1,7 +1,6 @@
 #include "server/pipeline/pipeline.h"
 
 #include <atomic>
-#include <condition_variable>
 #include <mutex>
 #include <stop_token>
 #include <thread>
@@ -122,12 +121,7 @@ struct Pipeline::State {
   }
 
   /// False if stop was requested meanwhile.
-  bool sleep_until(Clock::time_point moment) const {
-    std::mutex mutex;
-    std::unique_lock lock(mutex);
-    std::condition_variable_any().wait_until(lock, stopping.get_token(), moment, [] { return false; });
-    return !stopping.stop_requested();
-  }
+  bool sleep_until(Clock::time_point moment) const { return server::sleep_until(moment, stopping.get_token()); }
 
   void publish_faults(std::vector<std::string> found);
   void capture_turn();
@@ -293,17 +287,14 @@ void Pipeline::State::relight_turn() {
     std::lock_guard lock(newest_mutex);
     shown.sequence = newest.sequence + 1;
     newest = shown;
-    newest_record.warnings = std::move(warnings);
-    newest_record.plan = relit.picture.plan;
-    newest_record.learning = builder.learning();
-    newest_record.settled = settled && relit.up_to_date;
-    newest_record.field_version = scene.field ? scene.field->version : 0;
-    newest_record.light_version = scene.illumination ? scene.illumination->version : 0;
-    newest_record.albedo_version = scene.albedo ? scene.albedo->version : 0;
-    newest_record.T_tag_camera.reset();
-    if (located.pose) {
-      newest_record.T_tag_camera = located.pose->T_tag_camera;
-    }
+    newest_record = {.warnings = std::move(warnings),
+                     .T_tag_camera = located.pose ? std::optional(located.pose->T_tag_camera) : std::nullopt,
+                     .plan = relit.picture.plan,
+                     .learning = builder.learning(),
+                     .settled = settled && relit.up_to_date,
+                     .field_version = scene.field ? scene.field->version : 0,
+                     .light_version = scene.illumination ? scene.illumination->version : 0,
+                     .albedo_version = scene.albedo ? scene.albedo->version : 0};
   }
   put(to_encode, std::move(shown));
   just_in_time.relight_took(Clock::now() - begin);

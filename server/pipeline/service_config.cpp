@@ -38,12 +38,6 @@ void finish(const capture::ConfigTable& root, ServiceInput& input) {
   input.warnings.insert(input.warnings.end(), root.warnings().begin(), root.warnings().end());
 }
 
-void read_exhibit_file(const std::filesystem::path& file, ServiceInput& input) {
-  const capture::ConfigTable root = capture::ConfigTable::load(file);
-  input.exhibit = relight::read_exhibit(root);
-  finish(root, input);
-}
-
 }  // namespace
 
 void read_listen(const std::string& text, const std::string& where, ServerSettings& settings) {
@@ -102,9 +96,8 @@ ServiceInput read_service(const ServiceFiles& files, const relight::Plan& defaul
   };
 
   if (files.config.empty()) {
-    if (!std::filesystem::is_directory(files.session)) {
-      throw capture::InputError(files.session.string() + ": no such folder; a session is a folder with a session.toml");
-    }
+    capture::refuse_if(!std::filesystem::is_directory(files.session),
+                       files.session.string() + ": no such folder; a session is a folder with a session.toml");
     read_cameras(files.session / "session.toml", files.overrides, true);
   } else if (!capture::ConfigTable::load(files.config, files.overrides).has("session")) {
     read_cameras(files.config, files.overrides, true);
@@ -129,7 +122,9 @@ ServiceInput read_service(const ServiceFiles& files, const relight::Plan& defaul
     exhibit_file = input.session.folder / "exhibit.toml";
   }
   if (!exhibit_file.empty()) {
-    read_exhibit_file(exhibit_file, input);
+    const capture::ConfigTable root = capture::ConfigTable::load(exhibit_file);
+    input.exhibit = relight::read_exhibit(root);
+    finish(root, input);
   }
   return input;
 }

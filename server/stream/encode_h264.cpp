@@ -1,9 +1,7 @@
 #include "server/stream/encode_h264.h"
 
 extern "C" {
-#include <libavutil/imgutils.h>
 #include <libavutil/opt.h>
-#include <libswscale/swscale.h>
 }
 
 #include <array>
@@ -18,10 +16,12 @@ namespace {
 constexpr std::int64_t kKeyEvery_ns = 2'000'000'000;
 constexpr int kTicksPerSecond = 90'000;  // usual video clock; x264 rejects finer ones at high levels
 
-std::runtime_error failure(const char* what, int code) {
+/// Throws if libav reports an error.
+void check(const char* what, int code) {
+  if (code >= 0) return;
   std::array<char, AV_ERROR_MAX_STRING_SIZE> text{};
   av_strerror(code, text.data(), text.size());
-  return std::runtime_error(std::string("H.264: ") + what + ": " + text.data());
+  throw std::runtime_error(std::string("H.264: ") + what + ": " + text.data());
 }
 
 /// Reads profile, constraints and level: the three bytes after the NAL header of the sequence parameter set.
@@ -40,14 +40,9 @@ struct H264Encoder::State {
   capture::CodecContext codec;
   capture::LibavFrame frame{av_frame_alloc()};
   capture::LibavPacket packet{av_packet_alloc()};
-  SwsContext* to_yuv = nullptr;
+  capture::LibavScaler to_yuv;
   std::int64_t first_time_ns = 0, last_key_ns = 0, last_pts = -1;
   std::string codec_string;
-
-  State() = default;
-  State(const State&) = delete;
-  State& operator=(const State&) = delete;
-  ~State() { sws_freeContext(to_yuv); }
 };
 
 H264Encoder::H264Encoder(int width, int height) : state_(std::make_unique<State>()) {
@@ -79,22 +74,18 @@ H264Encoder::H264Encoder(int width, int height) : state_(std::make_unique<State>
   av_opt_set(s.codec->priv_data, "crf", "21", 0);
   av_opt_set(s.codec->priv_data, "forced-idr", "1", 0);
   av_opt_set(s.codec->priv_data, "x264-params", "sliced-threads=0:repeat-headers=1:annexb=1", 0);
-  if (const int code = avcodec_open2(s.codec.get(), x264, nullptr); code < 0) {
-    throw failure("does not open", code);
-  }
+  check("does not open", avcodec_open2(s.codec.get(), x264, nullptr));
   s.frame->format = s.codec->pix_fmt;
   s.frame->width = s.codec->width;
   s.frame->height = s.codec->height;
-  if (const int code = av_frame_get_buffer(s.frame.get(), 0); code < 0) {
-    throw failure("no picture", code);
-  }
-  s.to_yuv = sws_getContext(s.codec->width, s.codec->height, AV_PIX_FMT_RGB24, s.codec->width, s.codec->height,
-                            AV_PIX_FMT_YUV420P, SWS_BILINEAR, nullptr, nullptr, nullptr);
+  check("no picture", av_frame_get_buffer(s.frame.get(), 0));
+  s.to_yuv.reset(sws_getContext(s.codec->width, s.codec->height, AV_PIX_FMT_RGB24, s.codec->width, s.codec->height,
+                                AV_PIX_FMT_YUV420P, SWS_BILINEAR, nullptr, nullptr, nullptr));
   if (s.to_yuv == nullptr) {
     throw std::runtime_error("H.264: no conversion to 4:2:0");
   }
   const int* bt709 = sws_getCoefficients(SWS_CS_ITU709);
-  sws_setColorspaceDetails(s.to_yuv, bt709, 1, bt709, 0, 0, 1 << 16, 1 << 16);
+  sws_setColorspaceDetails(s.to_yuv.get(), bt709, 1, bt709, 0, 0, 1 << 16, 1 << 16);
 }
 
 H264Encoder::~H264Encoder() = default;
@@ -109,22 +100,16 @@ H264Encoder::AccessUnit H264Encoder::encode(const capture::Image<std::uint8_t>& 
   if (key) {
     s.last_key_ns = time_ns;
   }
-  if (const int code = av_frame_make_writable(s.frame.get()); code < 0) {
-    throw failure("no picture", code);
-  }
+  check("no picture", av_frame_make_writable(s.frame.get()));
   const std::uint8_t* rows[] = {srgb.data.data()};
   const int stride[] = {3 * srgb.width};
-  sws_scale(s.to_yuv, rows, stride, 0, s.codec->height, s.frame->data, s.frame->linesize);
+  sws_scale(s.to_yuv.get(), rows, stride, 0, s.codec->height, s.frame->data, s.frame->linesize);
   const std::int64_t pts = (time_ns - s.first_time_ns) / (1'000'000'000 / 1000) * kTicksPerSecond / 1000;
   s.last_pts = std::max(pts, s.last_pts + 1);
   s.frame->pts = s.last_pts;
   s.frame->pict_type = key ? AV_PICTURE_TYPE_I : AV_PICTURE_TYPE_NONE;
-  if (const int code = avcodec_send_frame(s.codec.get(), s.frame.get()); code < 0) {
-    throw failure("encoding", code);
-  }
-  if (const int code = avcodec_receive_packet(s.codec.get(), s.packet.get()); code < 0) {
-    throw failure("encoding", code);
-  }
+  check("encoding", avcodec_send_frame(s.codec.get(), s.frame.get()));
+  check("encoding", avcodec_receive_packet(s.codec.get(), s.packet.get()));
   AccessUnit unit;
   unit.key = (s.packet->flags & AV_PKT_FLAG_KEY) != 0;
   unit.bytes.assign(s.packet->data, s.packet->data + s.packet->size);

@@ -5,7 +5,7 @@
 namespace lumigraft::server {
 namespace {
 
-std::string_view type_of(std::string_view name) {
+const char* type_of(std::string_view name) {
   const std::string_view extension = name.substr(name.rfind('.') + 1);
   if (extension == "html") return "text/html; charset=utf-8";
   if (extension == "js") return "text/javascript; charset=utf-8";
@@ -17,14 +17,14 @@ std::string_view type_of(std::string_view name) {
 
 }  // namespace
 
-std::optional<PageFile> find_page_file(std::string_view path) {
+WebReply page_reply(std::string_view path) {
   const std::string_view name = path == "/" ? "index.html" : path.substr(path.empty() ? 0 : 1);
   for (const EmbeddedFile* file = embedded_page_files; file->name != nullptr; ++file) {
     if (name == file->name) {
-      return PageFile{file->name, type_of(name), {reinterpret_cast<const char*>(file->bytes), file->size}};
+      return {200, type_of(name), {reinterpret_cast<const char*>(file->bytes), file->size}};
     }
   }
-  return std::nullopt;
+  return {.status = 404, .body = "no such page\n"};
 }
 
 }  // namespace lumigraft::server

@@ -1,17 +1,12 @@
 #pragma once
 // The files of server/web, compiled into the program.
-#include <optional>
 #include <string_view>
+
+#include "server/stream/web_server.h"
 
 namespace lumigraft::server {
 
-struct PageFile {
-  std::string_view name;  ///< "index.html"
-  std::string_view type;  ///< for the Content-Type header
-  std::string_view bytes;
-};
-
-/// Looks up a request path; "/" is index.html. Empty where there is no such file.
-std::optional<PageFile> find_page_file(std::string_view path);
+/// The file of a request path; "/" is index.html. Status 404 where there is no such file.
+WebReply page_reply(std::string_view path);
 
 }  // namespace lumigraft::server

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 
 namespace lumigraft::server {
@@ -141,17 +142,14 @@ Command parse(const nlohmann::json& message) {
   }
   const std::string& type = message["type"].get_ref<const std::string&>();
   if (type == "want") {
-    const std::string codec = message.value("codec", nlohmann::json()).is_string() ? message["codec"] : "";
-    if (codec == "h264") {
-      return WantCommand{Codec::h264};
+    static const std::map<std::string, Codec> codecs = {
+        {"h264", Codec::h264}, {"jpeg", Codec::jpeg}, {"none", Codec::none}};
+    const std::string name = message.value("codec", nlohmann::json()).is_string() ? message["codec"] : "";
+    const auto codec = codecs.find(name);
+    if (codec == codecs.end()) {
+      throw Refused{"codec: h264, jpeg or none"};
     }
-    if (codec == "jpeg") {
-      return WantCommand{Codec::jpeg};
-    }
-    if (codec == "none") {
-      return WantCommand{Codec::none};
-    }
-    throw Refused{"codec: h264, jpeg or none"};
+    return WantCommand{codec->second};
   }
   if (type == "key") {
     return KeyCommand{};

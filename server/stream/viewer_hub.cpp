@@ -1,13 +1,9 @@
 #include "server/stream/viewer_hub.h"
 
+#include <algorithm>
 #include <chrono>
 
 namespace lumigraft::server {
-namespace {
-
-constexpr std::size_t kRememberedFrames = 256;
-
-}  // namespace
 
 void ViewerHub::add(std::shared_ptr<Viewer> viewer) {
   viewers_.insert(std::move(viewer));
@@ -22,19 +18,15 @@ void ViewerHub::remove(const std::shared_ptr<Viewer>& viewer) {
 }
 
 void ViewerHub::count_demand() {
-  int h264 = 0, jpeg = 0;
-  for (const auto& viewer : viewers_) {
-    h264 += viewer->codec() == Codec::h264 ? 1 : 0;
-    jpeg += viewer->codec() == Codec::jpeg ? 1 : 0;
-  }
-  demand_.h264 = h264;
-  demand_.jpeg = jpeg;
+  demand_.h264 = static_cast<int>(std::ranges::count(viewers_, Codec::h264, &Viewer::codec));
+  demand_.jpeg = static_cast<int>(std::ranges::count(viewers_, Codec::jpeg, &Viewer::codec));
 }
 
 void ViewerHub::publish(const std::shared_ptr<const StreamMessage>& message) {
   if (message->header.kind == StreamKind::config) {
     config_ = message;
   } else {
+    constexpr std::size_t kRememberedFrames = 256;
     capture_times_ns_.emplace_back(message->header.sequence, message->header.capture_time_ns);
     if (capture_times_ns_.size() > kRememberedFrames) {
       capture_times_ns_.pop_front();

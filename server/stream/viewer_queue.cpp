@@ -21,27 +21,21 @@ bool ViewerQueue::offer(std::shared_ptr<const StreamMessage> message) {
 }
 
 bool ViewerQueue::offer_frame(std::shared_ptr<const StreamMessage> message) {
-  switch (message->header.kind) {
-    case StreamKind::config:
-      config_ = std::move(message);
-      config_sent_ = false;
-      return false;
-    case StreamKind::jpeg:
-    case StreamKind::h264_key: {
-      if (codec_ != (message->header.kind == StreamKind::jpeg ? Codec::jpeg : Codec::h264)) {
-        return false;
-      }
-      const bool dropped = !frames_.empty();
-      frames_.clear();
-      frames_.push_back(std::move(message));
-      needs_key_ = false;
-      return dropped;
-    }
-    case StreamKind::h264_delta:
-      break;
-  }
-  if (codec_ != Codec::h264) {
+  const StreamKind kind = message->header.kind;
+  if (kind == StreamKind::config) {
+    config_ = std::move(message);
+    config_sent_ = false;
     return false;
+  }
+  if (codec_ != (kind == StreamKind::jpeg ? Codec::jpeg : Codec::h264)) {
+    return false;
+  }
+  if (kind != StreamKind::h264_delta) {
+    const bool dropped = !frames_.empty();
+    frames_.clear();
+    frames_.push_back(std::move(message));
+    needs_key_ = false;
+    return dropped;
   }
   if (needs_key_) {
     return true;
@@ -54,8 +48,6 @@ bool ViewerQueue::offer_frame(std::shared_ptr<const StreamMessage> message) {
   frames_.push_back(std::move(message));
   return false;
 }
-
-void ViewerQueue::offer_text(const std::string& kind, std::string text) { texts_[kind] = std::move(text); }
 
 bool ViewerQueue::acknowledge(std::uint32_t sequence) {
   acknowledges_ = true;

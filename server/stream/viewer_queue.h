@@ -26,7 +26,7 @@ class ViewerQueue {
   /// Queues the frame if this viewer requests its kind. True when this or an older frame was dropped.
   bool offer(std::shared_ptr<const StreamMessage> message);
   /// Replaces the queued text of the same kind ("hello", "state", "stats", "error").
-  void offer_text(const std::string& kind, std::string text);
+  void offer_text(const std::string& kind, std::string text) { texts_[kind] = std::move(text); }
   /// False where this frame was not sent to this viewer, or was acknowledged before.
   bool acknowledge(std::uint32_t sequence);
 

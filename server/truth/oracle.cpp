@@ -1,17 +1,13 @@
 #include "server/truth/oracle.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <filesystem>
+#include <functional>
 #include <sstream>
 #include <utility>
 
 #include "capture/camera/radiance.h"
 #include "capture/error.h"
-#include "reconstruct/light/light.h"
-#include "server/truth/true_environment.h"
-#include "server/truth/true_surface.h"
 
 namespace lumigraft::server {
 namespace {
@@ -20,11 +16,6 @@ constexpr float kSurfaceBand_voxels = 2.0f;  // range around the surface in whic
 constexpr float kSameSurface_voxels = 3.0f;  // a pixel sees the voxel when its depth differs by less
 constexpr float kSameLamp_rad = 0.087f;      // 5°: the split's centroid against the lamp's centre
 constexpr float kTruthSigma = 0.01f;         // of albedo: quantisation of an 8-bit texture
-
-constexpr std::array<std::pair<const char*, bool OracleParts::*>, 4> kParts = {{{"pose", &OracleParts::pose},
-                                                                                {"geometry", &OracleParts::geometry},
-                                                                                {"light", &OracleParts::light},
-                                                                                {"albedo", &OracleParts::albedo}}};
 
 /// Bilinear interpolation of the picture, as fusion samples radiance; the nearest pixel where the four neighbours show
 /// several surfaces. Empty where its depth differs from `z_m` by more than `same_m`.
@@ -63,14 +54,23 @@ reconstruct::PointLight true_light(const TrueLamp& lamp, const Eigen::Vector3d& 
   return light;
 }
 
+std::shared_ptr<const capture::Frame> fisheye_frame(const capture::FrameSet& frame, capture::Image<float> radiance) {
+  auto picture = std::make_shared<capture::Frame>();
+  picture->stamp.time_ns = frame.time_ns;
+  picture->stream = capture::Stream::fisheye;
+  picture->radiance = std::move(radiance);
+  return picture;
+}
+
 }  // namespace
 
 OracleParts parse_oracle_parts(const std::string& list) {
   OracleParts parts;
   std::istringstream names(list);
   for (std::string name; std::getline(names, name, ',');) {
-    const auto part = std::find_if(kParts.begin(), kParts.end(), [&](const auto& p) { return name == p.first; });
-    capture::refuse_if(part == kParts.end(),
+    const auto part =
+        std::find_if(kOracleParts.begin(), kOracleParts.end(), [&](const auto& p) { return name == p.first; });
+    capture::refuse_if(part == kOracleParts.end(),
                        "--oracle: found \"" + name + "\", allowed: pose, geometry, light, albedo, with commas between");
     parts.*part->second = true;
   }
@@ -79,7 +79,7 @@ OracleParts parse_oracle_parts(const std::string& list) {
 
 std::string name_of(const OracleParts& parts) {
   std::string name;
-  for (const auto& [part, taken] : kParts) {
+  for (const auto& [part, taken] : kOracleParts) {
     if (parts.*taken) {
       name += (name.empty() ? "" : "+") + std::string(part);
     }
@@ -123,97 +123,44 @@ reconstruct::Illumination with_true_lamps(const reconstruct::Illumination& split
   for (const reconstruct::PointLight& lamp : far) {
     add_if_out_of_view(lamp);
   }
-  std::stable_sort(result.lights.begin(), result.lights.end(),
-                   [](const reconstruct::PointLight& a, const reconstruct::PointLight& b) {
-                     return a.irradiance.sum() > b.irradiance.sum();
-                   });
+  std::ranges::stable_sort(result.lights, std::greater(),
+                           [](const reconstruct::PointLight& light) { return light.irradiance.sum(); });
   return result;
 }
 
-struct Oracle::State {
-  capture::Session session;
-  OracleParts parts;
-  reconstruct::LightStage light;
-  std::shared_ptr<reconstruct::AlbedoField> albedo;
-  std::optional<TrueSurface> surface;  ///< of the whole true room
-  std::optional<TrueEnvironment> environment;
-
-  State(const capture::Session& the_session, const OracleParts& the_parts)
-      : session(the_session), parts(the_parts), light(the_session) {}
-
-  std::filesystem::path file(std::uint64_t index, const char* name) const {
-    return truth_folder(session.folder, index) / name;
-  }
-
-  using Frames = std::vector<std::shared_ptr<const capture::Frame>>;
-  Frames fisheye(const capture::FrameSet& frame) const {
-    Frames frames = frame.fisheye;
-    for (const std::uint64_t index :
-         {frame.index, std::uint64_t{0}}) {  // the fish-eye's truth may exist for frame 0 only
-      const std::filesystem::path path = file(index, "fisheye.exr");
-      if (std::filesystem::exists(path)) {
-        frames = {fisheye_frame(frame, read_true_picture(path))};
-        break;
-      }
-    }
-    if (!environment || frames.empty()) {
-      return frames;
-    }
-    capture::RadianceImage picture = capture::merge_bracket(frames, session.fisheye->response);
-    if (picture.clipped_fraction == 0) {
-      return frames;
-    }
-    if (frames.front()->radiance.empty()) {
-      capture::undo_vignetting(picture, capture::vignetting_gain(session.fisheye->vignetting, session.fisheye->model));
-    }
-    environment->complete(picture);
-    return {fisheye_frame(frame, std::move(picture.radiance))};
-  }
-
-  static std::shared_ptr<const capture::Frame> fisheye_frame(const capture::FrameSet& frame,
-                                                             capture::Image<float> radiance) {
-    auto picture = std::make_shared<capture::Frame>();
-    picture->stamp.time_ns = frame.time_ns;
-    picture->stream = capture::Stream::fisheye;
-    picture->radiance = std::move(radiance);
-    return picture;
-  }
-};
-
 Oracle::Oracle(const capture::Session& session, const OracleParts& parts)
-    : state_(std::make_unique<State>(session, parts)) {
+    : session_(session), parts_(parts), light_(session) {
   if (parts.pose) {
-    read_true_pose(state_->file(0, "pose.json"));
+    read_true_pose(file(0, "pose.json"));
   }
   if (parts.geometry) {
-    read_true_depth(state_->file(0, "depth.exr"));
+    read_true_depth(file(0, "depth.exr"));
     const std::filesystem::path room = session.folder / "truth" / "real_scene.ply";
     if (std::filesystem::exists(room)) {
-      state_->surface.emplace(room);
+      surface_.emplace(room);
     }
   }
   if (parts.light) {
-    read_true_lamps(state_->file(0, "lights.json"));
-    if (!session.fisheye) {
-      throw capture::InputError("--oracle light: " + session.name + " has no [fisheye], allowed: a session with one");
-    }
-    if (read_true_sky(state_->file(0, "lights.json")).is_picture) {
-      state_->environment.emplace(session);
+    read_true_lamps(file(0, "lights.json"));
+    capture::refuse_if(!session.fisheye,
+                       "--oracle light: " + session.name + " has no [fisheye], allowed: a session with one");
+    if (read_true_sky(file(0, "lights.json")).is_picture) {
+      environment_.emplace(session);
     }
   }
   if (parts.albedo) {
-    read_true_picture(state_->file(0, "albedo.exr"));
-    read_true_depth(state_->file(0, "depth.exr"));
+    read_true_picture(file(0, "albedo.exr"));
+    read_true_depth(file(0, "depth.exr"));
   }
 }
 
-Oracle::~Oracle() = default;
-
-const OracleParts& Oracle::parts() const { return state_->parts; }
+std::filesystem::path Oracle::file(std::uint64_t index, const char* name) const {
+  return truth_folder(session_.folder, index) / name;
+}
 
 reconstruct::Pose Oracle::pose(const capture::FrameSet& frame) const {
   reconstruct::Pose pose;
-  pose.T_tag_camera = read_true_pose(state_->file(frame.index, "pose.json"));
+  pose.T_tag_camera = read_true_pose(file(frame.index, "pose.json"));
   pose.T_tag_camera_raw = pose.T_tag_camera;
   pose.time_ns = frame.time_ns;
   return pose;
@@ -221,58 +168,80 @@ reconstruct::Pose Oracle::pose(const capture::FrameSet& frame) const {
 
 capture::FrameSet Oracle::with_true_depth(const capture::FrameSet& frame) const {
   capture::FrameSet with = frame;
-  const std::filesystem::path file = state_->file(frame.index, "depth.exr");
-  if (!std::filesystem::exists(file)) {
+  const std::filesystem::path path = file(frame.index, "depth.exr");
+  if (!std::filesystem::exists(path)) {
     with.depth = nullptr;
     return with;
   }
   auto depth = std::make_shared<capture::DepthFrame>();
   depth->stamp = frame.depth ? frame.depth->stamp : frame.color->stamp;
-  depth->depth_m = read_true_depth(file);
-  const capture::CameraModel& camera = state_->session.color.model;
-  if (depth->depth_m.width != camera.width || depth->depth_m.height != camera.height) {
-    throw capture::InputError(file.string() + ": not of the colour picture's size");
-  }
+  depth->depth_m = read_true_depth(path);
+  const capture::CameraModel& camera = session_.color.model;
+  capture::refuse_if(depth->depth_m.width != camera.width || depth->depth_m.height != camera.height,
+                     path.string() + ": not of the colour picture's size");
   with.depth = std::move(depth);
   return with;
 }
 
+/// The fish-eye picture to extract light from; see Oracle::illumination.
+capture::FisheyeFrames Oracle::fisheye(const capture::FrameSet& frame) const {
+  capture::FisheyeFrames frames = frame.fisheye;
+  for (const std::uint64_t index :
+       {frame.index, std::uint64_t{0}}) {  // the fish-eye's truth may exist for frame 0 only
+    const std::filesystem::path path = file(index, "fisheye.exr");
+    if (std::filesystem::exists(path)) {
+      frames = {fisheye_frame(frame, read_true_picture(path))};
+      break;
+    }
+  }
+  if (!environment_ || frames.empty()) {
+    return frames;
+  }
+  capture::RadianceImage picture = capture::merge_bracket(frames, session_.fisheye->response);
+  if (picture.clipped_fraction == 0) {
+    return frames;
+  }
+  if (frames.front()->radiance.empty()) {
+    capture::undo_vignetting(picture, capture::vignetting_gain(session_.fisheye->vignetting, session_.fisheye->model));
+  }
+  environment_->complete(picture);
+  return {fisheye_frame(frame, std::move(picture.radiance))};
+}
+
 std::shared_ptr<const reconstruct::Illumination> Oracle::illumination(const capture::FrameSet& frame) {
-  State& s = *state_;
   capture::FrameSet lit = frame;
-  lit.fisheye = s.fisheye(frame);
-  const std::shared_ptr<const reconstruct::Illumination> split = s.light.extract(lit).illumination;
+  lit.fisheye = fisheye(frame);
+  const std::shared_ptr<const reconstruct::Illumination> split = light_.extract(lit).illumination;
   if (!split) {
     return nullptr;
   }
   const std::vector<reconstruct::PointLight> far =
-      s.environment ? s.environment->lamps() : std::vector<reconstruct::PointLight>{};
+      environment_ ? environment_->lamps() : std::vector<reconstruct::PointLight>{};
   return std::make_shared<const reconstruct::Illumination>(
-      with_true_lamps(*split, read_true_lamps(s.file(frame.index, "lights.json")), far, *s.session.fisheye));
+      with_true_lamps(*split, read_true_lamps(file(frame.index, "lights.json")), far, *session_.fisheye));
 }
 
 std::shared_ptr<const reconstruct::Enclosure> Oracle::enclosure(const reconstruct::Illumination& light) const {
-  if (!state_->surface) {
+  if (!surface_) {
     return nullptr;
   }
   const std::optional<reconstruct::Enclosure> room =
-      reconstruct::close_room(state_->surface->seen_from(light.probe_position_m), light, {});
+      reconstruct::close_room(surface_->seen_from(light.probe_position_m), light, {});
   return room ? std::make_shared<const reconstruct::Enclosure>(*room) : nullptr;
 }
 
 std::shared_ptr<const reconstruct::AlbedoField> Oracle::albedo(const capture::FrameSet& frame,
                                                                const reconstruct::Pose& pose,
                                                                const reconstruct::DistanceField& field) {
-  State& s = *state_;
   auto next =
-      s.albedo ? std::make_shared<reconstruct::AlbedoField>(*s.albedo) : std::make_shared<reconstruct::AlbedoField>();
-  const std::filesystem::path file = s.file(frame.index, "albedo.exr");
-  if (s.albedo && !std::filesystem::exists(file)) {
-    return s.albedo;
+      albedo_ ? std::make_shared<reconstruct::AlbedoField>(*albedo_) : std::make_shared<reconstruct::AlbedoField>();
+  const std::filesystem::path path = file(frame.index, "albedo.exr");
+  if (albedo_ && !std::filesystem::exists(path)) {
+    return albedo_;
   }
-  const capture::Image<float> albedo = read_true_picture(file);
-  const capture::Image<float> depth_m = read_true_depth(s.file(frame.index, "depth.exr"));
-  const capture::CameraModel& camera = s.session.color.model;
+  const capture::Image<float> albedo = read_true_picture(path);
+  const capture::Image<float> depth_m = read_true_depth(file(frame.index, "depth.exr"));
+  const capture::CameraModel& camera = session_.color.model;
   const Eigen::Isometry3d T_camera_tag = pose.T_tag_camera.inverse();
   next->voxel_m = field.voxel_m;
   ++next->version;
@@ -307,7 +276,7 @@ std::shared_ptr<const reconstruct::AlbedoField> Oracle::albedo(const capture::Fr
       next->bricks[key] = std::move(seen);
     }
   }
-  s.albedo = next;
+  albedo_ = next;
   return next;
 }
 

@@ -1,13 +1,19 @@
 #pragma once
 // Replaces estimated parts of the scene by those of a session's truth/: `replay --oracle pose,geometry,light,albedo`
 // shows which part causes which error. The running service never reads truth/.
+#include <array>
+#include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "capture/frame.h"
 #include "capture/session/session.h"
 #include "reconstruct/scene_builder.h"
+#include "server/truth/true_environment.h"
+#include "server/truth/true_surface.h"
 #include "server/truth/truth.h"
 
 namespace lumigraft::server {
@@ -18,6 +24,12 @@ struct OracleParts {
   bool all() const { return pose && geometry && light && albedo; }
 };
 
+inline constexpr std::array<std::pair<const char*, bool OracleParts::*>, 4> kOracleParts = {
+    {{"pose", &OracleParts::pose},
+     {"geometry", &OracleParts::geometry},
+     {"light", &OracleParts::light},
+     {"albedo", &OracleParts::albedo}}};
+
 /// Parses comma-separated names. Throws InputError.
 OracleParts parse_oracle_parts(const std::string& list);
 /// Such as "pose+geometry", or "none".
@@ -27,9 +39,8 @@ class Oracle {
  public:
   /// Throws InputError where truth/ lacks what `parts` need for frame 0.
   Oracle(const capture::Session& session, const OracleParts& parts);
-  ~Oracle();
 
-  const OracleParts& parts() const;
+  const OracleParts& parts() const { return parts_; }
   // These throw InputError where truth/ has no data for the frame.
   reconstruct::Pose pose(const capture::FrameSet& frame) const;
   /// The frame with the true depth in place of the sensor's; without depth where truth/ has none for this frame.
@@ -48,8 +59,15 @@ class Oracle {
                                                          const reconstruct::DistanceField& field);
 
  private:
-  struct State;
-  std::unique_ptr<State> state_;
+  std::filesystem::path file(std::uint64_t index, const char* name) const;
+  capture::FisheyeFrames fisheye(const capture::FrameSet& frame) const;
+
+  capture::Session session_;
+  OracleParts parts_;
+  reconstruct::LightStage light_;
+  std::shared_ptr<const reconstruct::AlbedoField> albedo_;
+  std::optional<TrueSurface> surface_;  ///< of the whole true room
+  std::optional<TrueEnvironment> environment_;
 };
 
 /// The oracle's true parts of the scene as overrides of estimates. Null: none.

@@ -1,7 +1,6 @@
 #include "server/truth/reference_truth.h"
 
 #include <algorithm>
-#include <vector>
 
 #include "capture/error.h"
 #include "relight/objects/closest_point.h"
@@ -15,9 +14,8 @@ constexpr float kSameSurface_m = 5e-5f;  // paper on a surface is thicker
 
 void expect_size(const capture::CameraModel& camera, const capture::Image<float>& image,
                  const std::filesystem::path& path) {
-  if (image.width != camera.width || image.height != camera.height) {
-    throw capture::InputError(path.string() + ": not of the colour picture's size");
-  }
+  capture::refuse_if(image.width != camera.width || image.height != camera.height,
+                     path.string() + ": not of the colour picture's size");
 }
 
 relight::SeenMaterials read_seen(const std::filesystem::path& folder, const capture::CameraModel& camera) {
@@ -106,43 +104,35 @@ relight::ReferenceLamp lamp_of(const TrueLamp& truth) {
 
 }  // namespace
 
-struct TrueRoom::State {
-  capture::Session session;
-  std::vector<relight::ReferenceMesh> meshes;
-  std::filesystem::path folder;
-  std::shared_ptr<const relight::ReferenceScene> scene;
-
-  void take(const std::filesystem::path& now) {
-    auto next = std::make_shared<relight::ReferenceScene>();
-    next->real = meshes;
-    for (const TrueLamp& lamp : read_true_lamps(now / "lights.json")) {
-      next->lamps.push_back(lamp_of(lamp));
-    }
-    const TrueSky sky = read_true_sky(now / "lights.json");
-    next->background = sky.constant.cast<float>().array();
-    if (sky.is_picture) {
-      next->environment.radiance = read_true_picture(session.folder / "truth" / "environment.exr");
-    }
-    // A frame without material pictures uses those of the first frame, which has all.
-    const bool own = std::filesystem::exists(now / "albedo.exr");
-    next->seen = std::make_shared<const relight::SeenMaterials>(
-        read_seen(own ? now : truth_folder(session.folder, 0), session.color.model));
-    scene = std::move(next);
-    folder = now;
-  }
-};
-
-TrueRoom::TrueRoom(const capture::Session& session) : state_(new State{session, read_meshes(session), {}, nullptr}) {
-  state_->take(truth_folder(session.folder, 0));
+TrueRoom::TrueRoom(const capture::Session& session) : session_(session), meshes_(read_meshes(session)) {
+  take(truth_folder(session.folder, 0));
 }
-TrueRoom::~TrueRoom() = default;
+
+void TrueRoom::take(const std::filesystem::path& folder) {
+  auto next = std::make_shared<relight::ReferenceScene>();
+  next->real = meshes_;
+  for (const TrueLamp& lamp : read_true_lamps(folder / "lights.json")) {
+    next->lamps.push_back(lamp_of(lamp));
+  }
+  const TrueSky sky = read_true_sky(folder / "lights.json");
+  next->background = sky.constant.cast<float>().array();
+  if (sky.is_picture) {
+    next->environment.radiance = read_true_picture(session_.folder / "truth" / "environment.exr");
+  }
+  // A frame without material pictures uses those of the first frame, which has all.
+  const bool own = std::filesystem::exists(folder / "albedo.exr");
+  next->seen = std::make_shared<const relight::SeenMaterials>(
+      read_seen(own ? folder : truth_folder(session_.folder, 0), session_.color.model));
+  scene_ = std::move(next);
+  folder_ = folder;
+}
 
 std::shared_ptr<const relight::ReferenceScene> TrueRoom::at(const capture::FrameSet& frame) {
-  const std::filesystem::path now = truth_folder(state_->session.folder, frame.index);
-  if (now != state_->folder) {
-    state_->take(now);
+  const std::filesystem::path folder = truth_folder(session_.folder, frame.index);
+  if (folder != folder_) {
+    take(folder);
   }
-  return state_->scene;
+  return scene_;
 }
 
 }  // namespace lumigraft::server

@@ -5,7 +5,9 @@
 // f0.exr and roughness.exr take precedence. Triangles on a [[real_surface]] of the session have its material
 // everywhere. Other surfaces outside every camera's view are Lambertian: truth/ does not describe metal there, so it
 // reflects diffusely instead of as a mirror.
+#include <filesystem>
 #include <memory>
+#include <vector>
 
 #include "capture/frame.h"
 #include "capture/session/session.h"
@@ -17,14 +19,17 @@ class TrueRoom {
  public:
   /// Throws InputError where truth/ lacks what frame 0 needs.
   explicit TrueRoom(const capture::Session& session);
-  ~TrueRoom();
 
   /// Without objects. Frames that share a truth folder get the same pointer. Throws InputError.
   std::shared_ptr<const relight::ReferenceScene> at(const capture::FrameSet& frame);
 
  private:
-  struct State;
-  std::unique_ptr<State> state_;
+  void take(const std::filesystem::path& folder);
+
+  capture::Session session_;
+  std::vector<relight::ReferenceMesh> meshes_;
+  std::filesystem::path folder_;  ///< of `scene_`
+  std::shared_ptr<const relight::ReferenceScene> scene_;
 };
 
 }  // namespace lumigraft::server

@@ -99,11 +99,7 @@ TrueSky read_true_sky(const std::filesystem::path& lights_json) {
 }
 
 capture::Image<float> read_true_picture(const std::filesystem::path& exr) {
-  try {
-    return capture::read_radiance(exr);
-  } catch (const capture::InputError& e) {
-    throw capture::InputError(exr.string() + ": " + e.what());
-  }
+  return capture::with_error_context(exr.string(), [&] { return capture::read_radiance(exr); });
 }
 
 capture::Image<float> read_true_depth(const std::filesystem::path& exr) {

@@ -15,8 +15,7 @@ constexpr std::size_t kNumber = 4;             ///< bytes of a chunk's ID, and o
 constexpr std::size_t kTrailer = 2 * kNumber;  ///< ID and length, after each chunk
 
 bool disabled_by(const CameraSettings& settings) {
-  return std::any_of(settings.controls.begin(), settings.controls.end(),
-                     [](const auto& control) { return control.first == "ChunkModeActive" && control.second == 0.0; });
+  return std::ranges::count(settings.controls, std::pair(std::string("ChunkModeActive"), 0.0)) > 0;
 }
 
 /// Converts ticks of frequency f to nanoseconds without overflow of 64 bits.

@@ -4,6 +4,7 @@
 #include <array>
 
 #include "capture/live/usb_permission.h"
+#include "capture/message_text.h"
 
 namespace lumigraft::capture::aravis {
 namespace {
@@ -28,11 +29,7 @@ struct FreeMemory {
 
 }  // namespace
 
-std::string Check::text() const {
-  std::string text = error_ != nullptr ? error_->message : "";
-  std::replace(text.begin(), text.end(), '\n', ' ');
-  return text;
-}
+std::string Check::text() const { return on_one_line(error_ != nullptr ? error_->message : ""); }
 
 void Check::or_throw(const std::string& what) const {
   if (error_ == nullptr) return;

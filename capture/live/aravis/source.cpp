@@ -10,7 +10,6 @@
 
 #include "capture/live/aravis/chunks.h"
 #include "capture/live/aravis/library.h"
-#include "capture/live/error_context.h"
 #include "capture/live/parameters.h"
 #include "capture/live/usb_permission.h"
 #include "capture/message_text.h"
@@ -76,8 +75,6 @@ class AravisSource::Camera : public Source {
     }).detach();
     closed.wait_for(kAravisParameters.close_timeout);
   }
-  Camera(const Camera&) = delete;
-  Camera& operator=(const Camera&) = delete;
 
   std::optional<SourceItem> next(std::chrono::milliseconds timeout) override {
     ArvBuffer* buffer =
@@ -134,41 +131,36 @@ class AravisSource::Camera : public Source {
     gint widest = 0, highest = 0;
     arv_camera_get_sensor_size(camera_.get(), &widest, &highest, check);
     check.or_throw("sensor size");
-    if (spec_.width > widest || spec_.height > highest) {
-      throw InputError("found a sensor of " + size_text(widest, highest) +
-                       ", allowed by the session: " + size_text(spec_.width, spec_.height));
-    }
+    refuse_if(spec_.width > widest || spec_.height > highest,
+              "found a sensor of " + size_text(widest, highest) +
+                  ", allowed by the session: " + size_text(spec_.width, spec_.height));
     arv_camera_set_region(camera_.get(), 0, 0, spec_.width, spec_.height, check);
     check.or_throw("size");
     gint x = 0, y = 0, width = 0, height = 0;
     arv_camera_get_region(camera_.get(), &x, &y, &width, &height, check);
     check.or_throw("size");
-    if (width != spec_.width || height != spec_.height) {
-      throw InputError("found a camera that gives " + size_text(width, height) +
-                       ", allowed by the session: " + size_text(spec_.width, spec_.height));
-    }
+    refuse_if(width != spec_.width || height != spec_.height,
+              "found a camera that gives " + size_text(width, height) +
+                  ", allowed by the session: " + size_text(spec_.width, spec_.height));
   }
 
   /// Radiance = response / exposure requires a fixed exposure; cameras without these features have one.
   void fix_exposure() {
     ArvCamera* camera = camera_.get();
     Check check;
-    const auto answer = [&](bool available, const char* what) {
+    const auto switch_off = [&](const char* what, bool available, const auto& set_off) {
       check.or_throw(what);  // no answer does not mean not available
-      return available;
+      if (available) {
+        set_off();
+        check.or_throw(what);
+      }
     };
-    if (answer(arv_camera_is_exposure_auto_available(camera, check), "auto-exposure")) {
-      arv_camera_set_exposure_time_auto(camera, ARV_AUTO_OFF, check);
-      check.or_throw("auto-exposure");
-    }
-    if (answer(arv_camera_is_gain_auto_available(camera, check), "auto-gain")) {
-      arv_camera_set_gain_auto(camera, ARV_AUTO_OFF, check);
-      check.or_throw("auto-gain");
-    }
-    if (answer(arv_camera_is_feature_available(camera, "BalanceWhiteAuto", check), "white balance")) {
-      arv_camera_set_string(camera, "BalanceWhiteAuto", "Off", check);
-      check.or_throw("white balance");
-    }
+    switch_off("auto-exposure", arv_camera_is_exposure_auto_available(camera, check),
+               [&] { arv_camera_set_exposure_time_auto(camera, ARV_AUTO_OFF, check); });
+    switch_off("auto-gain", arv_camera_is_gain_auto_available(camera, check),
+               [&] { arv_camera_set_gain_auto(camera, ARV_AUTO_OFF, check); });
+    switch_off("white balance", arv_camera_is_feature_available(camera, "BalanceWhiteAuto", check),
+               [&] { arv_camera_set_string(camera, "BalanceWhiteAuto", "Off", check); });
     const auto set = [&](const char* key, const std::optional<double>& wanted, auto* function) {
       if (!wanted) return;
       function(camera, *wanted, check);
@@ -198,9 +190,8 @@ class AravisSource::Camera : public Source {
     Check check;
     const std::vector<std::string> offered = aravis::entries_of(camera_.get(), selector, check);
     check.or_throw(key);
-    if (std::find(offered.begin(), offered.end(), entry) == offered.end()) {
-      throw InputError(key + ": found \"" + entry + "\", allowed: " + listed(offered));
-    }
+    refuse_if(std::find(offered.begin(), offered.end(), entry) == offered.end(),
+              key + ": found \"" + entry + "\", allowed: " + listed(offered));
     arv_camera_set_string(camera_.get(), selector.c_str(), entry.c_str(), check);
     check.or_throw(key);
   }

@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "capture/error.h"
-#include "capture/live/format_preference.h"
 #include "capture/live/parameters.h"
 
 namespace lumigraft::capture::libcam {

@@ -141,8 +141,7 @@ void set_text(HelperMessage& message, const std::string& text) {
 }
 
 [[noreturn]] void refuse(HelperMessage::Kind kind, const char* why) {
-  HelperMessage message;
-  message.kind = kind;
+  HelperMessage message{.kind = kind};
   set_text(message, why);
   send(message);
   _exit(0);
@@ -151,19 +150,16 @@ void set_text(HelperMessage& message, const std::string& text) {
 [[noreturn]] void open(const std::string& name, const StreamSpec& spec) {
   try {
     static Camera camera(name, spec, [](const HelperMessage& frame) { send(frame); });
-    HelperMessage opened;
-    opened.kind = HelperMessage::Kind::opened;
-    opened.format = camera.format();
-    opened.stride = camera.stride();
-    opened.buffers = static_cast<std::uint32_t>(camera.buffers().size());
+    HelperMessage opened{.kind = HelperMessage::Kind::opened,
+                         .format = camera.format(),
+                         .stride = camera.stride(),
+                         .buffers = static_cast<std::uint32_t>(camera.buffers().size())};
     for (const std::filesystem::path& node : nodes_of(camera.camera())) {
       set_text(opened, usb_serial(node));
     }
     send(opened);
     for (std::uint32_t i = 0; i < opened.buffers; ++i) {
-      HelperMessage memory;
-      memory.kind = HelperMessage::Kind::memory;
-      memory.index = i;
+      HelperMessage memory{.kind = HelperMessage::Kind::memory, .index = i};
       std::vector<int> descriptors;
       for (const libcamera::FrameBuffer::Plane& plane : camera.buffers()[i]->planes()) {
         memory.plane[memory.planes++] = {plane.offset, plane.length};

@@ -170,9 +170,8 @@ libcamera::ControlList controls_for(const libcamera::ControlInfoMap& offered, co
     set_number(list, offered, libcamera::controls::AnalogueGain.name(), "gain", *settings.gain);
   }
   if (settings.rate_hz) {
-    if (!offers(offered, libcamera::controls::FrameDurationLimits)) {
-      throw InputError("rate_hz: found a camera whose rate is not set this way");
-    }
+    refuse_if(!offers(offered, libcamera::controls::FrameDurationLimits),
+              "rate_hz: found a camera whose rate is not set this way");
     const auto period_us = static_cast<std::int64_t>(std::llround(1e6 / *settings.rate_hz));
     list.set(libcamera::controls::FrameDurationLimits, {period_us, period_us});
   }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <sstream>
 
+#include "capture/descriptor.h"
 #include "capture/error.h"
 #include "capture/live/camera_list.h"
 #include "capture/live/helper_process.h"
@@ -16,24 +17,21 @@ namespace {
 std::string helper_output() {
   int ends[2];
   if (pipe(ends) != 0) return {};
+  const Descriptor read_end(ends[0]);
+  Descriptor write_end(ends[1]);
   std::string out;
   try {
-    const HelperProcess helper("lumigraft_libcamera", {"list"}, ends[1], STDOUT_FILENO);
-    close(ends[1]);
-    ends[1] = -1;
+    const HelperProcess helper("lumigraft_libcamera", {"list"}, write_end.number(), STDOUT_FILENO);
+    write_end = Descriptor();  // so that reading ends with the helper
     constexpr int kTimeout_ms = static_cast<int>(kLibcameraParameters.list_timeout.count());
     char piece[4096];
-    pollfd waiting{ends[0], POLLIN, 0};
+    pollfd waiting{read_end.number(), POLLIN, 0};
     for (ssize_t size = 1; size > 0 && poll(&waiting, 1, kTimeout_ms) > 0;) {
-      size = read(ends[0], piece, sizeof piece);
+      size = read(waiting.fd, piece, sizeof piece);
       out.append(piece, static_cast<std::size_t>(std::max<ssize_t>(size, 0)));
     }
   } catch (const CameraFault& e) {
     out = std::string("failed\t") + e.what() + "\n";
-  }
-  close(ends[0]);
-  if (ends[1] >= 0) {
-    close(ends[1]);
   }
   return out;
 }

@@ -3,7 +3,6 @@
 #include <poll.h>
 #include <sys/mman.h>
 #include <sys/socket.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -14,8 +13,8 @@
 #include <vector>
 
 #include "capture/camera/camera_serial.h"
+#include "capture/descriptor.h"
 #include "capture/error.h"
-#include "capture/live/error_context.h"
 #include "capture/live/helper_process.h"
 #include "capture/live/libcamera/messages.h"
 #include "capture/live/parameters.h"
@@ -28,58 +27,26 @@ namespace {
 using libcam::HelperMessage;
 using Bytes = std::span<const std::uint8_t>;
 
-class Descriptor {
- public:
-  explicit Descriptor(int number = -1) : number_(number) {}
-  Descriptor(Descriptor&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
-  Descriptor& operator=(Descriptor&& other) noexcept {
-    std::swap(number_, other.number_);
-    return *this;
-  }
-  ~Descriptor() {
-    if (number_ >= 0) {
-      close(number_);
-    }
-  }
-  int number() const { return number_; }
-
- private:
-  int number_;
+/// A plane of a buffer in memory.
+struct MappedPlane {
+  std::shared_ptr<void> mapping;  ///< of the plane's descriptor, from its first byte
+  Bytes bytes;
 };
 
-/// A buffer's planes in memory. A mapping starts at the first byte of the descriptor.
-class MappedBuffer {
- public:
-  MappedBuffer() = default;
-  MappedBuffer(const HelperMessage& memory, const std::vector<Descriptor>& files) {
-    for (std::uint32_t i = 0; i < std::min<std::size_t>(memory.planes, files.size()); ++i) {
-      const std::size_t size = std::size_t{memory.plane[i].offset} + memory.plane[i].length;
-      void* begin = mmap(nullptr, size, PROT_READ, MAP_SHARED, files[i].number(), 0);
-      if (begin == MAP_FAILED) {
-        throw CameraFault(std::string("buffers: ") + std::strerror(errno));
-      }
-      files_.emplace_back(begin, size);
-      planes_.emplace_back(static_cast<const std::uint8_t*>(begin) + memory.plane[i].offset, memory.plane[i].length);
+std::vector<MappedPlane> mapped(const HelperMessage& memory, const std::vector<Descriptor>& files) {
+  std::vector<MappedPlane> planes;
+  for (std::uint32_t i = 0; i < std::min<std::size_t>(memory.planes, files.size()); ++i) {
+    const auto [offset, length] = memory.plane[i];
+    const std::size_t size = std::size_t{offset} + length;
+    void* begin = mmap(nullptr, size, PROT_READ, MAP_SHARED, files[i].number(), 0);
+    if (begin == MAP_FAILED) {
+      throw CameraFault(std::string("buffers: ") + std::strerror(errno));
     }
+    planes.push_back({{begin, [size](void* mapping) { munmap(mapping, size); }},
+                      {static_cast<const std::uint8_t*>(begin) + offset, length}});
   }
-  MappedBuffer(MappedBuffer&&) = default;
-  MappedBuffer& operator=(MappedBuffer&& other) noexcept {
-    std::swap(files_, other.files_);
-    std::swap(planes_, other.planes_);
-    return *this;
-  }
-  ~MappedBuffer() {
-    for (const auto& [begin, size] : files_) {
-      munmap(begin, size);
-    }
-  }
-
-  const std::vector<Bytes>& planes() const { return planes_; }
-
- private:
-  std::vector<std::pair<void*, std::size_t>> files_;
-  std::vector<Bytes> planes_;
-};
+  return planes;
+}
 
 /// State shared by the camera and the holders of lent buffers.
 struct Shared {
@@ -92,9 +59,9 @@ struct Shared {
   }
 
   std::mutex mutex;
-  Descriptor socket;                 ///< empty after the camera was closed
-  int with_driver = 0;               ///< number of buffers that the driver has
-  std::vector<MappedBuffer> memory;  ///< by index
+  Descriptor socket;                              ///< empty after the camera was closed
+  int with_driver = 0;                            ///< number of buffers that the driver has
+  std::vector<std::vector<MappedPlane>> buffers;  ///< by index
 };
 
 std::string text_of(double value) { return formatted("%.17g", value); }
@@ -130,23 +97,21 @@ class LibcameraSource::Camera : public Source {
       throw CameraFault(std::strerror(errno));
     }
     shared_->socket = Descriptor(ends[0]);
-    const Descriptor helper_end(ends[1]);
-    process_ = std::make_unique<HelperProcess>("lumigraft_libcamera", helper_arguments(name, spec), helper_end.number(),
-                                               libcam::kHelperSocket);
-  }
-  /// Waits until the camera is open. Called after the constructor, when this process has closed the helper's end of the
-  /// socket and so notices if the helper dies.
-  void open() {
+    {
+      const Descriptor helper_end(ends[1]);  // closed in this process, which so notices if the helper dies
+      process_ = std::make_unique<HelperProcess>("lumigraft_libcamera", helper_arguments(name, spec),
+                                                 helper_end.number(), libcam::kHelperSocket);
+    }
     const HelperMessage opened = demand(HelperMessage::Kind::opened).first;
     serial_ = opened.text.data();
     check_serial(serial_, spec_.serial);
     format_ = opened.format;
     stride_ = opened.stride;
-    shared_->memory.resize(opened.buffers);
+    shared_->buffers.resize(opened.buffers);
     for (std::uint32_t i = 0; i < opened.buffers; ++i) {
       const auto [memory, files] = demand(HelperMessage::Kind::memory);
-      if (memory.index < shared_->memory.size()) {
-        shared_->memory[memory.index] = MappedBuffer(memory, files);
+      if (memory.index < shared_->buffers.size()) {
+        shared_->buffers[memory.index] = mapped(memory, files);
       }
     }
     shared_->with_driver = static_cast<int>(opened.buffers);
@@ -156,13 +121,12 @@ class LibcameraSource::Camera : public Source {
     process_.reset();
     shared_->socket = Descriptor();
   }
-  Camera(const Camera&) = delete;
-  Camera& operator=(const Camera&) = delete;
 
   std::optional<SourceItem> next(std::chrono::milliseconds timeout) override {
     auto message = receive(timeout);
     if (message && refused(message->first)) return std::nullopt;
-    return message && message->first.kind == HelperMessage::Kind::frame && message->first.index < shared_->memory.size()
+    return message && message->first.kind == HelperMessage::Kind::frame &&
+                   message->first.index < shared_->buffers.size()
                ? std::optional(to_item(message->first))
                : std::nullopt;
   }
@@ -254,14 +218,15 @@ class LibcameraSource::Camera : public Source {
 
   bool can_spare() const {
     const std::lock_guard lock(shared_->mutex);
-    return 2 * shared_->with_driver >= static_cast<int>(shared_->memory.size());  // half stays with the driver
+    return 2 * shared_->with_driver >= static_cast<int>(shared_->buffers.size());  // half stays with the driver
   }
 
   /// The frame's bytes without padding: in the driver's memory if possible, else copied to `own`. Empty if too short.
   Bytes bytes_of_frame(const HelperMessage& frame, std::vector<std::uint8_t>& own) const {
-    const std::vector<Bytes>& planes = shared_->memory[frame.index].planes();
+    const std::vector<MappedPlane>& planes = shared_->buffers[frame.index];
     const auto plane = [&](std::size_t i) {
-      return i < planes.size() ? planes[i].first(std::min<std::size_t>(planes[i].size(), frame.used[i])) : Bytes();
+      const Bytes bytes = i < planes.size() ? planes[i].bytes : Bytes();
+      return bytes.first(std::min<std::size_t>(bytes.size(), frame.used[i]));
     };
     if (format_ == PixelFormat::mjpeg) return plane(0);
     const std::size_t wanted = *bytes_of(format_, spec_.width, spec_.height);
@@ -289,11 +254,8 @@ class LibcameraSource::Camera : public Source {
 };
 
 LibcameraSource::LibcameraSource(const std::string& camera, const StreamSpec& spec)
-    : ForwardingSource(with_error_context("libcamera:" + camera, [&] {
-        auto opened = std::make_shared<Camera>(camera, spec);
-        opened->open();
-        return opened;
-      })) {}
+    : ForwardingSource(
+          with_error_context("libcamera:" + camera, [&] { return std::make_shared<Camera>(camera, spec); })) {}
 
 pid_t LibcameraSource::process() const { return static_cast<const Camera&>(*source_).process(); }
 

@@ -13,7 +13,6 @@
 
 #include "capture/camera/camera_serial.h"
 #include "capture/error.h"
-#include "capture/live/error_context.h"
 #include "capture/live/usb_permission.h"
 
 namespace lumigraft::capture {
@@ -62,8 +61,6 @@ class EndListener : public openni::OpenNI::DeviceStateChangedListener,
     openni::OpenNI::removeDeviceStateChangedListener(this);
     openni::OpenNI::removeDeviceDisconnectedListener(this);
   }
-  EndListener(const EndListener&) = delete;
-  EndListener& operator=(const EndListener&) = delete;
 
   void onDeviceStateChanged(const openni::DeviceInfo* info, openni::DeviceState state) override {
     ended_ = ended_ || (static_cast<int>(state) == ONI_DEVICE_STATE_EOF && uri_ == info->getUri());
@@ -107,9 +104,6 @@ struct Lane {
 
 /// An open device with its streams, destroyed in the order that OpenNI2 requires.
 struct OpenDevice {
-  OpenDevice() = default;
-  OpenDevice(const OpenDevice&) = delete;
-  OpenDevice& operator=(const OpenDevice&) = delete;
   ~OpenDevice() {
     for (const auto& lane : lanes) {
       lane->stream.stop();
@@ -168,9 +162,8 @@ class OpenNiSource::Reader : public Source {
       }
       for (const auto& lane : lanes_) {
         lane->left = playback->getNumberOfFrames(lane->stream);
-        if (lane->left <= 0) {
-          throw InputError(std::string("found no ") + name_of(lane->spec.stream) + " pictures in the recording");
-        }
+        refuse_if(lane->left <= 0,
+                  std::string("found no ") + name_of(lane->spec.stream) + " pictures in the recording");
       }
       std::error_code error;
       left_ = std::filesystem::file_size(uri, error) / kOpenNiParameters.min_frame_bytes;
@@ -230,9 +223,8 @@ class OpenNiSource::Reader : public Source {
   void create(Lane& lane) {
     const openni::SensorType sensor = lane.spec.stream == Stream::depth ? openni::SENSOR_DEPTH : openni::SENSOR_COLOR;
     const std::string name = name_of(lane.spec.stream);
-    if (!device_.hasSensor(sensor) || lane.stream.create(device_, sensor) != openni::STATUS_OK) {
-      throw InputError("found no " + name + " stream");
-    }
+    refuse_if(!device_.hasSensor(sensor) || lane.stream.create(device_, sensor) != openni::STATUS_OK,
+              "found no " + name + " stream");
     if (kind_ == Kind::recording) {
       if (!fits(lane.stream.getVideoMode(), lane.spec)) {
         const openni::VideoMode mode = lane.stream.getVideoMode();
@@ -265,9 +257,8 @@ class OpenNiSource::Reader : public Source {
             lane->spec.registered ? openni::IMAGE_REGISTRATION_DEPTH_TO_COLOR : openni::IMAGE_REGISTRATION_OFF;
         const bool set = device_.isImageRegistrationModeSupported(wanted) &&
                          device_.setImageRegistrationMode(wanted) == openni::STATUS_OK;
-        if (lane->spec.registered && !set) {
-          throw InputError("found a device that cannot register depth to colour, allowed: depth.registered = false");
-        }
+        refuse_if(lane->spec.registered && !set,
+                  "found a device that cannot register depth to colour, allowed: depth.registered = false");
       }
     }
     device_.setDepthColorSyncEnabled(true);  // if supported; pairing by time works without

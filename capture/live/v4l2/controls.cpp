@@ -134,9 +134,8 @@ std::int64_t value_of(const Device& device, const Control& control) {
 double set_exposure_us(const Device& device, double exposure_us) {
   const std::vector<Control> all = controls(device);
   const Control* control = find(all, V4L2_CID_EXPOSURE_ABSOLUTE);
-  if (control == nullptr) {
-    throw InputError("exposure_us: found a camera whose exposure is not known in time, allowed: controls by its names");
-  }
+  refuse_if(control == nullptr,
+            "exposure_us: found a camera whose exposure is not known in time, allowed: controls by its names");
   set_within(device, *control, exposure_us / kExposureUnit_us, "exposure_us / 100");
   return kExposureUnit_us * static_cast<double>(value_of(device, *control));
 }

@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <sys/ioctl.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -72,7 +71,7 @@ void fail(int error, const std::string& what) {
 }
 
 Device::Device(const std::string& path) : descriptor_(::open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC)) {
-  if (descriptor_ < 0) {
+  if (descriptor_.number() < 0) {
     fail(errno, "open");
   }
   const int error = call(VIDIOC_QUERYCAP, &capability_);
@@ -81,19 +80,16 @@ Device::Device(const std::string& path) : descriptor_(::open(path.c_str(), O_RDW
   capability_.device_caps = offers;
   const bool captures = (offers & (V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_VIDEO_CAPTURE_MPLANE)) != 0;
   if (error == 0 && captures && (offers & V4L2_CAP_STREAMING) != 0) return;
-  ::close(descriptor_);
   if (error != 0 && error != ENOTTY && error != EINVAL) {
     fail(error, "capabilities");
   }
   throw InputError("found no camera that streams, allowed: a node of one, as `lumigraft devices` lists");
 }
 
-Device::~Device() { ::close(descriptor_); }
-
 int Device::call(unsigned long request, void* argument) const {
   int result = 0;
   do {
-    result = ioctl(descriptor_, request, argument);
+    result = ioctl(descriptor_.number(), request, argument);
   } while (result < 0 && errno == EINTR);
   return result < 0 ? errno : 0;
 }
@@ -106,7 +102,6 @@ void Device::demand(unsigned long request, void* argument, const std::string& wh
 
 std::string Device::card() const { return text_of(capability_.card, sizeof capability_.card); }
 std::string Device::bus() const { return text_of(capability_.bus_info, sizeof capability_.bus_info); }
-bool Device::multi_planar() const { return (capability_.device_caps & V4L2_CAP_VIDEO_CAPTURE) == 0; }
 v4l2_buf_type Device::buffers() const {
   return multi_planar() ? V4L2_BUF_TYPE_VIDEO_CAPTURE_MPLANE : V4L2_BUF_TYPE_VIDEO_CAPTURE;
 }

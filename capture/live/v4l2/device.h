@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "capture/descriptor.h"
 #include "capture/formats/pixel_format.h"
 
 namespace lumigraft::capture::v4l2 {
@@ -18,23 +19,20 @@ class Device {
  public:
   /// Throws CameraFault if it cannot be opened, InputError if it is no camera, with the reason alone.
   explicit Device(const std::string& path);
-  ~Device();
-  Device(const Device&) = delete;
-  Device& operator=(const Device&) = delete;
 
   /// ioctl; returns 0 or the errno.
   int call(unsigned long request, void* argument) const;
   /// ioctl; throws as fail().
   void demand(unsigned long request, void* argument, const std::string& what) const;
 
-  int descriptor() const { return descriptor_; }
+  int descriptor() const { return descriptor_.number(); }
   std::string card() const;
   std::string bus() const;
-  bool multi_planar() const;
+  bool multi_planar() const { return (capability_.device_caps & V4L2_CAP_VIDEO_CAPTURE) == 0; }
   v4l2_buf_type buffers() const;
 
  private:
-  int descriptor_ = -1;
+  Descriptor descriptor_;
   v4l2_capability capability_{};
 };
 

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "capture/error.h"
-#include "capture/live/format_preference.h"
 #include "capture/live/parameters.h"
 
 namespace lumigraft::capture::v4l2 {
@@ -92,13 +91,11 @@ void check_colors(const FormatFields& s, PixelFormat format) {
   if (range == V4L2_QUANTIZATION_DEFAULT) {
     range = V4L2_MAP_QUANTIZATION_DEFAULT(rgb, s.colorspace, encoding);
   }
-  if (yuv && (encoding != V4L2_YCBCR_ENC_601 || range != V4L2_QUANTIZATION_LIM_RANGE)) {
-    throw InputError("found " + std::string(name_of(format)) +
-                     " of another kind than BT.601 from 16 to 235, allowed: pixel_format rgb8 or mjpeg");
-  }
-  if (rgb && range == V4L2_QUANTIZATION_LIM_RANGE) {
-    throw InputError("found " + std::string(name_of(format)) + " from 16 to 235, allowed: 0 to 255");
-  }
+  refuse_if(yuv && (encoding != V4L2_YCBCR_ENC_601 || range != V4L2_QUANTIZATION_LIM_RANGE),
+            "found " + std::string(name_of(format)) +
+                " of another kind than BT.601 from 16 to 235, allowed: pixel_format rgb8 or mjpeg");
+  refuse_if(rgb && range == V4L2_QUANTIZATION_LIM_RANGE,
+            "found " + std::string(name_of(format)) + " from 16 to 235, allowed: 0 to 255");
 }
 
 /// Sets the wanted rate, else a default, since drivers keep the rate that another program set.
@@ -116,10 +113,9 @@ void set_rate(const Device& device, const std::optional<double>& wanted_hz) {
   }
   const v4l2_fract& period = parameters.parm.capture.timeperframe;
   const double given_hz = period.numerator > 0 ? static_cast<double>(period.denominator) / period.numerator : 0.0;
-  if (std::abs(given_hz - rate_hz) > kV4l2Parameters.max_rate_error * rate_hz) {
-    throw InputError("rate_hz: found a camera that gives " + std::to_string(given_hz) + " Hz, wanted " +
-                     std::to_string(rate_hz));
-  }
+  refuse_if(
+      std::abs(given_hz - rate_hz) > kV4l2Parameters.max_rate_error * rate_hz,
+      "rate_hz: found a camera that gives " + std::to_string(given_hz) + " Hz, wanted " + std::to_string(rate_hz));
 }
 
 /// Throws InputError if the driver sets another format or size, or colours that PixelConverter would misread.
@@ -145,9 +141,8 @@ v4l2_format set_format(const Device& device, const StreamSpec& spec, const Offer
                      size_text(given.width, given.height) +
                      ", allowed by the session: " + size_text(spec.width, spec.height));
   }
-  if (given.field != V4L2_FIELD_NONE && given.field != V4L2_FIELD_ANY) {
-    throw InputError("found interlaced frames, allowed: progressive ones");
-  }
+  refuse_if(given.field != V4L2_FIELD_NONE && given.field != V4L2_FIELD_ANY,
+            "found interlaced frames, allowed: progressive ones");
   check_colors(given, offer.format);
   return format;
 }
@@ -181,9 +176,8 @@ NegotiatedFormat negotiate_format(const Device& device, const StreamSpec& spec) 
   set_rate(device, spec.settings.rate_hz);
 
   NegotiatedFormat out{.format = offer.format, .planes = planar ? format.fmt.pix_mp.num_planes : 1};
-  if (out.planes < 1 || out.planes > (offer.fourcc == V4L2_PIX_FMT_NV12M ? 2 : 1)) {
-    throw InputError("found pictures in " + std::to_string(out.planes) + " pieces");
-  }
+  refuse_if(out.planes < 1 || out.planes > (offer.fourcc == V4L2_PIX_FMT_NV12M ? 2 : 1),
+            "found pictures in " + std::to_string(out.planes) + " pieces");
   if (offer.format == PixelFormat::mjpeg) return out;
   const auto width = static_cast<std::size_t>(spec.width);
   const std::size_t row = offer.format == PixelFormat::nv12 ? width

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "capture/error.h"
-#include "capture/live/error_context.h"
 #include "capture/live/parameters.h"
 #include "capture/live/sequence_unwrapper.h"
 #include "capture/live/v4l2/controls.h"
@@ -15,18 +14,6 @@
 #include "capture/live/v4l2/stream.h"
 
 namespace lumigraft::capture {
-namespace {
-
-/// Copies planes and rows without padding, as PixelConverter expects. Empty if the driver gave too few bytes.
-std::vector<std::uint8_t> packed(const v4l2::FilledBuffer& filled, const v4l2::NegotiatedFormat& format,
-                                 const StreamSpec& spec) {
-  if (format.planes == 1) {
-    return without_padding(format.format, spec.width, spec.height, format.row_bytes[0], filled.planes[0]);
-  }
-  return nv12_without_padding(spec.width, spec.height, format.row_bytes, filled.planes);
-}
-
-}  // namespace
 
 /// The camera from opening to closing. The constructor throws with the reason alone.
 class V4l2Source::Camera : public Source {
@@ -88,10 +75,13 @@ class V4l2Source::Camera : public Source {
   }
 
   SourceItem frame_of(const v4l2::FilledBuffer& filled, const Stamp& stamp) {
-    std::vector<std::uint8_t> own;
+    std::vector<std::uint8_t>
+        own;  // without padding, as PixelConverter expects; empty if the driver gave too few bytes
     std::span<const std::uint8_t> bytes = filled.planes[0];
     if (format_.padded || format_.planes > 1) {
-      own = packed(filled, format_, spec_);
+      own = format_.planes > 1
+                ? nv12_without_padding(spec_.width, spec_.height, format_.row_bytes, filled.planes)
+                : without_padding(format_.format, spec_.width, spec_.height, format_.row_bytes[0], filled.planes[0]);
       bytes = own;
     } else if (const auto size = bytes_of(format_.format, spec_.width, spec_.height)) {
       bytes = bytes.first(std::min(bytes.size(), *size));
