@@ -16,6 +16,41 @@ const PointLight* lamp_of(const Illumination& light, int id) {
   return found == light.lights.end() ? nullptr : &*found;
 }
 
+bool has_disk_at(const std::vector<PointLight>& lamps, const Eigen::Vector3f& direction, float margin_rad) {
+  return std::any_of(lamps.begin(), lamps.end(), [&](const PointLight& lamp) {
+    return lamp.direction.dot(direction) > std::cos(lamp.angular_radius_rad + margin_rad);
+  });
+}
+
+/// Scales clipped and unseen cells of the newest environment by the gain that solving found for them. Cells where
+/// solving merged a lamp's disk back into the environment are not changed.
+bool raise_as_before(EnvironmentMap& newest, const EnvironmentMap& measured, const EnvironmentMap& solved,
+                     const std::vector<PointLight>& put_back) {
+  const capture::Image<float>& to = newest.radiance;
+  const auto alike = [&](const capture::Image<float>& other) {
+    return other.width == to.width && other.height == to.height;
+  };
+  if (newest.clipped.empty() || measured.clipped.empty() || !alike(measured.radiance) || !alike(solved.radiance))
+    return false;
+  const float cell_rad = std::numbers::pi_v<float> / static_cast<float>(to.height);
+  bool raised = false;
+  for (int v = 0; v < to.height; ++v) {
+    for (int u = 0; u < to.width; ++u) {
+      const auto cell = static_cast<std::size_t>(v) * static_cast<std::size_t>(to.width) + static_cast<std::size_t>(u);
+      const bool unseen = !newest.seen.empty() && !newest.seen.data[cell];
+      if (!unseen && !(newest.clipped.data[cell] && measured.clipped.data[cell])) continue;
+      if (has_disk_at(put_back, environment_direction(u, v, to.width, to.height), cell_rad)) continue;
+      for (std::size_t c = 3 * cell; c < 3 * cell + 3; ++c) {
+        const float gain = solved.radiance.data[c] / std::max(measured.radiance.data[c], 1e-12f);
+        if (!(gain > 1)) continue;
+        newest.radiance.data[c] *= gain;
+        raised = true;
+      }
+    }
+  }
+  return raised;
+}
+
 }  // namespace
 
 void SceneStore::publish_field(std::shared_ptr<const DistanceField> field) {
@@ -89,45 +124,6 @@ std::shared_ptr<const Illumination> SceneStore::measured_light() const {
   std::lock_guard lock(mutex_);
   return light_;
 }
-
-namespace {
-
-bool has_disk_at(const std::vector<PointLight>& lamps, const Eigen::Vector3f& direction, float margin_rad) {
-  return std::any_of(lamps.begin(), lamps.end(), [&](const PointLight& lamp) {
-    return lamp.direction.dot(direction) > std::cos(lamp.angular_radius_rad + margin_rad);
-  });
-}
-
-/// Scales clipped and unseen cells of the newest environment by the gain that solving found for them. Cells where
-/// solving merged a lamp's disk back into the environment are not changed.
-bool raise_as_before(EnvironmentMap& newest, const EnvironmentMap& measured, const EnvironmentMap& solved,
-                     const std::vector<PointLight>& put_back) {
-  const capture::Image<float>& to = newest.radiance;
-  const auto alike = [&](const capture::Image<float>& other) {
-    return other.width == to.width && other.height == to.height;
-  };
-  if (newest.clipped.empty() || measured.clipped.empty() || !alike(measured.radiance) || !alike(solved.radiance))
-    return false;
-  const float cell_rad = std::numbers::pi_v<float> / static_cast<float>(to.height);
-  bool raised = false;
-  for (int v = 0; v < to.height; ++v) {
-    for (int u = 0; u < to.width; ++u) {
-      const auto cell = static_cast<std::size_t>(v) * static_cast<std::size_t>(to.width) + static_cast<std::size_t>(u);
-      const bool unseen = !newest.seen.empty() && !newest.seen.data[cell];
-      if (!unseen && !(newest.clipped.data[cell] && measured.clipped.data[cell])) continue;
-      if (has_disk_at(put_back, environment_direction(u, v, to.width, to.height), cell_rad)) continue;
-      for (std::size_t c = 3 * cell; c < 3 * cell + 3; ++c) {
-        const float gain = solved.radiance.data[c] / std::max(measured.radiance.data[c], 1e-12f);
-        if (!(gain > 1)) continue;
-        newest.radiance.data[c] *= gain;
-        raised = true;
-      }
-    }
-  }
-  return raised;
-}
-
-}  // namespace
 
 std::shared_ptr<const Illumination> carry_lamps(const Illumination& newest, const Illumination& measured,
                                                 const Illumination& solved) {

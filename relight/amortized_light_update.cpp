@@ -238,12 +238,11 @@ void AmortizedLightUpdate::fade(gpu::CommandList& list, const shader::FrameParam
   params.pass_f = older_cascade_[0];
   params.pass_g = older_cascade_[1];
   params.pass_m(0, 0) = newer_weight();
-  const int cells = shown_->volumes.edge / 2;
   list.begin_pass("fade");
-  dispatch_3d(list, *mix_,
-              {gpu::sampled(1, *older_irradiance_, gpu::Filter::linear),
-               gpu::image(2, *shown_->volumes.real_irradiance), gpu::image(3, *mixed_irradiance_)},
-              params, cells, cells, cells * shader::kCascades);
+  dispatch_cascades(list, *mix_,
+                    {gpu::sampled(1, *older_irradiance_, gpu::Filter::linear),
+                     gpu::image(2, *shown_->volumes.real_irradiance), gpu::image(3, *mixed_irradiance_)},
+                    params, shown_->volumes.edge / 2);
 }
 
 }  // namespace lumigraft::relight

@@ -39,10 +39,8 @@ class AmortizedLightUpdate {
   void fit(const Plan& plan, const gpu::Texture& mirror_outlines);
   LightVolumeBuilder& passes() { return light_; }
   const LightVolumeBuilder& passes() const { return light_; }
-  const std::string& why_no_rounds() const {
-    return why_no_rounds_;
-  }                                                    ///< non-empty: device memory is too small for
-                                                       ///< rounds
+  /// Non-empty: device memory is too small for rounds.
+  const std::string& why_no_rounds() const { return why_no_rounds_; }
   bool any_room() const { return shown_ != nullptr; }  ///< whether the last fit() allocated volumes
   LightVolumeState& room() { return *shown_; }
   const LightVolumeState& room() const { return *shown_; }

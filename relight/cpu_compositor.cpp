@@ -66,8 +66,7 @@ void CpuCompositor::read(gpu::Device& device, const Screen& screen, const std::v
     const std::vector<std::byte> bytes = device.download(texture);
     const auto* texels = reinterpret_cast<const Eigen::half*>(bytes.data());
     const int columns = texture.desc().width, rows = texture.desc().height;
-    out->resize(static_cast<std::size_t>(channels) * static_cast<std::size_t>(columns) *
-                static_cast<std::size_t>(rows));
+    out->resize(static_cast<std::size_t>(channels) * columns * rows);
     for (const std::uint32_t place : places) {
       for (int v = top_of(place) / step; v < std::min((top_of(place) + kTile_px) / step, rows); ++v) {
         for (int u = left_of(place) / step; u < std::min((left_of(place) + kTile_px) / step, columns); ++u) {

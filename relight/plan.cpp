@@ -48,11 +48,6 @@ const std::vector<IntegerKey>& integer_keys() {
   return keys;
 }
 
-const std::vector<std::string>& methods() {
-  static const std::vector<std::string> words = {"dvct", "dlpv", "rays", "reference"};
-  return words;
-}
-
 std::string text_of(const std::vector<int>& allowed) {
   const bool row = allowed.back() - allowed.front() + 1 == static_cast<int>(allowed.size()) && allowed.size() > 3;
   if (row) return std::to_string(allowed.front()) + " to " + std::to_string(allowed.back());
@@ -69,7 +64,7 @@ Plan read_plan(const capture::ConfigTable& root, const Plan& defaults) {
   Plan plan = defaults;
   const auto table = root.optional_table("plan");
   if (!table) return plan;
-  plan.method = table->choice("method", methods(), defaults.method);
+  plan.method = table->choice("method", plan_methods(), defaults.method);
   for (const IntegerKey& key : integer_keys()) {
     const std::string_view name = key.former ? table->renamed(key.key, key.former) : key.key;
     if (!table->has(name)) continue;
@@ -89,7 +84,7 @@ Plan read_plan(const capture::ConfigTable& root, const Plan& defaults) {
 
 std::vector<PlanKey> plan_keys() {
   std::string words;
-  for (const std::string& method : methods()) words += (words.empty() ? "" : ", ") + method;
+  for (const std::string& method : plan_methods()) words += (words.empty() ? "" : ", ") + method;
   std::vector<PlanKey> keys = {{"plan.method", words, "rendering method"}};
   for (const IntegerKey& key : integer_keys()) {
     keys.push_back({std::string("plan.") + key.key, text_of(key.allowed), key.meaning});
@@ -97,6 +92,6 @@ std::vector<PlanKey> plan_keys() {
   return keys;
 }
 
-std::vector<std::string> plan_methods() { return methods(); }
+std::vector<std::string> plan_methods() { return {"dvct", "dlpv", "rays", "reference"}; }
 
 }  // namespace lumigraft::relight

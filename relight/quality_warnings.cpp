@@ -11,6 +11,19 @@ std::string quoted(const VirtualObject& object) { return "object \"" + object.na
 
 }  // namespace
 
+std::string what_is_missing(const reconstruct::Scene& scene, bool any_object, bool room_given) {
+  if (!any_object) return "no visible object";
+  if (!scene.pose) return "no pose";
+  if (!room_given && !scene.illumination) return "no light is known yet";
+  if (!room_given && !scene.field) return "no geometry is known yet";
+  return {};
+}
+
+void pass_through(const std::string& why, RelitPicture* result) {
+  result->warnings.push_back("relight: " + why + ", the camera picture passes through");
+  result->passed_through = true;
+}
+
 std::optional<std::string> left_out(const VirtualObject& object) {
   const std::size_t n = object.model ? object.model->unusable_triangles : 0;
   if (n == 0) return std::nullopt;

@@ -1,14 +1,21 @@
 #pragma once
-// Warnings for a frame that exceeds what the methods represent exactly, so that they approximate.
+// Warnings for a frame that cannot be relit, or that exceeds what the methods represent exactly.
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "reconstruct/scene.h"
 #include "relight/objects/placement.h"
+#include "relight/renderer.h"
 #include "relight/upload/object_store.h"
 
 namespace lumigraft::relight {
+
+/// What a frame lacks to be relit; empty if nothing. `room_given`: light and geometry are not those of the scene.
+std::string what_is_missing(const reconstruct::Scene& scene, bool any_object, bool room_given = false);
+
+/// For a result that is the camera's picture: says why.
+void pass_through(const std::string& why, RelitPicture* result);
 
 /// One line per approximation: triangles left out or merged; lamps so near to or inside the objects that their shadows
 /// are traced through voxels; objects only a few voxels long because others are far away; a camera inside an object's

@@ -53,8 +53,7 @@ capture::Image<std::uint8_t> with_drawn_blocks(const capture::Image<std::uint8_t
     const int left = kTile_px * static_cast<int>(place & 0xffff), top = kTile_px * static_cast<int>(place >> 16);
     for (int v = top; v < std::min(top + kTile_px, screen.height); ++v) {
       for (int u = left; u < std::min(left + kTile_px, screen.width); ++u) {
-        const std::size_t i =
-            static_cast<std::size_t>(v) * static_cast<std::size_t>(screen.width) + static_cast<std::size_t>(u);
+        const std::size_t i = static_cast<std::size_t>(v) * screen.width + u;
         for (std::size_t c = 0; c < 3; ++c) picture.data[3 * i + c] = static_cast<std::uint8_t>(drawn[4 * i + c]);
       }
     }

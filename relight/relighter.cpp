@@ -271,17 +271,9 @@ RelitPicture Relighter::relight(const capture::FrameSet& frame, const reconstruc
   result.plan = asked;
   s.view.camera().take(frame);
 
-  std::string missing;
   const bool visible = std::any_of(exhibit.objects.begin(), exhibit.objects.end(),
                                    [](const VirtualObject& o) { return o.visible && o.model; });
-  if (!visible)
-    missing = "no visible object";
-  else if (!scene.pose)
-    missing = "no pose";
-  else if (!scene.illumination)
-    missing = "no light is known yet";
-  else if (!scene.field)
-    missing = "no geometry is known yet";
+  std::string missing = what_is_missing(scene, visible);
   if (missing.empty()) {
     try {
       result.plan = s.fit_what_there_is_room_for(asked, &result.warnings);
@@ -292,9 +284,8 @@ RelitPicture Relighter::relight(const capture::FrameSet& frame, const reconstruc
     }
   }
   if (!missing.empty()) {
-    result.warnings.push_back("relight: " + missing + ", the camera picture passes through");
+    pass_through(missing, &result);
     result.srgb = *s.view.camera().coded();
-    result.passed_through = true;
     return result;
   }
 

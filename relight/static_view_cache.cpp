@@ -42,16 +42,15 @@ const Eigen::Isometry3d& StaticViewCache::hold(const Eigen::Isometry3d& T_tag_ca
 std::vector<char> StaticViewCache::changed_tiles(const capture::Image<std::uint8_t>& codes,
                                                  const capture::Image<float>* depth_m, float min_change_m, bool all) {
   const int columns = (codes.width + kTile_px - 1) / kTile_px, rows = (codes.height + kTile_px - 1) / kTile_px;
-  std::vector<char> changed(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows), all);
-  const auto samples =
-      static_cast<std::size_t>((codes.width + 1) / kStep_px) * static_cast<std::size_t>((codes.height + 1) / kStep_px);
+  std::vector<char> changed(static_cast<std::size_t>(columns) * rows, all);
+  const std::size_t sample_columns = (codes.width + 1) / kStep_px,
+                    samples = sample_columns * ((codes.height + 1) / kStep_px);
   const bool first = codes_.size() != samples;
   depth_m_.resize(samples);
   codes_.resize(samples);
   const auto each = [&](int column, int row, auto&& act) {
     for (int v = row * kTile_px; v < std::min((row + 1) * kTile_px, codes.height); v += kStep_px) {
-      std::size_t at = static_cast<std::size_t>(v / kStep_px) * static_cast<std::size_t>((codes.width + 1) / kStep_px) +
-                       static_cast<std::size_t>(column * kTile_px / kStep_px);
+      std::size_t at = sample_columns * (v / kStep_px) + column * kTile_px / kStep_px;
       for (int u = column * kTile_px; u < std::min((column + 1) * kTile_px, codes.width); u += kStep_px, ++at) {
         const std::uint8_t* c = &codes.data[codes.index(u, v)];
         act(at, std::max({c[0], c[1], c[2]}), depth_m != nullptr ? depth_m->at(u, v) : 0.0f);
@@ -60,8 +59,7 @@ std::vector<char> StaticViewCache::changed_tiles(const capture::Image<std::uint8
   };
   for (int row = 0; row < rows; ++row) {
     for (int column = 0; column < columns; ++column) {
-      char& tile =
-          changed[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(column)];
+      char& tile = changed[static_cast<std::size_t>(row) * columns + column];
       if (!all && !first) {
         int others = 0;
         each(column, row, [&](std::size_t at, int code, float z) {

@@ -97,6 +97,11 @@ using CornerMatrix = Eigen::Matrix<double, kCornerUnknowns, kCornerUnknowns>;
 // As in pose_alignment for clipped paper.
 constexpr double kBlurHold = 0.04;
 
+// A pixel's footprint has the second moments of a box and the fourth moments of a Gaussian, built from two boxes of
+// these sizes, because lens blur is smooth. With a single box, small tags are estimated too small: by 0.04 px per
+// corner at 13 px.
+constexpr double kWideBox = 1.342, kNarrowBox = 0.447;  // their squares: 1 ± 0.8
+
 struct Fit {
   CornerMatrix jtj = CornerMatrix::Zero();
   CornerVector jtr = CornerVector::Zero();
@@ -135,7 +140,8 @@ class Problem {
       const Vector2d u = to_place * pixel.by_u, v = to_place * pixel.by_v;
       const double width = blur * cells_ * std::sqrt(u.x() * u.x() + v.x() * v.x());
       const double height = blur * cells_ * std::sqrt(u.y() * u.y() + v.y() * v.y());
-      const auto mean = blurred(middle_ + cells_ * x, middle_ - cells_ * y, width, height);
+      const auto mean =
+          print_.mean_of_two(middle_ + cells_ * x, middle_ - cells_ * y, width, height, kWideBox, kNarrowBox);
       const double white = mean.white, paper = contrast + p[10] * x + p[11] * y;
       const double residual = ink + paper * white - pixel.light;
       if (pixel.cut && residual >= 0) continue;
@@ -161,14 +167,6 @@ class Problem {
   }
 
  private:
-  /// Mean of the print over a footprint with the second moments of this box and the fourth moments of a Gaussian, built
-  /// from two boxes, because lens blur is smooth. With a single box, small tags are estimated too small: by 0.04 px per
-  /// corner at 13 px.
-  PrintIntegral::Mean blurred(double x, double y, double width, double height) const {
-    constexpr double kWide = 1.342, kNarrow = 0.447;  // their squares: 1 ± 0.8
-    return print_.mean_of_two(x, y, width, height, kWide, kNarrow);
-  }
-
   const std::vector<ChartPixel>& pixels_;
   PrintIntegral print_;
   double cells_, middle_;

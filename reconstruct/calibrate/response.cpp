@@ -146,9 +146,8 @@ class Channel {
     for (const ExposedPicture& picture : pictures) ln_exposure_.push_back(std::log(picture.exposure));
     const capture::Image<std::uint8_t>& first = pictures.front().encoded;
     // 200 000 pixels are enough; the step does not follow rows or columns.
-    const std::size_t pixels = static_cast<std::size_t>(first.width) * static_cast<std::size_t>(first.height);
-    step_ = std::max<std::size_t>(1, pixels / 200000);
-    pixels_ = pixels;
+    pixels_ = static_cast<std::size_t>(first.width) * static_cast<std::size_t>(first.height);
+    step_ = std::max<std::size_t>(1, pixels_ / 200000);
   }
 
   /// Normal equations of one fold: every kFolds-th pixel, starting at `fold`.

@@ -78,8 +78,7 @@ LUMIGRAFT_SIMD8_TARGET BrickUpdate::Change BrickUpdate::update_wide(WorkingBrick
 
 [[gnu::always_inline]] inline BrickUpdate::Change BrickUpdate::update_rows(WorkingBrick& brick, float hidden_m,
                                                                            Skip skip) const {
-  const Vector3f corner =
-      T_camera_tag_ * (sizes_.voxel_m * kBrickEdge * Eigen::Map<const Eigen::Vector3i>(brick.key.data()).cast<float>());
+  const Vector3f corner = T_camera_tag_ * (sizes_.voxel_m * first_voxel(brick.key).cast<float>());
   const Eigen::Matrix3f step = sizes_.voxel_m * T_camera_tag_.linear();
   const float free_m = kUpdateSchedule.free_row * sizes_.truncation_m;
   Change change;
@@ -286,13 +285,10 @@ BrickUpdate::Change BrickUpdate::update_open(WorkingBrick& brick) const {
   if (weight <= 0) return {};
   Change change;
   DriftSum drift;
-  Readings readings;
+  Readings readings{};
   readings.distance = broadcast8(kBrickSelection.open_truncations * sizes_.truncation_m);
   readings.weight = broadcast8(weight);
   readings.observed = readings.may_overrule = ~Simd8Int{};
-  readings.facing = Simd8{};
-  readings.edge = Simd8Int{};
-  for (Simd8& axis : readings.normal) axis = Simd8{};
   Simd8Int free = ~Simd8Int{};
   for (std::size_t i = 0; i < kBrickVoxels; i += kBrickEdge) {
     fuse(brick.now, i, readings, change, drift);

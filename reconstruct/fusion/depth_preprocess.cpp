@@ -90,11 +90,7 @@ void DepthPreprocessor::prepare(const capture::Image<float>& depth_m, PreparedDe
     measure_tiles(view, y);
   }
   measure_noise(view);
-  if (wide_) {
-    fit_planes_wide(view);
-  } else {
-    fit_planes(view);
-  }
+  wide_ ? fit_planes_wide(view) : fit_planes(view);
   spread_jumps(view);
 }
 
@@ -129,27 +125,23 @@ void DepthPreprocessor::find_jumps(PreparedDepth& view, int first_v, int end_v) 
   };
   for (int v = std::max(first_v - 1, 0); v + 1 < end_v; ++v) {
     const float* q = &view.inverse_depth[static_cast<std::size_t>(v) * width_];
-    std::uint8_t* discontinuous = &discontinuous_[static_cast<std::size_t>(v) * width_];
     int u = 0;
     for (; u + 5 <= width_; u += 4) {
       const Simd4Int jumps =
           differ(load(q + u), load(q + u + 1), load(q + u + width_), load(q + u + width_ + 1), Simd4{});
       if (!any(jumps)) continue;
       for (int k = 0; k < 4; ++k) {
-        if (!jumps[k]) continue;
-        discontinuous[u + k] = 1;
-        add_jump(view, u + k, v);
+        if (jumps[k]) add_jump(view, u + k, v);
       }
     }
     for (; u + 1 < width_; ++u) {
-      if (!differ(q[u], q[u + 1], q[u + width_], q[u + width_ + 1], 0.0f)) continue;
-      discontinuous[u] = 1;
-      add_jump(view, u, v);
+      if (differ(q[u], q[u + 1], q[u + width_], q[u + width_ + 1], 0.0f)) add_jump(view, u, v);
     }
   }
 }
 
 void DepthPreprocessor::add_jump(PreparedDepth& view, int u, int v) {
+  discontinuous_[static_cast<std::size_t>(v) * width_ + u] = 1;
   std::int32_t& in_block = block_jumps_[static_cast<std::size_t>(std::min(v / 2, blocks_y_ - 1) * blocks_x_ +
                                                                  std::min(u / 2, blocks_x_ - 1))];
   if (in_block >= 0) return;  // one jump per block is enough

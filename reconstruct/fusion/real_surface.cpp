@@ -139,16 +139,13 @@ std::map<BrickKey, std::shared_ptr<const SurfaceBrick>> RealSurfaces::bricks() c
     for (const auto& model_brick : models_[m].field.bricks) {
       const Vector3f first = model_edge_m * Eigen::Map<const Eigen::Vector3i>(model_brick.first.data()).cast<float>();
       // Bounding box of the model's brick in the tag frame.
-      Vector3f low = Vector3f::Constant(1e9f), high = -low;
+      Eigen::AlignedBox3f box;
       for (int corner = 0; corner < 8; ++corner) {
-        const Vector3f at = T_tag_model * (first + model_edge_m * Vector3f(static_cast<float>(corner & 1),
-                                                                           static_cast<float>((corner >> 1) & 1),
-                                                                           static_cast<float>(corner >> 2)));
-        low = low.cwiseMin(at);
-        high = high.cwiseMax(at);
+        const Eigen::Vector3i towards(corner & 1, (corner >> 1) & 1, corner >> 2);
+        box.extend(T_tag_model * (first + model_edge_m * towards.cast<float>()));
       }
-      const Eigen::Vector3i from = (low / edge_m).array().floor().matrix().cast<int>();
-      const Eigen::Vector3i to = (high / edge_m).array().floor().matrix().cast<int>();
+      const Eigen::Vector3i from = (box.min() / edge_m).array().floor().matrix().cast<int>();
+      const Eigen::Vector3i to = (box.max() / edge_m).array().floor().matrix().cast<int>();
       for (int z = from.z(); z <= to.z(); ++z)
         for (int y = from.y(); y <= to.y(); ++y)
           for (int x = from.x(); x <= to.x(); ++x) bricks.try_emplace({x, y, z});
@@ -156,9 +153,7 @@ std::map<BrickKey, std::shared_ptr<const SurfaceBrick>> RealSurfaces::bricks() c
     for (auto& [key, brick] : bricks) {
       if (!brick) brick = std::make_shared<SurfaceBrick>();
       for (int i = 0; i < kBrickVoxels; ++i) {
-        const Vector3f p = voxel_m_ * Vector3f(static_cast<float>(kBrickEdge * key[0] + i % 8),
-                                               static_cast<float>(kBrickEdge * key[1] + i / 8 % 8),
-                                               static_cast<float>(kBrickEdge * key[2] + i / 64));
+        const Vector3f p = voxel_m_ * voxel_in(key, i).cast<float>();
         const auto sample = models_[m].field.sample(T_model_tag * p);
         if (!sample || std::abs(sample->distance_m) > kRealSurface.merge_voxels * voxel_m_) continue;
         const auto at = static_cast<std::size_t>(i);

@@ -62,7 +62,12 @@ class Problem {
     const Vector3d normal = pose.linear().col(2), centre = pose.translation();
     const double height_m = normal.dot(centre);
     const double contrast_per_m = (appearance.paper - appearance.ink) / cell_m_;
+    // A footprint is the mean of two boxes whose squared sizes are larger and smaller by the fraction `spread`.
+    // Together they have the second moment of one box, and the fourth moment of a box-shaped pixel blurred by a
+    // Gaussian lens, whose excess is -1.2 / b⁴ for a blur of b pixels. A single box would make the dark sides of soft
+    // edges too steep.
     const double spread = std::sqrt(2.0 / 3 * (1 - std::pow(std::max(appearance.blur, 1.0), -4)));
+    const double wide = std::sqrt(1 + spread), narrow = std::sqrt(1 - spread);
     for (const PixelSample& pixel : pixels_) {
       const Vector3d ray = pixel.ray.homogeneous();
       const double along = normal.dot(ray);
@@ -79,8 +84,8 @@ class Problem {
       const double width = appearance.blur * std::sqrt(by_u.x() * by_u.x() + by_v.x() * by_v.x()) / cell_m_;
       const double height = appearance.blur * std::sqrt(by_u.y() * by_u.y() + by_v.y() * by_v.y()) / cell_m_;
 
-      const auto mean =
-          blurred(half_cells_ + on_tag.x() / cell_m_, half_cells_ - on_tag.y() / cell_m_, width, height, spread);
+      const auto mean = print_.mean_of_two(half_cells_ + on_tag.x() / cell_m_, half_cells_ - on_tag.y() / cell_m_,
+                                           width, height, wide, narrow);
       const double white = mean.white;
       const double x = on_tag.x() / half_m_, y = on_tag.y() / half_m_;
       const double paper = appearance.paper + appearance.slope_x * x + appearance.slope_y * y;
@@ -115,14 +120,6 @@ class Problem {
   }
 
  private:
-  /// Mean of two boxes whose squared sizes are larger and smaller than the given one by the fraction `spread`. Together
-  /// they have its second moment, and the fourth moment of a box-shaped pixel blurred by a Gaussian lens, whose excess
-  /// is -1.2 / b⁴ for a blur of b pixels. A single box would make the dark sides of soft edges too steep.
-  PrintIntegral::Mean blurred(double x, double y, double width, double height, double spread) const {
-    const double wide = std::sqrt(1 + spread), narrow = std::sqrt(1 - spread);
-    return print_.mean_of_two(x, y, width, height, wide, narrow);
-  }
-
   const std::vector<PixelSample>& pixels_;
   const PrintIntegral& print_;
   double cell_m_, half_cells_, half_m_;

@@ -10,11 +10,7 @@ using Eigen::Vector3f;
 namespace {
 
 constexpr float kOff_m = 1e-4f;  // offset from the surface of origin
-
-SurfaceHit with_bsdf(SurfaceHit surface, const BsdfParams& bsdf) {
-  surface.bsdf = bsdf;
-  return surface;
-}
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 }  // namespace
 
@@ -29,22 +25,17 @@ SurfaceHit white_surface(SurfaceHit surface) {
   return surface;
 }
 
-BsdfParams mirror_of(const BsdfParams& bsdf) {
-  BsdfParams mirror = bsdf;
-  mirror.diffuse.setZero();
-  return mirror;
+SurfaceHit mirror_of(SurfaceHit surface) {
+  surface.bsdf.diffuse.setZero();
+  return surface;
 }
 
-DeltaLight::Arrival DeltaLight::in_room(const SampledRay& ray) const {
-  const float infinity = std::numeric_limits<float>::infinity();
-  const auto hit = room_.meshes().hit(ray.from_m, ray.w, infinity);
-  return hit ? Arrival{Arrival::At::real, hit->t_m, *hit} : Arrival{Arrival::At::sky, infinity, {}};
+std::optional<MeshHit> DeltaLight::in_room(const SampledRay& ray) const {
+  return room_.meshes().hit(ray.from_m, ray.w, kInfinity);
 }
 
-std::optional<DeltaLight::Arrival> DeltaLight::on_objects(const SampledRay& ray, float limit_m) const {
-  const auto hit = objects_.meshes().hit(ray.from_m, ray.w, limit_m);
-  if (!hit) return std::nullopt;
-  return Arrival{Arrival::At::object, hit->t_m, *hit};
+std::optional<MeshHit> DeltaLight::on_objects(const SampledRay& ray, const std::optional<MeshHit>& room) const {
+  return objects_.meshes().hit(ray.from_m, ray.w, room ? room->t_m : kInfinity);
 }
 
 Rgb DeltaLight::lamps_along(const SampledRay& ray, float near_m, float far_m) const {
@@ -137,17 +128,16 @@ Rgb DeltaLight::mirrored_by_object(const PathVertex& lobe, Sampler& sampler, int
   return sum;
 }
 
-Rgb DeltaLight::arriving_before(const SampledRay& ray, float near_m, const Arrival& a, Sampler& sampler,
-                                int mirrors) const {
-  const bool ends = a.at == Arrival::At::real && room_.meshes().hides(a.hit);
-  return lamps_along(ray, near_m, ends ? a.t_m : std::numeric_limits<float>::infinity()) +
-         left_before(ray, a, sampler, mirrors);
+Rgb DeltaLight::arriving_before(const SampledRay& ray, float near_m, const std::optional<MeshHit>& room,
+                                Sampler& sampler, int mirrors) const {
+  const bool ends = room && room_.meshes().hides(*room);
+  return lamps_along(ray, near_m, ends ? room->t_m : kInfinity) +
+         (room ? left_before(ray, *room, sampler, mirrors) : room_.sky().radiance(ray.w));
 }
 
-Rgb DeltaLight::left_before(const SampledRay& ray, const Arrival& a, Sampler& sampler, int mirrors) const {
-  if (a.at == Arrival::At::sky) return room_.sky().radiance(ray.w);
-  if (const RoomFacet* facet = room_.facet(a.hit)) return room_.before(*facet, ray.from_m + a.t_m * ray.w);
-  const RealPoint point = room_.point(a.hit, ray.w);
+Rgb DeltaLight::left_before(const SampledRay& ray, const MeshHit& hit, Sampler& sampler, int mirrors) const {
+  if (const RoomFacet* facet = room_.facet(hit)) return room_.before(*facet, ray.from_m + hit.t_m * ray.w);
+  const RealPoint point = room_.point(hit, ray.w);
   if (point.is_even()) return point.before;
   const PathVertex vertex(point.surface, ray.w);
   Rgb sum = lamps(vertex, sampler, [&](const Vector3f& from, const Vector3f& to, float limit, std::size_t lamp) {
@@ -161,14 +151,14 @@ Rgb DeltaLight::left_before(const SampledRay& ray, const Arrival& a, Sampler& sa
   return sum;
 }
 
-Rgb DeltaLight::left_change(const SampledRay& ray, const Arrival& a, Sampler& sampler, int mirrors) const {
-  if (const RoomFacet* facet = room_.facet(a.hit)) {
+Rgb DeltaLight::left_change(const SampledRay& ray, const MeshHit& hit, Sampler& sampler, int mirrors) const {
+  if (const RoomFacet* facet = room_.facet(hit)) {
     if (facet->albedo.maxCoeff() <= 0) return Rgb::Zero();
     const Vector3f normal = facet->normal.dot(ray.w) < 0 ? facet->normal : (-facet->normal).eval();
-    const Vector3f p = ray.from_m + a.t_m * ray.w;
+    const Vector3f p = ray.from_m + hit.t_m * ray.w;
     return facet->albedo / kPi * (cells_.at(p, normal) - hidden_from(p + kOff_m * normal, normal, sampler));
   }
-  const RealPoint point = room_.point(a.hit, ray.w);
+  const RealPoint point = room_.point(hit, ray.w);
   const PathVertex vertex(point.surface, ray.w);
   Rgb sum = -hidden(vertex, sampler);
   if (point.is_even()) {
@@ -182,14 +172,14 @@ Rgb DeltaLight::left_change(const SampledRay& ray, const Arrival& a, Sampler& sa
   return sum;
 }
 
-Rgb DeltaLight::left_object(const SampledRay& ray, const Arrival& a, Sampler& sampler, int mirrors) const {
-  if (const Rgb* even = objects_.even_radiance(a.hit, ray.w)) return *even;
-  const SurfaceHit surface = objects_.meshes().surface(a.hit, ray.w);
-  const RayObjects::Irradiance e = objects_.irradiance(a.hit, surface.face);
+Rgb DeltaLight::left_object(const SampledRay& ray, const MeshHit& hit, Sampler& sampler, int mirrors) const {
+  if (const Rgb* even = objects_.even_radiance(hit, ray.w)) return *even;
+  const SurfaceHit surface = objects_.meshes().surface(hit, ray.w);
+  const RayObjects::Irradiance e = objects_.irradiance(hit, surface.face);
   const BsdfParams& bsdf = surface.bsdf;
   const Rgb sum = diffuse_under(bsdf, -surface.normal.dot(ray.w)) / kPi * (e.direct + e.indirect);
   if (mirrors == 0) return sum + bsdf.f0 / kPi * (e.direct + e.indirect);
-  return sum + mirrored_by_object(PathVertex(with_bsdf(surface, mirror_of(bsdf)), ray.w), sampler, mirrors);
+  return sum + mirrored_by_object(PathVertex(mirror_of(surface), ray.w), sampler, mirrors);
 }
 
 Rgb DeltaLight::before(const SampledRay& ray, Sampler& sampler, int mirrors) const {
@@ -197,24 +187,24 @@ Rgb DeltaLight::before(const SampledRay& ray, Sampler& sampler, int mirrors) con
 }
 
 Rgb DeltaLight::change(const SampledRay& ray, Sampler& sampler, int mirrors, float* to_object_m) const {
-  const Arrival room = in_room(ray);
-  if (const auto object = on_objects(ray, room.t_m)) {
+  const std::optional<MeshHit> room = in_room(ray);
+  if (const auto object = on_objects(ray, room)) {
     if (to_object_m) *to_object_m = std::min(*to_object_m, object->t_m);
     return left_object(ray, *object, sampler, mirrors) - arriving_before(ray, object->t_m, room, sampler, mirrors);
   }
-  if (room.at != Arrival::At::real) return Rgb::Zero();  // the sky, equal in both scenes
-  return left_change(ray, room, sampler, mirrors);
+  if (!room) return Rgb::Zero();  // the sky, equal in both scenes
+  return left_change(ray, *room, sampler, mirrors);
 }
 
 Rgb DeltaLight::with_objects_unless(const SampledRay& ray, Sampler& sampler, int mirrors, const Rgb** end) const {
-  const Arrival room = in_room(ray);
-  if (const auto object = on_objects(ray, room.t_m)) {
-    *end = objects_.even_radiance(object->hit, ray.w);
+  const std::optional<MeshHit> room = in_room(ray);
+  if (const auto object = on_objects(ray, room)) {
+    *end = objects_.even_radiance(*object, ray.w);
     const Rgb nearer = lamps_along(ray, 0, object->t_m);
     return *end ? nearer : (nearer + left_object(ray, *object, sampler, mirrors)).eval();
   }
   const Rgb before = arriving_before(ray, 0, room, sampler, mirrors);
-  return room.at == Arrival::At::real ? (before + left_change(ray, room, sampler, mirrors)).eval() : before;
+  return room ? (before + left_change(ray, *room, sampler, mirrors)).eval() : before;
 }
 
 Rgb DeltaLight::with_objects(const SampledRay& ray, Sampler& sampler, int mirrors) const {

@@ -50,21 +50,17 @@ class DeltaLight {
   const RayRoom& room() const { return room_; }
 
  private:
-  struct Arrival {
-    enum class At { sky, real, object } at = At::sky;
-    float t_m = 0;
-    MeshHit hit;
-  };
-  /// First hit in the room only, or a nearer one on the objects.
-  Arrival in_room(const SampledRay& ray) const;
-  std::optional<Arrival> on_objects(const SampledRay& ray, float limit_m) const;
+  /// First hit in the room only (none: the sky), or a nearer one on the objects.
+  std::optional<MeshHit> in_room(const SampledRay& ray) const;
+  std::optional<MeshHit> on_objects(const SampledRay& ray, const std::optional<MeshHit>& room) const;
   /// Radiance of lamps along the ray between `near_m` and `far_m`.
   Rgb lamps_along(const SampledRay& ray, float near_m, float far_m) const;
   /// From beyond `near_m`.
-  Rgb arriving_before(const SampledRay& ray, float near_m, const Arrival& at, Sampler& sampler, int mirrors) const;
-  Rgb left_before(const SampledRay& ray, const Arrival& at, Sampler& sampler, int mirrors) const;
-  Rgb left_change(const SampledRay& ray, const Arrival& at, Sampler& sampler, int mirrors) const;
-  Rgb left_object(const SampledRay& ray, const Arrival& at, Sampler& sampler, int mirrors) const;
+  Rgb arriving_before(const SampledRay& ray, float near_m, const std::optional<MeshHit>& room, Sampler& sampler,
+                      int mirrors) const;
+  Rgb left_before(const SampledRay& ray, const MeshHit& hit, Sampler& sampler, int mirrors) const;
+  Rgb left_change(const SampledRay& ray, const MeshHit& hit, Sampler& sampler, int mirrors) const;
+  Rgb left_object(const SampledRay& ray, const MeshHit& hit, Sampler& sampler, int mirrors) const;
   /// Irradiance of lamps, from one sample per lamp, that the objects occlude at a point of the room.
   Rgb hidden_from(const Eigen::Vector3f& p_m, const Eigen::Vector3f& normal, Sampler& sampler) const;
   bool blocked_by_room(const Eigen::Vector3f& from_m, const Eigen::Vector3f& w, float limit_m, std::size_t lamp) const;
@@ -83,7 +79,7 @@ SurfaceHit white_surface(SurfaceHit surface);
 /// The Lambert part below the interface, viewed at the cosine `cos_v`: π times radiance per uniform incident
 /// irradiance.
 Rgb diffuse_under(const BsdfParams& bsdf, float cos_v);
-/// The specular part only.
-BsdfParams mirror_of(const BsdfParams& bsdf);
+/// The same point with the specular part only.
+SurfaceHit mirror_of(SurfaceHit surface);
 
 }  // namespace lumigraft::relight

@@ -44,8 +44,7 @@ PixelRays::PixelRays(const capture::CameraModel& camera) : across_(camera.width 
 }
 
 Vector3f PixelRays::at(int u, int v, const Eigen::Vector2f& within) const {
-  const Vector3f* top =
-      &corners_[static_cast<std::size_t>(v) * static_cast<std::size_t>(across_) + static_cast<std::size_t>(u)];
+  const Vector3f* top = &corners_[static_cast<std::size_t>(v) * across_ + u];
   const Vector3f* bottom = top + across_;
   const float x = within.x(), y = within.y();
   const Vector3f w = (1 - y) * ((1 - x) * top[0] + x * top[1]) + y * ((1 - x) * bottom[0] + x * bottom[1]);
@@ -73,8 +72,7 @@ void trace_room(const RayRoom& room, const CameraRays& eye, const capture::Image
         }
         const std::uint32_t met = room.meshes().hits(fan, hits);
         for (int k = 0; k < count; ++k) {
-          const std::size_t i =
-              static_cast<std::size_t>(v) * static_cast<std::size_t>(width) + static_cast<std::size_t>(from + k);
+          const std::size_t i = static_cast<std::size_t>(v) * width + from + k;
           seen[i] = pixel_of(room, fan.w[static_cast<std::size_t>(k)],
                              met >> k & 1 ? &hits[static_cast<std::size_t>(k)] : nullptr, radiance_at(radiance, i));
         }

@@ -92,5 +92,8 @@ Rgb detailed(const Rgb& albedo, const Rgb& radiance, const Rgb& radiance_similar
 inline Rgb radiance_at(const capture::Image<float>& image, std::size_t i) {
   return {image.data[3 * i], image.data[3 * i + 1], image.data[3 * i + 2]};
 }
+inline void set_at(capture::Image<float>& image, std::size_t i, const Rgb& value) {
+  for (std::size_t c = 0; c < 3; ++c) image.data[3 * i + c] = value[static_cast<Eigen::Index>(c)];
+}
 
 }  // namespace lumigraft::relight

@@ -8,11 +8,8 @@
 #include "relight/tracing/vertex.h"
 
 namespace lumigraft::relight {
-namespace {
 
 using Eigen::Vector3f;
-
-}  // namespace
 
 LightSampleSet::LightSampleSet(const ReferenceLamp& lamp, std::uint32_t seed) : lamp_(lamp), sets_(kSets + 1) {
   const bool sphere = lamp.shape == ReferenceLamp::Shape::sphere;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "relight/gather/fast_exp.h"
 #include "relight/tracing/parallel_for.h"

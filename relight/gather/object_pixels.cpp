@@ -65,12 +65,9 @@ class ObjectView {
     if (first_.empty()) return {};
     for_each_index(window_.height, kRows, [&](int v) { trace_row(v); });
     if (detail_.inside == 1) add_outlines();
-    if (detail_.on_object > 1) {
-      blocks_.emplace(first_, model_, detail_.on_object);
-      open_ = open_to_lamps(light_, lamps_, blocks_->seen(), blocks_->camera(), detail_);
-    } else {
-      open_ = open_to_lamps(light_, lamps_, first_, model_, detail_);
-    }
+    if (detail_.on_object > 1) blocks_.emplace(first_, model_, detail_.on_object);
+    open_ = open_to_lamps(light_, lamps_, blocks_ ? blocks_->seen() : first_, blocks_ ? blocks_->camera() : model_,
+                          detail_);
     ObjectPixels out{window_.left,
                      window_.top,
                      capture::Image<float>(window_.width, window_.height, 3),
@@ -88,8 +85,7 @@ class ObjectView {
     return static_cast<std::size_t>(v) * static_cast<std::size_t>(window_.width) + static_cast<std::size_t>(u);
   }
   const GBufferPixel& room_at(int u, int v) const {
-    return room_[static_cast<std::size_t>(v + window_.top) * static_cast<std::size_t>(eye_.camera.model.width) +
-                 static_cast<std::size_t>(u + window_.left)];
+    return room_[static_cast<std::size_t>(v + window_.top) * eye_.camera.model.width + u + window_.left];
   }
 
   /// Index in within_ of the pixel's first ray; the first four are stratified too.
@@ -251,9 +247,7 @@ class ObjectView {
                       lit(traced.surfaces[i], found.u, v, k, goes_on(first, traced.surfaces[i])), sampler,
                       edge ? 1 : detail_.mirrored);
     }
-    for (std::size_t c = 0; c < 3; ++c) {
-      out.radiance.data[3 * index(found.u, v) + c] = sum[static_cast<Eigen::Index>(c)] / static_cast<float>(rays);
-    }
+    set_at(out.radiance, index(found.u, v), sum / static_cast<float>(rays));
     out.coverage.data[index(found.u, v)] = static_cast<float>(std::popcount(traced.some)) / static_cast<float>(rays);
   }
 
@@ -302,9 +296,7 @@ class ObjectView {
     const Rgb arriving = light_.objects().irradiance(hit, surface.face).indirect / kPi;
     const Rgb sum = diffuse_under(surface.bsdf, -surface.normal.dot(w)) * (arriving + lamps);
     if (!surface.bsdf.mirrors()) return sum;
-    SurfaceHit mirror = surface;
-    mirror.bsdf = mirror_of(surface.bsdf);
-    const PathVertex lobe(mirror, w);
+    const PathVertex lobe(mirror_of(surface), w);
     Rgb mirrored = Rgb::Zero();
     for (int k = 0; k < mirror_rays; ++k) mirrored += light_.mirrored_by_object(lobe, sampler, kMirrors);
     return sum + mirrored / static_cast<float>(mirror_rays);

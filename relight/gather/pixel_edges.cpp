@@ -42,9 +42,6 @@ class Edges {
         voxel_m_(voxel_m),
         seen_(seen) {}
 
-  int width() const { return width_; }
-  int height() const { return height_; }
-
   bool turns_at(int u, int v) const {
     const GBufferPixel& p = at(u, v);
     if (!is_even(p)) return false;
@@ -174,7 +171,7 @@ class Edges {
 void sharpen_edges(const PosedCamera& camera, const capture::Image<float>& radiance, const Rgb& exposure, float voxel_m,
                    std::vector<GBufferPixel>& seen) {
   const Edges edges(camera, radiance, exposure, voxel_m, seen);
-  const int width = edges.width(), height = edges.height();
+  const int width = camera.model.width, height = camera.model.height;
   std::vector<std::uint8_t> turns(seen.size());
   for_each_pixel(width, height, 4,
                  [&](int u, int v) { turns[static_cast<std::size_t>(v * width + u)] = edges.turns_at(u, v); });

@@ -37,22 +37,6 @@ class Clock {
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
-std::string what_is_missing(const reconstruct::Scene& scene, const std::vector<ReferenceMesh>& objects) {
-  if (objects.empty()) return "no visible object";
-  if (!scene.pose) return "no pose";
-  if (!scene.illumination) return "no light is known yet";
-  if (!scene.field) return "no geometry is known yet";
-  return {};
-}
-
-void set(capture::Image<float>& image, std::size_t i, const Rgb& value) {
-  for (std::size_t c = 0; c < 3; ++c) image.data[3 * i + c] = value[static_cast<Eigen::Index>(c)];
-}
-
-}  // namespace
-
-namespace {
-
 /// A pixel's response to irradiance on the room; zero on glossy surfaces.
 struct Receiver {
   Eigen::Array4f reflects = Eigen::Array4f::Zero();  ///< albedo over π, and 0
@@ -155,15 +139,11 @@ struct RayRenderer::State {
     const capture::CameraModel& model = session.color.model;
     receivers.assign(seen.size(), {});
     change = capture::Image<float>(model.width, model.height, 3);
-    for_each_block(model.height, kRows, [&](int first, int last) {
-      for (int v = first; v < last; ++v) {
-        for (int u = 0; u < model.width; ++u) {
-          const auto i = static_cast<std::size_t>(v * model.width + u);
-          if (!seen[i].known || seen[i].glossy) continue;
-          receivers[i].reflects.head<3>() = seen[i].albedo / kPi;
-          if (blocks) receivers[i].mix = blocks->mix(u, v, seen[i].surface);
-        }
-      }
+    for_each_pixel(model.width, model.height, kRows, [&](int u, int v) {
+      const auto i = static_cast<std::size_t>(v * model.width + u);
+      if (!seen[i].known || seen[i].glossy) return;
+      receivers[i].reflects.head<3>() = seen[i].albedo / kPi;
+      if (blocks) receivers[i].mix = blocks->mix(u, v, seen[i].surface);
     });
   }
 
@@ -175,7 +155,7 @@ struct RayRenderer::State {
       gloss->gather(light.light(), light.places(), rays, kGlossSeed, turn);
       const std::vector<Eigen::Array4f> found = gloss->at_pixels();
       for (std::size_t i = 0; i < seen.size(); ++i) {
-        if (seen[i].glossy) set(change, i, found[i].head<3>());
+        if (seen[i].glossy) set_at(change, i, found[i].head<3>());
       }
       clock.done("gloss");
     }
@@ -190,15 +170,11 @@ struct RayRenderer::State {
     indirect->gather(light.light(), light.places(), rays, kPixelSeed, turn);
     std::vector<Eigen::Array4f> delta = indirect->at_pixels();
     for (std::size_t i = 0; i < delta.size(); ++i) delta[i] -= hidden[i];
-    const capture::CameraModel& model = session.color.model;
-    for_each_block(model.height, kRows, [&](int first, int last) {
-      const auto width = static_cast<std::size_t>(model.width);
-      for (std::size_t i = static_cast<std::size_t>(first) * width; i < static_cast<std::size_t>(last) * width; ++i) {
-        const Receiver& r = receivers[i];
-        const Eigen::Array4f irradiance =
-            blocks ? blocks->mixed(r.mix, [&](std::size_t block) { return delta[block]; }) : delta[i];
-        set(change, i, (r.reflects * irradiance).head<3>());
-      }
+    for_each_index(receivers.size(), kRows * change.width, [&](std::size_t i) {
+      const Receiver& r = receivers[i];
+      const Eigen::Array4f irradiance =
+          blocks ? blocks->mixed(r.mix, [&](std::size_t block) { return delta[block]; }) : delta[i];
+      set_at(change, i, (r.reflects * irradiance).head<3>());
     });
     clock.done("gather");
   }
@@ -211,30 +187,23 @@ struct RayRenderer::State {
     maps->depth_m = capture::Image<float>(change.width, change.height, 1);
     const Eigen::Vector3f eye_m = T_tag_camera.topRightCorner<3, 1>(), forward = T_tag_camera.block<3, 1>(0, 2);
     const auto tell = [&](std::size_t i, const GBufferPixel& p) {
-      set(maps->albedo, i, p.albedo);
-      set(maps->normals, i, p.surface.normal.array());
+      set_at(maps->albedo, i, p.albedo);
+      set_at(maps->normals, i, p.surface.normal.array());
       maps->depth_m.data[i] = forward.dot(p.surface.position_m - eye_m);
     };
     for (std::size_t i = 0; i < seen.size(); ++i) {
       if (seen[i].known) tell(i, seen[i]);
     }
     // Where an object covers a pixel, the maps describe the object.
-    for_objects([&](std::size_t i, std::size_t of_window) {
-      maps->mask.data[i] = objects.coverage.data[of_window];
-      if (maps->mask.data[i] >= 0.5f && objects.surfaces[of_window].known) tell(i, objects.surfaces[of_window]);
-    });
-    return maps;
-  }
-
-  /// Calls `look(pixel of the image, pixel of the window)` for each pixel of the objects' window.
-  template <typename Look>
-  void for_objects(Look look) const {
     for (int v = 0; v < objects.coverage.height; ++v) {
       for (int u = 0; u < objects.coverage.width; ++u) {
-        look(static_cast<std::size_t>((v + objects.top) * change.width + u + objects.left),
-             objects.coverage.index(u, v));
+        const std::size_t i = change.width * (v + objects.top) + u + objects.left,
+                          of_window = objects.coverage.index(u, v);
+        maps->mask.data[i] = objects.coverage.data[of_window];
+        if (maps->mask.data[i] >= 0.5f && objects.surfaces[of_window].known) tell(i, objects.surfaces[of_window]);
       }
     }
+    return maps;
   }
 };
 
@@ -255,11 +224,10 @@ RelitPicture RayRenderer::relight(const capture::FrameSet& frame, const reconstr
   s.camera.take(frame);
   result.srgb = *s.camera.coded();
   const std::vector<ReferenceMesh> objects = reference_objects_of(exhibit, static_cast<double>(frame.time_ns) * 1e-9);
-  std::string missing = what_is_missing(scene, objects);
+  std::string missing = what_is_missing(scene, !objects.empty());
   if (missing.empty() && s.rooms == Rooms::taken && !s.room) missing = "the room is not ready for rays yet";
   if (!missing.empty()) {
-    result.warnings.push_back("relight: " + missing + ", the camera picture passes through");
-    result.passed_through = true;
+    pass_through(missing, &result);
     return result;
   }
   for (const VirtualObject& object : exhibit.objects) {

@@ -29,8 +29,7 @@ std::vector<Rgb> at_places(const RayObjects& objects, int samples, std::uint32_t
     Rgb sum = Rgb::Zero();
     for (int k = 0; k < samples; ++k) {
       Sampler sampler(seed, static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(k));
-      sum += gather(vertex, sampler,
-                    static_cast<std::size_t>(i) * static_cast<std::size_t>(samples) + static_cast<std::size_t>(k));
+      sum += gather(vertex, sampler, static_cast<std::size_t>(i) * samples + k);
     }
     found[static_cast<std::size_t>(i)] = sum * (kPi / static_cast<float>(samples));
   });

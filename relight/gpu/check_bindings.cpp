@@ -1,5 +1,7 @@
 // Detects wrong bindings when a command is recorded, on every device, and reports them with the names of the shader's
 // source.
+#include <algorithm>
+
 #include "relight/gpu/formats.h"
 #include "relight/gpu/shader_reflection.h"
 
@@ -41,7 +43,6 @@ std::string misfit(const ShaderSlot& slot, const Binding& binding) {
 
 void check_bindings(const std::string& shader, const ShaderInterface& interface, std::span<const Binding> bindings,
                     std::span<const std::byte> params) {
-  const auto refuse = [&](const std::string& why) { throw std::logic_error("shader " + shader + ": " + why); };
   const auto slot_text = [](int slot, const std::string& name) {
     return "slot " + std::to_string(slot) + (name.empty() ? "" : " \"" + name + "\"");
   };
@@ -50,26 +51,27 @@ void check_bindings(const std::string& shader, const ShaderInterface& interface,
   const std::size_t padded = (interface.params_bytes + 15) / 16 * 16;
   const bool fits = params.size() >= interface.params_bytes && params.size() <= padded;
   if (!fits && (interface.params_used || !params.empty())) {
-    refuse("params has " + std::to_string(params.size()) + " bytes, its uniform block " +
-           std::to_string(interface.params_bytes));
+    refuse(shader, "params has " + std::to_string(params.size()) + " bytes, its uniform block " +
+                       std::to_string(interface.params_bytes));
   }
 
   for (std::size_t i = 0; i < bindings.size(); ++i) {
     const Binding& binding = bindings[i];
     const auto slot = interface.slots.find(binding.slot);
-    if (slot == interface.slots.end()) refuse(slot_text(binding.slot, "") + " is bound but not declared");
+    if (slot == interface.slots.end()) refuse(shader, slot_text(binding.slot, "") + " is bound but not declared");
     for (std::size_t j = 0; j < i; ++j) {
-      if (bindings[j].slot == binding.slot) refuse(slot_text(binding.slot, slot->second.name) + " is bound twice");
+      if (bindings[j].slot == binding.slot)
+        refuse(shader, slot_text(binding.slot, slot->second.name) + " is bound twice");
     }
     if (const std::string why = misfit(slot->second, binding); !why.empty()) {
-      refuse(slot_text(binding.slot, slot->second.name) + " " + why);
+      refuse(shader, slot_text(binding.slot, slot->second.name) + " " + why);
     }
   }
 
   for (const auto& [number, slot] : interface.slots) {
-    bool bound = false;
-    for (const Binding& binding : bindings) bound = bound || binding.slot == number;
-    if (slot.used && !bound) refuse(slot_text(number, slot.name) + " has nothing bound");
+    const bool bound =
+        std::any_of(bindings.begin(), bindings.end(), [&](const Binding& b) { return b.slot == number; });
+    if (slot.used && !bound) refuse(shader, slot_text(number, slot.name) + " has nothing bound");
   }
 }
 

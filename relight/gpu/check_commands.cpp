@@ -35,8 +35,8 @@ std::vector<const Texture*> checked_targets(const std::string& shader, const Ras
 
 void check_raster_desc(const std::string& shader, const ShaderInterface& interface, const RasterDesc& desc) {
   for (const auto& [location, name] : interface.inputs) {
-    bool given = false;
-    for (const VertexAttribute& attribute : desc.attributes) given = given || attribute.location == location;
+    const bool given = std::any_of(desc.attributes.begin(), desc.attributes.end(),
+                                   [&](const VertexAttribute& attribute) { return attribute.location == location; });
     if (!given) refuse(shader, "no attribute for location " + std::to_string(location) + " \"" + name + "\"");
   }
   for (const auto& [location, name] : interface.outputs) {

@@ -70,6 +70,10 @@ struct TextureDesc {
   bool attachment = false;  ///< mip 0 may be drawn to; textures can always be sampled, stored to (not depth32), copied
 };
 
+inline TextureDesc volume_desc(std::string name, int width, int height, int depth, Format format) {
+  return {.name = std::move(name), .width = width, .height = height, .depth = depth, .volume = true, .format = format};
+}
+
 class Texture {
  public:
   virtual ~Texture();

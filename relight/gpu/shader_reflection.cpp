@@ -44,10 +44,8 @@ class Module {
   std::span<const spvc_reflected_resource> list(spvc_resource_type type) const { return list(all_, type); }
 
   bool is_active(spvc_resource_type type, const spvc_reflected_resource& resource) const {
-    for (const auto& other : list(active_, type)) {
-      if (other.id == resource.id) return true;
-    }
-    return false;
+    const auto active = list(active_, type);
+    return std::any_of(active.begin(), active.end(), [&](const auto& other) { return other.id == resource.id; });
   }
 
   int decoration(const spvc_reflected_resource& resource, SpvDecoration which) const {
@@ -79,11 +77,9 @@ class Module {
     if (result != SPVC_SUCCESS) refuse(shader_.name, spvc_context_get_last_error_string(context_.get()));
   }
 
-  struct Destroy {
-    void operator()(spvc_context context) const { spvc_context_destroy(context); }
-  };
   const ShaderCode& shader_;
-  std::unique_ptr<std::remove_pointer_t<spvc_context>, Destroy> context_;
+  std::unique_ptr<std::remove_pointer_t<spvc_context>, decltype(&spvc_context_destroy)> context_{nullptr,
+                                                                                                 &spvc_context_destroy};
   spvc_compiler compiler_ = nullptr;
   spvc_resources all_ = nullptr, active_ = nullptr;
 };

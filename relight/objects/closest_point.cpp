@@ -76,14 +76,7 @@ std::optional<float> ObjectSurface::first_hit(const Eigen::Vector3f& origin_m, c
   context.embree.filter = filter_hit;
   context.accept = &accept;
   RTCRayHit ray{};
-  ray.ray.org_x = origin_m.x();
-  ray.ray.org_y = origin_m.y();
-  ray.ray.org_z = origin_m.z();
-  ray.ray.dir_x = direction.x();
-  ray.ray.dir_y = direction.y();
-  ray.ray.dir_z = direction.z();
-  ray.ray.tfar = limit_m;
-  ray.ray.mask = ~0u;
+  ray.ray = single_ray(origin_m, direction, limit_m);
   ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   rtcIntersect1(scene_->scene, &context.embree, &ray);
   return ray.hit.geomID != RTC_INVALID_GEOMETRY_ID ? std::optional(ray.ray.tfar) : std::nullopt;

@@ -57,7 +57,7 @@ class FieldBuilder {
     for (int a = 0; a < 3; ++a) {
       if (corner[a] >= field_.size[a]) return;
     }
-    const Eigen::Vector3f first = voxel(corner[0], corner[1], corner[2]);
+    const Eigen::Vector3f first = field_.origin_m + h_ * Eigen::Vector3i::Map(corner.data()).cast<float>();
     const float half = 0.5f * static_cast<float>(edge - 1) * h_;
     const float radius = reach_voxels * h_ + std::sqrt(3.0f) * half;
     const auto nearest = surface_.nearest(first + Eigen::Vector3f::Constant(half), radius);
@@ -73,8 +73,7 @@ class FieldBuilder {
   }
 
   void set(const std::array<int, 3>& at, const Eigen::Vector3f& p, const ClosestPoint& nearest) {
-    const std::size_t index =
-        at[0] + static_cast<std::size_t>(field_.size[0]) * (at[1] + static_cast<std::size_t>(field_.size[1]) * at[2]);
+    const std::size_t index = index_of(at[0], at[1], at[2]);
     const float thicker = half_thickening(p, nearest);
     const float distance = inside_[index] ? -(nearest.distance_m + thicker) : nearest.distance_m - thicker;
     field_.distance_m[index] = std::clamp(distance, -band_voxels * h_, band_voxels * h_);
@@ -112,12 +111,11 @@ class FieldBuilder {
 
   bool inside_at(const Eigen::Vector3f& p) const {
     const Eigen::Vector3i at = ((p - field_.origin_m) / h_).array().round().cast<int>();
-    return inside_[at[0] + static_cast<std::size_t>(field_.size[0]) *
-                               (at[1] + static_cast<std::size_t>(field_.size[1]) * at[2])] != 0;
+    return inside_[index_of(at[0], at[1], at[2])] != 0;
   }
 
-  Eigen::Vector3f voxel(int i, int j, int k) const {
-    return field_.origin_m + h_ * Eigen::Vector3i(i, j, k).cast<float>();
+  std::size_t index_of(int i, int j, int k) const {
+    return i + static_cast<std::size_t>(field_.size[0]) * (j + static_cast<std::size_t>(field_.size[1]) * k);
   }
 
   const Model& model_;

@@ -15,6 +15,11 @@ RTCDevice embree_device();
 /// The model's triangles at T, committed.
 RTCGeometry triangles_of(const Model& model, const Eigen::Affine3f& T);
 
+/// From its origin to `limit_m`, at all geometries.
+inline RTCRay single_ray(const Eigen::Vector3f& from_m, const Eigen::Vector3f& w, float limit_m) {
+  return {from_m.x(), from_m.y(), from_m.z(), 0, w.x(), w.y(), w.z(), 0, limit_m, ~0u, 0, 0};
+}
+
 struct EmbreeScene {
   RTCScene scene = rtcNewScene(embree_device());
   explicit EmbreeScene(int flags = RTC_SCENE_FLAG_NONE) {

@@ -128,19 +128,16 @@ std::vector<FlatPiece> flat_pieces(const Model& model) {
       const auto near = [&](const Vector3f& at) { return std::abs(p.normal.dot(at) - p.offset_m) < kSameOffset_m; };
       return p.normal.dot(t.normal) > kSameNormal && near(t.a) && near(t.b) && near(t.c);
     });
-    Cluster* cluster = nullptr;
-    if (found != clusters.end()) {
-      cluster = &*found;
-    } else if (clusters.size() < kMaxClusters) {
-      cluster = &clusters.emplace_back();
-      cluster->piece.normal = t.normal;
-      cluster->piece.offset_m = t.normal.dot(t.a);
-      cluster->piece.two_sided = sheet;
-    } else {
-      continue;
+    const bool is_new = found == clusters.end();
+    if (is_new && clusters.size() == kMaxClusters) continue;
+    Cluster& cluster = is_new ? clusters.emplace_back() : *found;
+    if (is_new) {
+      cluster.piece.normal = t.normal;
+      cluster.piece.offset_m = t.normal.dot(t.a);
+      cluster.piece.two_sided = sheet;
     }
-    cluster->members.push_back(t);
-    cluster->piece.area_m2 += t.area_m2;
+    cluster.members.push_back(t);
+    cluster.piece.area_m2 += t.area_m2;
   }
   std::stable_sort(clusters.begin(), clusters.end(),
                    [](const Cluster& a, const Cluster& b) { return a.piece.area_m2 > b.piece.area_m2; });

@@ -35,11 +35,6 @@ BoundingSphere bounding_sphere(const std::vector<Eigen::Vector3f>& points_m) {
   return sphere;
 }
 
-bool Placement::operator==(const Placement& o) const {
-  return cascade[0] == o.cascade[0] && cascade[1] == o.cascade[1] && virtual_grid == o.virtual_grid &&
-         virtual_size == o.virtual_size && sphere.centre_m == o.sphere.centre_m && sphere.radius_m == o.sphere.radius_m;
-}
-
 Placement place_volumes(const std::vector<PlacedBounds>& objects, int voxels) {
   Placement placement;
   Eigen::AlignedBox3f box;

@@ -11,6 +11,8 @@ namespace lumigraft::relight {
 struct BoundingSphere {
   Eigen::Vector3f centre_m = Eigen::Vector3f::Zero();
   float radius_m = 0;
+
+  bool operator==(const BoundingSphere&) const = default;
 };
 
 /// Centred on the bounding box.
@@ -27,7 +29,7 @@ struct Placement {
   Eigen::Vector3i virtual_size;
   BoundingSphere sphere;  ///< around all objects
 
-  bool operator==(const Placement&) const;
+  bool operator==(const Placement&) const = default;
 };
 
 /// Cascade 0 is a cube of 1.3 times the sphere's diameter, cascade 1 one of 3.5 times cascade 0's edge; both are

@@ -110,10 +110,10 @@ ObjectSolid::ObjectSolid(const Model& model) {
   }
 
   component_of_triangle_.resize(triangles);
-  std::vector<Triangle> all(triangles);
+  std::vector<std::pair<std::uint32_t, Triangle>> faces(triangles);  // with their component; after them the cones
   for (std::size_t t = 0; t < triangles; ++t) {
-    for (int k = 0; k < 3; ++k) all[t][k] = model.positions_m[model.indices[3 * t + k]];
-    component_of_triangle_[t] = component_of_place[place[model.indices[3 * t]]];
+    for (int k = 0; k < 3; ++k) faces[t].second[k] = model.positions_m[model.indices[3 * t + k]];
+    component_of_triangle_[t] = faces[t].first = component_of_place[place[model.indices[3 * t]]];
   }
 
   // Triangle fans over the boundary: one per connected piece, with the mean of its edges as apex.
@@ -125,33 +125,25 @@ ObjectSolid::ObjectSolid(const Model& model) {
     apex[pieces.root(edge.low)] +=
         (position[edge.low] + position[edge.high]).cast<double>().homogeneous() + Eigen::Vector4d(0, 0, 0, 1);
   }
-  std::vector<std::pair<std::uint32_t, Triangle>> cones;  // with their component
   for (const Edge& edge : boundary) {
     const Eigen::Vector3f top = apex[pieces.root(edge.low)].hnormalized().cast<float>();
     const bool forward = edge.count > 0;  // the mesh traverses it low to high, so the fan high to low
     const Triangle cone = {position[forward ? edge.high : edge.low], position[forward ? edge.low : edge.high], top};
-    for (int n = 0; n < std::abs(edge.count); ++n) cones.emplace_back(component_of_place[edge.low], cone);
+    for (int n = 0; n < std::abs(edge.count); ++n) faces.emplace_back(component_of_place[edge.low], cone);
   }
 
-  for (std::size_t t = 0; t < triangles; ++t) {
-    Component& component = components_[component_of_triangle_[t]];
-    component.area_m2 += area_m2(all[t]);
-    component.volume_m3 += all[t][0].cast<double>().dot(all[t][1].cast<double>().cross(all[t][2].cast<double>())) / 6;
-  }
-  for (const auto& [index, cone] : cones) {
+  for (std::size_t i = 0; i < faces.size(); ++i) {
+    const auto& [index, t] = faces[i];
     Component& component = components_[index];
-    component.cone_area_m2 += area_m2(cone);
-    component.volume_m3 += cone[0].cast<double>().dot(cone[1].cast<double>().cross(cone[2].cast<double>())) / 6;
+    (i < triangles ? component.area_m2 : component.cone_area_m2) += area_m2(t);
+    component.volume_m3 += t[0].cast<double>().dot(t[1].cast<double>().cross(t[2].cast<double>())) / 6;
   }
   for (Component& component : components_) {
     component.solid = component.cone_area_m2 <= kMaxConeFraction * component.area_m2;
     component.orientation = component.volume_m3 < 0 ? -1.0f : 1.0f;
   }
-  for (std::size_t t = 0; t < triangles; ++t) {
-    if (components_[component_of_triangle_[t]].solid) closed_.push_back(all[t]);
-  }
-  for (const auto& [index, cone] : cones) {
-    if (components_[index].solid) closed_.push_back(cone);
+  for (const auto& [index, face] : faces) {
+    if (components_[index].solid) closed_.push_back(face);
   }
 }
 

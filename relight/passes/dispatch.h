@@ -50,6 +50,19 @@ inline void dispatch_3d(gpu::CommandList& list, const gpu::ComputePipeline& pipe
   list.dispatch(pipeline, bindings, gpu::bytes_of(params), (x + 7) / 8, (y + 3) / 4, (z + 1) / 2);
 }
 
+/// One thread per texel of a volume of two cascades, `edge` texels along each axis.
+inline void dispatch_cascades(gpu::CommandList& list, const gpu::ComputePipeline& pipeline,
+                              const std::vector<gpu::Binding>& bindings, const shader::FrameParams& params, int edge) {
+  dispatch_3d(list, pipeline, bindings, params, edge, edge, edge * shader::kCascades);
+}
+
+/// Groups of 64 threads iterate over the whole list together.
+inline void dispatch_list(gpu::CommandList& list, const gpu::ComputePipeline& pipeline,
+                          const std::vector<gpu::Binding>& bindings, const shader::FrameParams& params) {
+  constexpr int groups = 256;
+  list.dispatch(pipeline, bindings, gpu::bytes_of(params), groups);
+}
+
 inline std::vector<gpu::Binding> joined(std::vector<gpu::Binding> a, const std::vector<gpu::Binding>& b) {
   a.insert(a.end(), b.begin(), b.end());
   return a;

@@ -81,24 +81,20 @@ std::vector<int> sample_counts(const TraceWorld& world, const PosedCamera& camer
 
 }  // namespace
 
-struct DeltaPathTracer::State {
-  TraceWorld world;
-};
-
 DeltaPathTracer::DeltaPathTracer(std::shared_ptr<const ReferenceScene> scene)
-    : state_(new State{TraceWorld(std::move(scene))}) {}
+    : world_(std::make_unique<const TraceWorld>(std::move(scene))) {}
 DeltaPathTracer::~DeltaPathTracer() = default;
 
 ReferencePicture DeltaPathTracer::change(const PosedCamera& camera, const ReferenceSamples& samples) const {
   const int width = camera.model.width, height = camera.model.height;
   ReferencePicture picture{capture::Image<float>(width, height, 3), capture::Image<float>(width, height, 3),
                            capture::Image<float>(width, height, 1)};
-  const std::vector<int> counts = sample_counts(state_->world, camera, samples);
+  const std::vector<int> counts = sample_counts(*world_, camera, samples);
   for_each_pixel(width, height, 1, [&](int u, int v) {
     const int count = counts[picture.coverage.index(u, v)];
     Eigen::Array3d change = Eigen::Array3d::Zero(), object = change;
     int covered = 0;
-    for_each_sample(state_->world, camera, samples.seed, count, u, v, [&](const PathRay& ray, Paths& paths) {
+    for_each_sample(*world_, camera, samples.seed, count, u, v, [&](const PathRay& ray, Paths& paths) {
       const CameraSample s = paths.change(ray);
       (s.on_object ? object : change) += s.light.cast<double>();
       covered += s.on_object ? 1 : 0;
@@ -117,7 +113,7 @@ capture::Image<float> DeltaPathTracer::radiance(const PosedCamera& camera, const
   capture::Image<float> picture(camera.model.width, camera.model.height, 3);
   for_each_pixel(picture.width, picture.height, 1, [&](int u, int v) {
     Eigen::Array3d sum = Eigen::Array3d::Zero();
-    for_each_sample(state_->world, camera, samples.seed, samples.per_pixel, u, v,
+    for_each_sample(*world_, camera, samples.seed, samples.per_pixel, u, v,
                     [&](const PathRay& ray, Paths& paths) { sum += paths.radiance(ray, with_objects).cast<double>(); });
     for (int c = 0; c < 3; ++c) picture.at(u, v, c) = static_cast<float>(sum[c] / samples.per_pixel);
   });

@@ -21,6 +21,8 @@
 
 namespace lumigraft::relight {
 
+struct TraceWorld;
+
 struct ReferenceSamples {
   int per_pixel = 16;      ///< on average; `change` uses more where noise is higher
   std::uint32_t seed = 0;  ///< a different seed gives an independent image
@@ -44,8 +46,7 @@ class DeltaPathTracer {
   capture::Image<float> radiance(const PosedCamera& camera, const ReferenceSamples& samples, bool with_objects) const;
 
  private:
-  struct State;
-  std::unique_ptr<State> state_;
+  std::unique_ptr<const TraceWorld> world_;
 };
 
 }  // namespace lumigraft::relight

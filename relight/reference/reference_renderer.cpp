@@ -1,5 +1,6 @@
 #include "relight/reference/reference_renderer.h"
 
+#include "relight/quality_warnings.h"
 #include "relight/reference/delta_path_tracer.h"
 #include "relight/tracing/build_trace_scene.h"
 #include "relight/tracing/composer.h"
@@ -86,18 +87,9 @@ RelitPicture ReferenceRenderer::relight(const capture::FrameSet& frame, const re
   result.srgb = *s.camera.coded();
   std::vector<ReferenceMesh> objects = reference_objects_of(exhibit, static_cast<double>(frame.time_ns) * 1e-9);
 
-  std::string missing;
-  if (objects.empty())
-    missing = "no visible object";
-  else if (!scene.pose)
-    missing = "no pose";
-  else if (!s.room && !scene.illumination)
-    missing = "no light is known yet";
-  else if (!s.room && !scene.field)
-    missing = "no geometry is known yet";
+  const std::string missing = what_is_missing(scene, !objects.empty(), s.room != nullptr);
   if (!missing.empty()) {
-    result.warnings.push_back("relight: " + missing + ", the camera picture passes through");
-    result.passed_through = true;
+    pass_through(missing, &result);
     return result;
   }
   const ReferencePicture& traced = s.traced(frame, scene, std::move(objects), plan.samples);

@@ -43,6 +43,29 @@ std::optional<BsdfParams> seen_bsdf(const SeenMaterials& seen, const Vector3f& p
   return bsdf_params_of(pixel(seen.diffuse, u, v), pixel(seen.f0, u, v), seen.alpha.at(u, v));
 }
 
+/// `valid`: -1 for an active ray, as Embree requires; the others get harmless values. The rays are coherent, but with
+/// Embree's coherent flag (3.13) rtcOccluded16 hung in a scene of instances.
+void set_rays(const RayFan& fan, std::array<int, RayFan::kMaxRays>& valid, RTCRay16& rays) {
+  const auto some = static_cast<std::size_t>(std::countr_zero(fan.some));
+  for (std::size_t i = 0; i < RayFan::kMaxRays; ++i) {
+    const bool meant = fan.some >> i & 1;
+    const Vector3f& w = fan.w[meant ? i : some];
+    valid[i] = meant ? -1 : 0;
+    rays.org_x[i] = fan.from_m.x();
+    rays.org_y[i] = fan.from_m.y();
+    rays.org_z[i] = fan.from_m.z();
+    rays.tnear[i] = 0;
+    rays.dir_x[i] = w.x();
+    rays.dir_y[i] = w.y();
+    rays.dir_z[i] = w.z();
+    rays.time[i] = 0;
+    rays.tfar[i] = meant ? fan.limit_m[i] : -1;
+    rays.mask[i] = ~0u;
+    rays.id[i] = 0;
+    rays.flags[i] = 0;
+  }
+}
+
 }  // namespace
 
 struct ModelTree::State {
@@ -135,7 +158,7 @@ std::optional<MeshHit> Meshes::hit(const Vector3f& from_m, const Vector3f& w, fl
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   RTCRayHit query{};
-  query.ray = {from_m.x(), from_m.y(), from_m.z(), 0, w.x(), w.y(), w.z(), 0, limit_m, ~0u, 0, 0};
+  query.ray = single_ray(from_m, w, limit_m);
   query.hit.geomID = query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
   rtcIntersect1(state_->all.scene, &context, &query);
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
@@ -146,37 +169,10 @@ std::optional<MeshHit> Meshes::hit(const Vector3f& from_m, const Vector3f& w, fl
 bool Meshes::blocked(const Vector3f& from_m, const Vector3f& w, float limit_m) const {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
-  RTCRay ray{from_m.x(), from_m.y(), from_m.z(), 0, w.x(), w.y(), w.z(), 0, limit_m, ~0u, 0, 0};
+  RTCRay ray = single_ray(from_m, w, limit_m);
   rtcOccluded1(state_->all.scene, &context, &ray);
   return ray.tfar < 0;
 }
-
-namespace {
-
-/// `valid`: -1 for an active ray, as Embree requires; the others get harmless values. The rays are coherent, but with
-/// Embree's coherent flag (3.13) rtcOccluded16 hung in a scene of instances.
-void set_rays(const RayFan& fan, std::array<int, RayFan::kMaxRays>& valid, RTCRay16& rays) {
-  const auto some = static_cast<std::size_t>(std::countr_zero(fan.some));
-  for (std::size_t i = 0; i < RayFan::kMaxRays; ++i) {
-    const bool meant = fan.some >> i & 1;
-    const Vector3f& w = fan.w[meant ? i : some];
-    valid[i] = meant ? -1 : 0;
-    rays.org_x[i] = fan.from_m.x();
-    rays.org_y[i] = fan.from_m.y();
-    rays.org_z[i] = fan.from_m.z();
-    rays.tnear[i] = 0;
-    rays.dir_x[i] = w.x();
-    rays.dir_y[i] = w.y();
-    rays.dir_z[i] = w.z();
-    rays.time[i] = 0;
-    rays.tfar[i] = meant ? fan.limit_m[i] : -1;
-    rays.mask[i] = ~0u;
-    rays.id[i] = 0;
-    rays.flags[i] = 0;
-  }
-}
-
-}  // namespace
 
 std::uint32_t Meshes::hits(const RayFan& fan, std::array<MeshHit, RayFan::kMaxRays>& found) const {
   if (fan.some == 0) return 0;

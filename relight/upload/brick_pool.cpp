@@ -101,7 +101,6 @@ struct BrickPool::State {
   std::vector<std::uint32_t> distance, radiance, albedo_words;  // as in bricks.glsl
   Eigen::Vector3i low = Eigen::Vector3i::Zero(), size = Eigen::Vector3i::Ones();
   float voxel_m = 0.01f, truncation_m = 0.04f;
-  bool any = false;
   std::unique_ptr<gpu::Buffer> index_buffer, clearance_buffer, distance_buffer, radiance_buffer, albedo_buffer;
 
   explicit State(gpu::Device& d) : device(d) {}
@@ -244,9 +243,7 @@ bool BrickPool::update(const std::shared_ptr<const reconstruct::DistanceField>& 
   s.voxel_m = field->voxel_m;
   s.truncation_m = field->truncation_m;
   const Range range = s.fill_slots();
-  s.any = !s.slots.empty();
-  const float brick_m = s.voxel_m * reconstruct::kBrickEdge;
-  std::tie(s.low, s.size) = bricks_of(s.region, brick_m);
+  std::tie(s.low, s.size) = bricks_of(s.region, s.voxel_m * reconstruct::kBrickEdge);
   s.send_index();
   s.send_bricks(range);
   return true;
@@ -254,7 +251,7 @@ bool BrickPool::update(const std::shared_ptr<const reconstruct::DistanceField>& 
 
 void BrickPool::describe(shader::FrameParams& params) const {
   params.bricks_low << state_->low, 0;
-  params.bricks_size << state_->size, state_->any ? 1 : 0;
+  params.bricks_size << state_->size, state_->slots.empty() ? 0 : 1;
   params.field.x() = state_->voxel_m;
   params.field.y() = state_->truncation_m;
 }

@@ -61,9 +61,8 @@ std::shared_ptr<const Model> evenly_divided(const Model& model) {
   Eigen::AlignedBox3f box;
   for (const auto& p : model.positions_m) box.extend(p);
   const double edge_m = std::sqrt(surface_area_m2(model) / (kEvenTriangles * std::sqrt(3.0) / 4));
-  return refine_model(model,
-                      std::max(static_cast<float>(edge_m), box.diagonal().norm() / 200));  // lower bound for models of
-                                                                                           // nearly zero area
+  const float min_edge_m = box.diagonal().norm() / 200;  // for models of nearly zero area
+  return refine_model(model, std::max(static_cast<float>(edge_m), min_edge_m));
 }
 
 std::unique_ptr<gpu::Texture> upload_texture(gpu::Device& device, const capture::Image<std::uint8_t>& picture) {
@@ -178,20 +177,14 @@ const StoredModel& ObjectStore::stored(const std::shared_ptr<const Model>& model
   const auto field = compute_object_field(*model, kFieldVoxels);
   entry->grid_origin_m = field->origin_m;
   entry->grid_voxel_m = field->voxel_m;
-  const gpu::TextureDesc desc{.name = "object distance",
-                              .width = field->size[0],
-                              .height = field->size[1],
-                              .depth = field->size[2],
-                              .volume = true,
-                              .format = gpu::Format::r32_float};
-  entry->distance = device_.create_texture(desc);
+  const auto make = [&](const char* name, gpu::Format format) {
+    return device_.create_texture(gpu::volume_desc(name, field->size[0], field->size[1], field->size[2], format));
+  };
+  entry->distance = make("object distance", gpu::Format::r32_float);
   const std::vector<float> distances = full_distances(*field);
   device_.upload(*entry->distance, 0, std::as_bytes(std::span(distances)));
 
-  gpu::TextureDesc reflecting = desc;
-  reflecting.name = "object reflectance";
-  reflecting.format = gpu::Format::rgba8_unorm;
-  entry->reflectance = device_.create_texture(reflecting);
+  entry->reflectance = make("object reflectance", gpu::Format::rgba8_unorm);
   const std::vector<std::uint8_t> texels = reflectances(*field, *model);
   device_.upload(*entry->reflectance, 0, std::as_bytes(std::span(texels)));
   return *entry;

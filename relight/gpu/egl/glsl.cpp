@@ -6,13 +6,6 @@
 #include <memory>
 
 namespace lumigraft::relight::gpu::egl {
-namespace {
-
-struct Destroy {
-  void operator()(spvc_context context) const { spvc_context_destroy(context); }
-};
-
-}  // namespace
 
 std::map<int, int> assign_units(const ShaderInterface& interface) {
   std::map<int, int> units;
@@ -26,7 +19,8 @@ std::map<int, int> assign_units(const ShaderInterface& interface) {
 std::string glsl_of(const ShaderCode& shader, const std::map<int, int>& units) {
   spvc_context raw = nullptr;
   if (spvc_context_create(&raw) != SPVC_SUCCESS) throw GpuError("SPIRV-Cross cannot start");
-  const std::unique_ptr<std::remove_pointer_t<spvc_context>, Destroy> context(raw);
+  const std::unique_ptr<std::remove_pointer_t<spvc_context>, decltype(&spvc_context_destroy)> context(
+      raw, &spvc_context_destroy);
   const auto check = [&](spvc_result result) {
     if (result == SPVC_SUCCESS) return;
     throw GpuError("shader " + std::string(shader.name) + " to GLSL: " + spvc_context_get_last_error_string(raw));

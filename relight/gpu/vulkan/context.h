@@ -69,7 +69,6 @@ class Context {
   Context& operator=(const Context&) = delete;
 
   VkDevice device() const { return device_; }
-  VkPhysicalDevice physical() const { return physical_; }
   std::uint32_t queue_family() const { return queue_family_; }
   const VkPhysicalDeviceLimits& limits() const { return properties_.limits; }
   std::string name() const { return properties_.deviceName; }

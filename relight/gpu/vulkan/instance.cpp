@@ -79,9 +79,7 @@ Instance::Instance(bool with_validation) : validation(with_validation) {
     info.ppEnabledExtensionNames = &extension;
   }
   const VkResult result = vkCreateInstance(&info, nullptr, &handle);
-  if (result == VK_ERROR_INCOMPATIBLE_DRIVER) {
-    throw GpuError(no_driver_text());
-  }
+  if (result == VK_ERROR_INCOMPATIBLE_DRIVER) throw GpuError(no_driver_text());
   check(result, "starting Vulkan");
   if (!validation) return;
   const auto create = reinterpret_cast<PFN_vkCreateDebugUtilsMessengerEXT>(

@@ -91,7 +91,7 @@ VkDescriptorBufferInfo Recording::copy_params(std::span<const std::byte> bytes, 
   return {chunk.handle, offset, padded_bytes};
 }
 
-int Recording::write_timestamp() {
+void Recording::write_timestamp() {
   const std::size_t pool = static_cast<std::size_t>(timestamps_ / timestamps_per_pool);
   if (pool == queries_.size()) {
     auto info = zeroed<VkQueryPoolCreateInfo>(VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO);
@@ -104,7 +104,7 @@ int Recording::write_timestamp() {
   const std::uint32_t query = static_cast<std::uint32_t>(timestamps_ % timestamps_per_pool);
   if (query == 0) vkCmdResetQueryPool(commands, queries_[pool], 0, timestamps_per_pool);
   vkCmdWriteTimestamp2(commands, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, queries_[pool], query);
-  return timestamps_++;
+  ++timestamps_;
 }
 
 std::vector<std::uint64_t> Recording::read_timestamps() {

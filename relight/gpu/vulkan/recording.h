@@ -15,8 +15,8 @@ struct Recording {
   VkDescriptorSet allocate_set(VkDescriptorSetLayout layout);
   /// Copies `bytes` to memory that shaders can read; the range is padded to `padded_bytes`.
   VkDescriptorBufferInfo copy_params(std::span<const std::byte> bytes, std::size_t padded_bytes);
-  /// Writes the device's time after completion of all previous commands; returns the index of the timestamp.
-  int write_timestamp();
+  /// Writes the device's time after completion of all previous commands.
+  void write_timestamp();
   std::vector<std::uint64_t> read_timestamps();
 
   VkCommandBuffer commands = VK_NULL_HANDLE;

@@ -131,8 +131,7 @@ void LampMaps::record(gpu::CommandList& list, const std::vector<PlacedObject>& o
   const gpu::Attachment depth{depths_.get()};
   list.draw(*raster_, {}, &depth, draws.calls);
   if (draws_.empty()) return;
-  list.dispatch(*bound_, std::vector{gpu::sampled(7, *depths_), gpu::storage(8, *views_), gpu::storage(11, *bounds_)},
-                {}, edge_ / kBoundTile, edge_ / kBoundTile, static_cast<int>(draws_.size()));
+  list.dispatch(*bound_, bindings(), {}, edge_ / kBoundTile, edge_ / kBoundTile, static_cast<int>(draws_.size()));
 }
 
 std::vector<gpu::Binding> LampMaps::bindings() const {

@@ -8,12 +8,7 @@ namespace lumigraft::relight {
 
 LpvGrid::LpvGrid(gpu::Device& device, int edge_cells) : edge(edge_cells) {
   const auto make = [&](const char* name, gpu::Format format) {
-    return device.create_texture({.name = name,
-                                  .width = edge,
-                                  .height = edge,
-                                  .depth = edge * shader::kCascades,
-                                  .volume = true,
-                                  .format = format});
+    return device.create_texture(gpu::volume_desc(name, edge, edge, edge * shader::kCascades, format));
   };
   from_low = make("open from low", gpu::Format::rgba16_float);
   from_high = make("open from high", gpu::Format::rgba16_float);

@@ -31,9 +31,9 @@ shader::FrameParams LpvInject::with_units(shader::FrameParams params, const LpvG
 void LpvInject::block(gpu::CommandList& list, shader::FrameParams params, const Volumes& volumes,
                       const LpvGrid& grid) const {
   params.pass_i.x() = grid.edge;
-  dispatch_3d(list, *block_,
-              joined(volumes.bindings(), {gpu::image(12, *grid.from_low), gpu::image(13, *grid.from_high)}), params,
-              grid.edge, grid.edge, grid.edge * shader::kCascades);
+  dispatch_cascades(list, *block_,
+                    joined(volumes.bindings(), {gpu::image(12, *grid.from_low), gpu::image(13, *grid.from_high)}),
+                    params, grid.edge);
 }
 
 void LpvInject::at_virtual(gpu::CommandList& list, const shader::FrameParams& params, bool add_gathered,
@@ -42,29 +42,29 @@ void LpvInject::at_virtual(gpu::CommandList& list, const shader::FrameParams& pa
   own.pass_i.y() = std::max(params.counts.z() / 2, 3);  // each voxel rotates them; a cell holds the mean of several
   own.pass_i.z() = add_gathered ? 1 : 0;
   list.fill(*grid.of_virtual, 0);
-  list.dispatch(
-      *virtual_,
+  dispatch_list(
+      list, *virtual_,
       joined(volumes.bindings(), {gpu::storage(28, *volumes.listed_virtual), gpu::storage(15, *volumes.virtual_area),
                                   gpu::image(25, *volumes.virtual_radiance), gpu::image(26, *volumes.gathered_virtual),
                                   gpu::storage(16, *grid.of_virtual), gpu::image(17, *grid.from_low)}),
-      gpu::bytes_of(own), kListGroups);
+      own);
 }
 
 void LpvInject::at_real(gpu::CommandList& list, const shader::FrameParams& params, const Volumes& volumes,
                         const LpvGrid& grid) const {
   list.fill(*grid.of_real, 0);
-  list.dispatch(*real_,
+  dispatch_list(list, *real_,
                 joined(volumes.bindings(), {gpu::storage(28, *volumes.listed_real),
                                             gpu::image(26, *volumes.real_change), gpu::image(27, *volumes.real_normal),
                                             gpu::storage(16, *grid.of_real), gpu::image(17, *grid.from_low)}),
-                gpu::bytes_of(with_units(params, grid)), kListGroups);
+                with_units(params, grid));
 }
 
 void LpvInject::sum(gpu::CommandList& list, const shader::FrameParams& params, const LpvGrid& grid) const {
-  dispatch_3d(list, *sum_,
-              {gpu::storage(15, *grid.of_virtual), gpu::storage(16, *grid.of_real), gpu::image(12, *grid.source[0]),
-               gpu::image(13, *grid.source[1]), gpu::image(14, *grid.source[2])},
-              with_units(params, grid), grid.edge, grid.edge, grid.edge * shader::kCascades);
+  dispatch_cascades(list, *sum_,
+                    {gpu::storage(15, *grid.of_virtual), gpu::storage(16, *grid.of_real),
+                     gpu::image(12, *grid.source[0]), gpu::image(13, *grid.source[1]), gpu::image(14, *grid.source[2])},
+                    with_units(params, grid), grid.edge);
 }
 
 }  // namespace lumigraft::relight

@@ -4,7 +4,7 @@
 // Shadows of lamps (Shadow) and the light of the room on objects (ObjectShading) use cones in both methods.
 #include "relight/passes/lpv/inject.h"
 #include "relight/passes/lpv/propagate.h"
-#include "relight/passes/lpv/query.h"
+#include "relight/passes/screen/screen.h"
 
 namespace lumigraft::relight {
 
@@ -17,13 +17,12 @@ class Lpv {
   void gather_real(gpu::CommandList& list, const shader::FrameParams& params, float brightest, int round, int rounds,
                    const Volumes& volumes);
   /// The same per pixel, from the light that gather_real left in the grid.
-  void look_up(gpu::CommandList& list, const shader::FrameParams& params, const Volumes& volumes,
-               const Screen& screen) const;
+  void look_up(gpu::CommandList& list, shader::FrameParams params, const Volumes& volumes, const Screen& screen) const;
 
  private:
   LpvInject inject_;
   LpvPropagate propagate_;
-  LpvQuery query_;
+  std::unique_ptr<gpu::ComputePipeline> cells_, pixels_;  ///< look-ups: `beyond` and real_irradiance; indirect
   std::unique_ptr<LpvGrid> grid_;
   std::unique_ptr<gpu::Texture> beyond_;  ///< the enclosure's part of real_irradiance, of the same size
   int steps_ = 0;

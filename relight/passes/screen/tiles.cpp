@@ -80,8 +80,7 @@ Tiles::Tiles(gpu::Device& device, int width_px, int height_px, int shadow_scale,
       trace_scale_(trace_scale),
       ambient_scale_(ambient_scale),
       fine_step_(fine_step) {
-  const std::size_t bytes =
-      sizeof(std::uint32_t) * static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_);
+  const std::size_t bytes = sizeof(std::uint32_t) * columns_ * rows_;
   for (TileList* list : {&views_, &changed_, &objects_, &fine_, &smooth_, &ambients_, &shaded_, &shadows_, &traces_,
                          &glossy_, &blurred_, &sharp_}) {
     list->buffer = device.create_buffer(bytes, "tiles");
@@ -103,8 +102,7 @@ void Tiles::choose(gpu::Device& device, const shader::FrameParams& params, const
       const std::size_t place = tile_of(u, v);
       char &tile = changed[place], &shade = shaded[place];
       if ((tile && shade && (choice.glossy.empty() || sharp[place])) || !considered(place)) continue;
-      const std::size_t i =
-          static_cast<std::size_t>(v) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(u);
+      const std::size_t i = static_cast<std::size_t>(v) * width_ + u;
       const float z = picture.depth_m != nullptr ? picture.depth_m->data[i] : 0.0f;
       if (z <= 0) {
         tile = shade = 1;  // a hole: the field gives the surface's position later
@@ -207,9 +205,7 @@ std::vector<std::uint32_t> Tiles::places(const std::vector<char>& marked, int sc
       bool any = false;
       for (int v = row; v < std::min(row + scale, rows_); ++v) {
         for (int u = column; u < std::min(column + scale, columns_); ++u) {
-          any |=
-              marked[static_cast<std::size_t>(v) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(u)] !=
-              0;
+          any |= marked[static_cast<std::size_t>(v) * columns_ + u] != 0;
         }
       }
       if (any)

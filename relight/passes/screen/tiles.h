@@ -61,20 +61,15 @@ class Tiles {
   const TileList& shaded() const { return shaded_; }      ///< where objects may occlude a lamp
   const TileList& shadows() const { return shadows_; }    ///< the same, on the grid of shadow cells
   const TileList& traces() const { return traces_; }      ///< on the grid of traced cells
-  const TileList& glossy() const {
-    return glossy_;
-  }  ///< of changed(), those that may show glossy real surfaces of
-     ///< known material
+  /// Of changed(), those that may show glossy real surfaces of known material.
+  const TileList& glossy() const { return glossy_; }
   /// The same in two parts: where gloss blurs the objects' reflection over so many pixels that one sample per
   /// kBlurredStep pixels along each axis suffices, on the grid of these; and the rest. The first overlaps the rest.
   const TileList& blurred() const { return blurred_; }
   const TileList& sharp() const { return sharp_; }
 
  private:
-  std::size_t tile_of(int u, int v) const {
-    return static_cast<std::size_t>(v / kTile_px) * static_cast<std::size_t>(columns_) +
-           static_cast<std::size_t>(u / kTile_px);
-  }
+  std::size_t tile_of(int u, int v) const { return static_cast<std::size_t>(v / kTile_px) * columns_ + u / kTile_px; }
   std::vector<std::uint32_t> places(const std::vector<char>& marked, int scale) const;
   std::vector<std::uint32_t> send(gpu::Device& device, TileList& list, const std::vector<char>& marked,
                                   int scale) const;

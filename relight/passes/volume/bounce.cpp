@@ -15,9 +15,9 @@ void Bounce::list_cells(gpu::CommandList& list, shader::FrameParams params, floa
                         const Volumes& volumes) const {
   params.pass_f.x() = min_fraction;
   list.fill(*volumes.cells, 0);
-  dispatch_3d(list, *cells_,
-              {gpu::storage(28, *volumes.cells), gpu::image(1, *volumes.real_radiance), volumes.chunks()}, params,
-              volumes.edge / 2, volumes.edge / 2, volumes.edge / 2 * shader::kCascades);
+  dispatch_cascades(list, *cells_,
+                    {gpu::storage(28, *volumes.cells), gpu::image(1, *volumes.real_radiance), volumes.chunks()}, params,
+                    volumes.edge / 2);
 }
 
 void Bounce::gather_virtual(gpu::CommandList& list, const shader::FrameParams& params, Slice slice,
@@ -53,16 +53,14 @@ void Bounce::smooth_real(gpu::CommandList& list, const shader::FrameParams& para
 void Bounce::resolve(gpu::CommandList& list, shader::FrameParams params, const Volumes& volumes) const {
   params.pass_f.x() = 1.0f / VirtualFill::kUnitsPerFace;
   for (const auto* listed : {&volumes.listed_real, &volumes.listed_virtual}) {  // in both: same value twice
-    list.dispatch(
-        *resolve_,
-        std::vector<gpu::Binding>{
-            gpu::sampled(1, *volumes.virtual_distance, gpu::Filter::linear), gpu::storage(28, **listed),
-            gpu::storage(15, *volumes.virtual_area), gpu::storage(16, *volumes.virtual_flux),
-            gpu::storage(17, *volumes.real_flux), gpu::image(18, *volumes.gathered_virtual),
-            gpu::sampled(19, *volumes.real_irradiance, gpu::Filter::linear), gpu::image(14, *volumes.real_albedo),
-            gpu::image(25, *volumes.real_radiance), gpu::image(26, *volumes.virtual_radiance),
-            gpu::image(27, *volumes.real_change), volumes.chunks()},
-        gpu::bytes_of(params), kListGroups);
+    dispatch_list(list, *resolve_,
+                  {gpu::sampled(1, *volumes.virtual_distance, gpu::Filter::linear), gpu::storage(28, **listed),
+                   gpu::storage(15, *volumes.virtual_area), gpu::storage(16, *volumes.virtual_flux),
+                   gpu::storage(17, *volumes.real_flux), gpu::image(18, *volumes.gathered_virtual),
+                   gpu::sampled(19, *volumes.real_irradiance, gpu::Filter::linear),
+                   gpu::image(14, *volumes.real_albedo), gpu::image(25, *volumes.real_radiance),
+                   gpu::image(26, *volumes.virtual_radiance), gpu::image(27, *volumes.real_change), volumes.chunks()},
+                  params);
   }
 }
 

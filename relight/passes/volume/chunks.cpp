@@ -66,12 +66,8 @@ void fit_pool(gpu::Device& device, const char* name, int chunks, std::unique_ptr
   constexpr int texels = shader::kChunkEdge + 1;
   if (*pool && fits((*pool)->desc().depth / texels * kLayer, chunks)) return;
   pool->reset();  // device memory may not suffice for both
-  *pool = device.create_texture({.name = name,
-                                 .width = shader::kChunkRow * texels,
-                                 .height = shader::kChunkRow * texels,
-                                 .depth = with_spare(chunks) / kLayer * texels,
-                                 .volume = true,
-                                 .format = gpu::Format::rgba16_float});
+  *pool = device.create_texture(gpu::volume_desc(name, shader::kChunkRow * texels, shader::kChunkRow * texels,
+                                                 with_spare(chunks) / kLayer * texels, gpu::Format::rgba16_float));
 }
 
 void fit_values(gpu::Device& device, const char* name, int chunks, int values, std::unique_ptr<gpu::Buffer>* buffer) {

@@ -19,9 +19,7 @@ struct RealKey {
   std::shared_ptr<const reconstruct::DistanceField> field;
   std::shared_ptr<const reconstruct::AlbedoField> albedo;
 
-  bool operator==(const RealKey& o) const {
-    return cascade[0] == o.cascade[0] && cascade[1] == o.cascade[1] && field == o.field && albedo == o.albedo;
-  }
+  bool operator==(const RealKey&) const = default;
 };
 
 /// All inputs of the light volumes.

@@ -9,14 +9,15 @@ RealFill::RealFill(gpu::Device& device)
 
 void RealFill::distances(gpu::CommandList& list, const shader::FrameParams& params, const BrickPool& bricks,
                          const Volumes& volumes) const {
-  dispatch_3d(list, *distances_, joined(bricks.distance_bindings(), {gpu::image(1, *volumes.real_distance)}), params,
-              volumes.edge, volumes.edge, volumes.edge * shader::kCascades);
+  dispatch_cascades(list, *distances_, joined(bricks.distance_bindings(), {gpu::image(1, *volumes.real_distance)}),
+                    params, volumes.edge);
   const gpu::Buffer& marks = volumes.real_chunks.marks();
   list.fill(*volumes.listed_real, 0);
   list.fill(marks, 0);
-  dispatch_3d(list, *list_,
-              {gpu::storage(28, *volumes.listed_real), gpu::storage(33, marks), gpu::image(12, *volumes.real_distance)},
-              params, volumes.edge, volumes.edge, volumes.edge * shader::kCascades);
+  dispatch_cascades(
+      list, *list_,
+      {gpu::storage(28, *volumes.listed_real), gpu::storage(33, marks), gpu::image(12, *volumes.real_distance)}, params,
+      volumes.edge);
 }
 
 void RealFill::surfaces(gpu::CommandList& list, const shader::FrameParams& params, const BrickPool& bricks,
@@ -25,12 +26,12 @@ void RealFill::surfaces(gpu::CommandList& list, const shader::FrameParams& param
   list.clear(*volumes.real_albedo, {});
   list.clear(*volumes.real_normal, {});
   list.clear(*volumes.real_response, {});
-  list.dispatch(*surfaces_,
+  dispatch_list(list, *surfaces_,
                 joined(bricks.bindings(),
                        {gpu::storage(28, *volumes.listed_real), gpu::image(1, *volumes.real_distance),
                         gpu::image(2, *volumes.real_radiance), gpu::image(3, *volumes.real_albedo),
                         gpu::image(4, *volumes.real_normal), gpu::image(5, *volumes.real_response), volumes.chunks()}),
-                gpu::bytes_of(params), kListGroups);
+                params);
 }
 
 }  // namespace lumigraft::relight

@@ -43,10 +43,10 @@ void VirtualFill::distances(gpu::Device& device, gpu::CommandList& list, shader:
   const gpu::Buffer& marks = volumes.virtual_chunks.marks();
   list.fill(*volumes.listed_virtual, 0);
   list.fill(marks, 0);
-  dispatch_3d(list, *list_,
-              {gpu::storage(28, *volumes.listed_virtual), gpu::storage(33, marks),
-               gpu::sampled(1, *volumes.virtual_distance, gpu::Filter::linear)},
-              params, volumes.edge, volumes.edge, volumes.edge * shader::kCascades);
+  dispatch_cascades(list, *list_,
+                    {gpu::storage(28, *volumes.listed_virtual), gpu::storage(33, marks),
+                     gpu::sampled(1, *volumes.virtual_distance, gpu::Filter::linear)},
+                    params, volumes.edge);
 }
 
 void VirtualFill::areas(gpu::CommandList& list, shader::FrameParams params, const std::vector<PlacedObject>& objects,
@@ -57,11 +57,11 @@ void VirtualFill::areas(gpu::CommandList& list, shader::FrameParams params, cons
     params.pass_m = object.T_tag_model.matrix();
     params.pass_f.x() = kUnitsPerFace * scale * scale;
     params.pass_i.x() = object.stored->sample_count;
-    list.dispatch(*areas_,
-                  std::vector<gpu::Binding>{gpu::sampled(1, *volumes.virtual_distance, gpu::Filter::linear),
-                                            gpu::storage(16, *object.stored->samples),
-                                            gpu::storage(17, *volumes.virtual_area), volumes.chunks()},
-                  gpu::bytes_of(params), kListGroups);
+    dispatch_list(
+        list, *areas_,
+        {gpu::sampled(1, *volumes.virtual_distance, gpu::Filter::linear), gpu::storage(16, *object.stored->samples),
+         gpu::storage(17, *volumes.virtual_area), volumes.chunks()},
+        params);
   }
 }
 

@@ -14,10 +14,6 @@ int levels_of(int edge_voxels) {
   return levels;
 }
 
-gpu::TextureDesc volume(const char* name, int x, int y, int z, gpu::Format format) {
-  return {.name = name, .width = x, .height = y, .depth = z, .volume = true, .format = format};
-}
-
 }  // namespace
 
 Volumes::Volumes(gpu::Device& device, int edge_voxels)
@@ -33,10 +29,10 @@ Volumes::Volumes(gpu::Device& device, int edge_voxels)
   listed_real = device.create_buffer(4 * (area / 4 + 4096), "listed real voxels");
   cells = device.create_buffer(4 * (area / 16 + 1024), "listed cells");
 
-  real_distance =
-      device.create_texture(volume("real distance", edge, edge, edge * shader::kCascades, gpu::Format::r16_float));
-  real_irradiance = device.create_texture(
-      volume("irradiance of real", edge / 2, edge / 2, edge / 2 * shader::kCascades, gpu::Format::rgba16_float));
+  real_distance = device.create_texture(
+      gpu::volume_desc("real distance", edge, edge, edge * shader::kCascades, gpu::Format::r16_float));
+  real_irradiance = device.create_texture(gpu::volume_desc("irradiance of real", edge / 2, edge / 2,
+                                                           edge / 2 * shader::kCascades, gpu::Format::rgba16_float));
   environment = device.create_texture({.name = "environment",
                                        .width = kEnvironmentEdge,
                                        .height = kEnvironmentEdge,
@@ -61,9 +57,9 @@ void Volumes::fit_virtual(gpu::Device& device, const Eigen::Vector3i& size) {
   virtual_distance.reset();  // free the old one first
   virtual_reflectance.reset();
   virtual_distance =
-      device.create_texture(volume("virtual distance", size.x(), size.y(), size.z(), gpu::Format::r16_float));
-  virtual_reflectance =
-      device.create_texture(volume("virtual reflectance", size.x(), size.y(), size.z(), gpu::Format::rgba8_unorm));
+      device.create_texture(gpu::volume_desc("virtual distance", size.x(), size.y(), size.z(), gpu::Format::r16_float));
+  virtual_reflectance = device.create_texture(
+      gpu::volume_desc("virtual reflectance", size.x(), size.y(), size.z(), gpu::Format::rgba8_unorm));
 }
 
 void Volumes::fit_chunks(gpu::Device& device, Surfaces kind) {

@@ -51,7 +51,4 @@ struct Volumes {
 /// Texels along the edge of the octahedral map of the enclosure.
 constexpr int kEnclosureEdge = 24;
 
-/// Groups of 64 threads that iterate over the list of voxels together.
-constexpr int kListGroups = 256;
-
 }  // namespace lumigraft::relight

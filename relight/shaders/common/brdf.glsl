@@ -5,6 +5,10 @@
 #include "common/bsdf_params.glsl"
 #include "common/frame.glsl"
 
+BsdfParams bsdf_of(Surface s) {
+  return bsdf_of(s.base_color_roughness.rgb, s.base_color_roughness.a, s.metallic_specular.x, s.metallic_specular.y);
+}
+
 float smith_lambda(float alpha, float cosine) {
   float c2 = cosine * cosine;
   return 0.5 * (sqrt(1.0 + alpha * alpha * (1.0 - c2) / c2) - 1.0);

@@ -120,27 +120,27 @@ bool field_gradient(vec3 p, float d, out vec3 g) {
   return true;
 }
 
+vec4 weighted(float weight, uvec2 half4) {
+  vec4 q = vec4(unpackHalf2x16(half4.x), unpackHalf2x16(half4.y));
+  return weight * vec4(q.rgb * q.a, q.a);
+}
+vec4 mean_of(vec4 sum) { return sum.a > 1e-3 ? vec4(sum.rgb / sum.a, sum.a) : vec4(0); }
+
 // Weighted mean over the surrounding known voxels; a: their weight.
 vec4 field_radiance(vec3 p) {
   Corners c = corners_of(p);
-  vec4 s = vec4(0);
+  vec4 sum = vec4(0);
   for (int i = 0; i < 8; ++i) {
-    if (c.voxel[i] < 0) continue;
-    uvec2 v = brick_radiance[c.voxel[i]];
-    vec4 q = vec4(unpackHalf2x16(v.x), unpackHalf2x16(v.y));
-    s += c.weight[i] * vec4(q.rgb * q.a, q.a);
+    if (c.voxel[i] >= 0) sum += weighted(c.weight[i], brick_radiance[c.voxel[i]]);
   }
-  return s.a > 1e-3 ? vec4(s.rgb / s.a, s.a) : vec4(0);
+  return mean_of(sum);
 }
 vec4 field_albedo(vec3 p) {
   Corners c = corners_of(p);
-  vec4 s = vec4(0);
+  vec4 sum = vec4(0);
   for (int i = 0; i < 8; ++i) {
-    if (c.voxel[i] < 0) continue;
-    uvec2 v = brick_albedo[c.voxel[i]];
-    vec4 q = vec4(unpackHalf2x16(v.x), unpackHalf2x16(v.y));
-    s += c.weight[i] * vec4(q.rgb * q.a, q.a);
+    if (c.voxel[i] >= 0) sum += weighted(c.weight[i], brick_albedo[c.voxel[i]]);
   }
-  return s.a > 1e-3 ? vec4(s.rgb / s.a, s.a) : vec4(0);
+  return mean_of(sum);
 }
 #endif

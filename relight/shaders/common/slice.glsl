@@ -2,6 +2,7 @@
 #ifndef SLICE_GLSL
 #define SLICE_GLSL
 #include "common/frame.glsl"
+layout(local_size_x = 64) in;
 uint slice_first() {
   return (uint(frame.pass_i.z) * gl_NumWorkGroups.x + gl_WorkGroupID.x) * 64u + gl_LocalInvocationID.x;
 }

@@ -8,7 +8,6 @@ const float kBoundScale = 65535.0;
 // Index of a level's first block in a map, and so the number of blocks before level kBoundLevels.
 int bound_level(int edge, int level) {
   int all = (edge * edge) >> 4;
-  int first = level > 2 ? all + (all >> 2) + (all >> 4) : level > 1 ? all + (all >> 2) : level > 0 ? all : 0;
-  return first;
+  return level > 2 ? all + (all >> 2) + (all >> 4) : level > 1 ? all + (all >> 2) : level > 0 ? all : 0;
 }
 #endif

@@ -14,6 +14,13 @@ const int kSoftTaps = 8;
 const float kFurthestTap = 0.97;  // of the disc's radius
 const float kMinSoft = 0.7, kMaxSoft = 24.0;  // texels; at most the first: 2 × 2 taps
 
+// Index of a lamp's first map.
+int first_map_of(int lamp) {
+  int first = 0;
+  for (int l = 0; l < lamp; ++l) first += int(frame.lamps[l].intensity.a);
+  return first;
+}
+
 // The part of its lamp that a map's point represents, one of n.
 LampSample map_sample(Lamp lamp, LampMap m, vec3 p, int n) {
   vec3 to = m.from.xyz - p;

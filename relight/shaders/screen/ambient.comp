@@ -7,7 +7,6 @@
 #include "volume/lamp_visibility.glsl"
 #include "common/half.glsl"
 #include "common/tiles.glsl"
-layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 16, rgba16f) uniform writeonly image2D out_irradiance;  // a: pixel in the block, plus 1; 0: none
 layout(binding = 17, rgba16f) uniform writeonly image2D out_mirrored;    // radiance
 layout(binding = 18, rgba16f) uniform writeonly image2D out_open;  // visible share of lamps 0 to 3

@@ -11,7 +11,6 @@
 #include "common/material_mask.glsl"
 
 const float kUnlike = 0.5;  // dissimilarity of surfaces: normals differ by 60°, or depth by 2.5 %
-layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 1) uniform sampler2D picture;   // pixel values of the camera
 layout(binding = 2) uniform sampler2D radiance;  // the same, linear
 layout(binding = 3) uniform sampler2D real_normal;
@@ -62,9 +61,8 @@ void main() {
     int known = int(albedo.a);
     vec3 diffuse = albedo.rgb, under = vec3(1), mirror = vec3(0);
     if (known > 0) {
-      Surface s = frame.surfaces[known - 1];
       float paper = paper_coverage(albedo.a);
-      BsdfParams bsdf = bsdf_of(s.base_color_roughness.rgb, s.base_color_roughness.a, s.metallic_specular.x, s.metallic_specular.y);
+      BsdfParams bsdf = bsdf_of(frame.surfaces[known - 1]);
       diffuse = mix(bsdf.diffuse, albedo.rgb, paper);
       under = mix(through_evenly(bsdf) * through_evenly(bsdf), vec3(1), paper);
       mirror = (1.0 - paper) * (texelFetch(mirror_gained, at, 0).rgb -

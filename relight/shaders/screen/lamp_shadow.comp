@@ -19,8 +19,7 @@ void main() {
   vec4 place = texelFetch(ground_place, at, 0), ground = texelFetch(ground_normal, at, 0);
   vec3 p = place.xyz, n = ground.xyz;
   Lamp source = frame.lamps[lamp];
-  int maps = int(source.intensity.a), first = 0;
-  for (int l = 0; l < lamp; ++l) first += int(frame.lamps[l].intensity.a);
+  int maps = int(source.intensity.a), first = first_map_of(lamp);
   float lost = 0.0, all = 0.0;
   uvec2 hiding = blocks[(at.y / 8) * (edge / 8) + at.x / 8];
   // As in shadow.comp.
@@ -37,9 +36,7 @@ void main() {
     lost += weight * disc_hidden(m, p, kBefore_m);
   }
   lost *= ground.a;
-  Cone k;
-  k.from_virtual = p;
-  k.from_real = p + cone_start_m() * n;
+  Cone k = cone_from_real(p, n);
   for (int i = 0; i < (maps > 0 ? 0 : frame.counts.w); ++i) {
     LampSample s = lamp_sample(source, p, i, frame.counts.w);
     float cosine = dot(n, s.w) * emission(source, -s.w);

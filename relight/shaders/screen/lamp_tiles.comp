@@ -43,8 +43,7 @@ void main() {
     low = min(low, lit ? p : low);
     high = max(high, lit ? p : high);
   }
-  int maps = int(frame.lamps[lamp].intensity.a), first = 0;
-  for (int l = 0; l < lamp; ++l) first += int(frame.lamps[l].intensity.a);
+  int maps = int(frame.lamps[lamp].intensity.a), first = first_map_of(lamp);
   uvec2 hidden = uvec2(0);
   for (int i = 0; i < (low.x <= high.x ? maps : 0); ++i) {
     float all_of_it = box_hidden(lamp_views[first + i], low, high);

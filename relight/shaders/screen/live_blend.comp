@@ -5,7 +5,6 @@
 #include "common/frame.glsl"
 #include "common/half.glsl"
 #include "common/tiles.glsl"
-layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 11) uniform sampler2D object_radiance;
 layout(binding = 14) uniform sampler2D object_surface;  // y: coverage
 layout(binding = 13, rgba16f) uniform writeonly image2D out_object;

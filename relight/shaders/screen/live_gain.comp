@@ -6,7 +6,6 @@
 #include "screen/live_real.glsl"
 #include "common/half.glsl"
 #include "common/tiles.glsl"
-layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 12, rgba16f) uniform writeonly image2D out_gain;
 
 void main() {

@@ -7,7 +7,6 @@
 #include "common/material_mask.glsl"
 #include "common/half.glsl"
 #include "common/tiles.glsl"
-layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 2) uniform sampler2D radiance;  // of the camera
 layout(binding = 4) uniform sampler2D real_albedo;
 layout(binding = 6) uniform sampler2D diffuse;

@@ -4,13 +4,12 @@
 // of lamps by their specular part, with and without the objects. Evaluated per sample of a lamp, since the part that
 // objects occlude may be the part that the surface reflects most. The lamps' shadow images select where to test.
 #include "screen/live_real.glsl"
-#include "volume/cone.glsl"
+#include "volume/lamp_visibility.glsl"
 #include "screen/lamp_shadow.glsl"
 #include "lamps/lamp_maps.glsl"
 #include "common/material_mask.glsl"
 #include "common/half.glsl"
 #include "common/tiles.glsl"
-layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 23) uniform sampler2D radiance;
 layout(binding = 28) uniform sampler2D surfaces;  // depth along z and number + 1 of surfaces of known material
 layout(binding = 12, rgba32f) uniform writeonly image2D out_position;     // a: z in the camera frame, 0: unknown
@@ -26,26 +25,16 @@ void main() {
   LiveReal r = live_real(at, texelFetch(codes, at, 0).rgb);
   float z = (frame.T_camera_tag * vec4(r.p, 1.0)).z;
   vec2 surface = texelFetch(surfaces, at, 0).xy;
-  float known = 0.0;
-  if (surface.y > 0.0 && dot(r.n, r.n) > 0.0 && abs(surface.x - z) < max(0.01, 0.01 * z)) {
-    mat3 turn = mat3(frame.T_tag_camera);
-    ivec2 last = frame.picture.xy - 1;
-    vec2 ray = texelFetch(rays, at, 0).xy, right = texelFetch(rays, min(at + ivec2(1, 0), last), 0).xy - ray,
-         down = texelFetch(rays, min(at + ivec2(0, 1), last), 0).xy - ray;
-    float paper = paper_in_pixel(r.p, turn * vec3(ray, 1.0), turn * vec3(right, 0.0), turn * vec3(down, 0.0));
-    known = paper < 1.0 ? pack_known(floor(0.5 * surface.y), paper) : 0.0;
-  }
+  vec3 w = mat3(frame.T_tag_camera) * vec3(texelFetch(rays, at, 0).xy, 1.0);
+  float known = dot(r.n, r.n) > 0.0 ? known_material(at, surface, r.p, z, w) : 0.0;
   vec3 diffuse = vec3(0), mirror_lost = vec3(0), mirror_all = vec3(0);
   if (known > 0.0) {
-    Surface s = frame.surfaces[int(known) - 1];
-    BsdfParams bsdf = bsdf_of(s.base_color_roughness.rgb, s.base_color_roughness.a, s.metallic_specular.x, s.metallic_specular.y);
+    BsdfParams bsdf = bsdf_of(frame.surfaces[int(known) - 1]);
     float paper = paper_coverage(known);
     vec3 under = mix(through_evenly(bsdf) * through_evenly(bsdf), vec3(1), paper);
     vec3 brdf = mix(bsdf.diffuse / kPi, r.response * texelFetch(radiance, at, 0).rgb, paper);
     diffuse = brdf * under * (r.indirect - lamps_lost(r.p, r.n, r.slack));
-    Cone k;
-    k.from_virtual = r.p;
-    k.from_real = r.p + cone_start_m() * r.n;
+    Cone k = cone_from_real(r.p, r.n);
     vec3 v = normalize(frame.T_tag_camera[3].xyz - r.p);
     for (int l = 0, map = 0; l < frame.counts.x; ++l) {
       Lamp lamp = frame.lamps[l];
@@ -62,11 +51,7 @@ void main() {
         sent += f;
         gone += hidden * f;
       }
-      vec3 to = lamp.position_radius.xyz - r.p;
-      float far = length(to);
-      k.w = to / far;
-      k.tan_half = lamp.position_radius.w / far;
-      float open = 1.0 - real_shadow(k, sent != vec3(0) ? far : 0.0);
+      float open = lamp_open(k, lamp, sent != vec3(0));
       mirror_all += open * sent;
       mirror_lost += open * gone;
       map += maps;

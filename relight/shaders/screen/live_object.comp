@@ -4,7 +4,6 @@
 #include "screen/live_real.glsl"
 #include "common/half.glsl"
 #include "common/tiles.glsl"
-layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 11) uniform sampler2D samples;  // radiance; z in the camera frame, 0: nothing
 layout(binding = 13, rgba16f) uniform writeonly image2D out_object;  // radiance times coverage, coverage
 

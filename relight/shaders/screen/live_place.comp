@@ -3,7 +3,6 @@
 // Position of the real surface behind virtual objects, for the depth test of their samples.
 #include "screen/live_real.glsl"
 #include "common/tiles.glsl"
-layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 12, rgba32f) uniform writeonly image2D out_position;  // a: z in the camera, 0: unknown
 
 void main() {

@@ -11,12 +11,7 @@ layout(binding = 20) uniform sampler3D real_response;    // times weight, weight
 layout(binding = 21) uniform sampler3D real_normal;      // and distance
 layout(binding = 22) uniform sampler3D real_irradiance;  // its change, times weight, weight
 
-vec3 normal_at(ivec2 at, vec3 p) {
-  int c = in_cascade(0, p, 1.0) ? 0 : 1;
-  vec3 n = real_at(real_normal, c, p).xyz;
-  float l = length(n);
-  return in_cascade(1, p, 1.0) && l > 0.5 ? n / l : depth_normal(at);
-}
+vec3 normal_at(ivec2 at, vec3 p) { return surface_normal(real_normal, at, p); }
 vec3 coded(ivec2 at) { return texelFetch(codes, at, 0).rgb; }
 #include "screen/hole_fill.glsl"
 

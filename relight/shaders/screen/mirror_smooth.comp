@@ -7,7 +7,6 @@
 #include "screen/mirror_blur.glsl"
 #include "common/half.glsl"
 #include "common/tiles.glsl"
-layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 12) uniform sampler2D real_position;
 layout(binding = 13) uniform sampler2D real_normal;
 layout(binding = 14) uniform sampler2D real_albedo;
@@ -27,8 +26,7 @@ void main() {
   int known = int(texelFetch(real_albedo, at, 0).a);
   vec4 sum_g = vec4(0), sum_s = vec4(0);
   if (known > 0 && normal.a > 0.0) {
-    Surface s = frame.surfaces[known - 1];
-    BsdfParams bsdf = bsdf_of(s.base_color_roughness.rgb, s.base_color_roughness.a, s.metallic_specular.x, s.metallic_specular.y);
+    BsdfParams bsdf = bsdf_of(frame.surfaces[known - 1]);
     float reach = clamp(mirror_blur_px(bsdf.alpha, p.xyz), kMin_px, kWidest_px);
     vec3 n = normalize(normal.xyz);
     float pixel_m = p.a / frame.pinhole.x;

@@ -5,7 +5,6 @@
 #include "common/frame.glsl"
 #include "common/half.glsl"
 #include "common/tiles.glsl"
-layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 1) uniform sampler2D sample_normal;
 layout(binding = 2) uniform sampler2D sample_base;
 layout(binding = 3) uniform sampler2D sample_depth;

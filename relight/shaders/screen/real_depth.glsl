@@ -22,6 +22,13 @@ vec3 depth_normal(ivec2 at) {
   return one && l > 0.0 ? mat3(frame.T_tag_camera) * (n / l) : vec3(0);
 }
 
+// The stored normal inside the volumes, that of the depth image elsewhere.
+vec3 surface_normal(sampler3D normals, ivec2 at, vec3 p) {
+  vec3 n = real_at(normals, in_cascade(0, p, 1.0) ? 0 : 1, p).xyz;
+  float l = length(n);
+  return in_cascade(1, p, 1.0) && l > 0.5 ? n / l : depth_normal(at);
+}
+
 // The surface along the ray where depth has a hole, inside the volumes; in units of |w|, 0: none.
 float trace_volume(vec3 eye, vec3 w) {
   float l = length(w), min_step = 0.5 * frame.cascade[0].w;

@@ -12,12 +12,7 @@ layout(binding = 7) uniform sampler3D real_albedo_volume;
 layout(binding = 8) uniform sampler3D real_normal_volume;
 layout(binding = 9) uniform sampler3D real_irradiance;  // times weight, weight
 
-vec3 normal_at(ivec2 at, vec3 p) {
-  int c = in_cascade(0, p, 1.0) ? 0 : 1;
-  vec3 n = real_at(real_normal_volume, c, p).xyz;
-  float l = length(n);
-  return in_cascade(1, p, 1.0) && l > 0.5 ? n / l : depth_normal(at);
-}
+vec3 normal_at(ivec2 at, vec3 p) { return surface_normal(real_normal_volume, at, p); }
 vec3 coded(ivec2 at) { return pow(frame.exposure.rgb * texelFetch(radiance, at, 0).rgb, vec3(1.0 / 2.4)); }
 #include "screen/hole_fill.glsl"
 

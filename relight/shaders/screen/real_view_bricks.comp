@@ -6,7 +6,6 @@
 #include "screen/unoccluded_irradiance.glsl"
 #include "common/half.glsl"
 #include "common/tiles.glsl"
-layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 1) uniform sampler2D rays;     // x/z, y/z per pixel
 layout(binding = 2) uniform sampler2D depth;    // metres along z, 0: none
 layout(binding = 3) uniform sampler2D radiance; // the camera image, linear

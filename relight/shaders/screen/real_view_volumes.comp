@@ -4,7 +4,6 @@
 #include "screen/real_pixel.glsl"
 #include "common/half.glsl"
 #include "common/tiles.glsl"
-layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 12, rgba32f) uniform writeonly image2D out_position;  // a: z in the camera frame, 0: unknown
 layout(binding = 13, rgba16f) uniform writeonly image2D out_normal;    // a: influence mask, 0 to 1
 layout(binding = 14, rgba16f) uniform writeonly image2D out_albedo;    // a: number + 1 of a surface of known material

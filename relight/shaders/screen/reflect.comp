@@ -7,7 +7,6 @@
 #include "screen/mirror_blur.glsl"
 #include "common/half.glsl"
 #include "common/tiles.glsl"
-layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 12) uniform sampler2D real_position;
 layout(binding = 13) uniform sampler2D real_normal;
 layout(binding = 14) uniform sampler2D real_albedo;
@@ -31,16 +30,14 @@ void main() {
   int known = int(texelFetch(real_albedo, at, 0).a);
   if (known > 0 && normal.a > 0.0 && texelFetch(object_surface, at, 0).y < 0.999) {
     Surface s = frame.surfaces[known - 1];
-    BsdfParams bsdf = bsdf_of(s.base_color_roughness.rgb, s.base_color_roughness.a, s.metallic_specular.x, s.metallic_specular.y);
+    BsdfParams bsdf = bsdf_of(s);
     vec3 p = texelFetch(real_position, at, 0).xyz, n = normalize(normal.xyz);
     bool traced = at.y % rows_alike(mirror_blur_px(bsdf.alpha, p)) == 0;
     vec3 v = normalize(frame.T_tag_camera[3].xyz - p);
     int count = traced ? frame.counts2.x : 0;
     float turn = pixel_turn(at / frame.pass_i.x);
     vec3 gained = vec3(0), lost = texelFetch(mirror_lost, at, 0).rgb, all = texelFetch(mirror_all, at, 0).rgb;
-    Cone k;
-    k.from_virtual = p;
-    k.from_real = p + cone_start_m() * n;
+    Cone k = cone_from_real(p, n);
     k.tan_half = clamp(0.7 * bsdf.alpha / sqrt(float(count)), 0.01, 0.5);
     for (int i = 0; i < count; ++i) {
       vec3 weight;

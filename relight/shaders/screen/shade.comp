@@ -6,7 +6,6 @@
 #include "volume/mirror_lamp.glsl"
 #include "common/half.glsl"
 #include "common/tiles.glsl"
-layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 17) uniform sampler2D irradiance;
 layout(binding = 18) uniform sampler2D mirrored_light;
 layout(binding = 19) uniform sampler2D open_lamps;

@@ -8,7 +8,6 @@
 #include "lamps/lamp_maps.glsl"
 #include "common/half.glsl"
 #include "common/tiles.glsl"
-layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 16, rgba16f) uniform writeonly image2D out_lost;  // irradiance; pixel in the block, plus 1; 0: none
 
 vec3 lost_by_cones(Cone k, Lamp lamp, vec3 n, ivec2 cell) {
@@ -35,11 +34,7 @@ vec3 lost_by_maps(Cone k, Lamp lamp, int first, int count, vec3 n) {
     lost += s.irradiance * (max(dot(n, s.w), 0.0) * disc_hidden(lamp_views[i], p, kBefore_m));
   }
   if (lost == vec3(0)) return lost;
-  vec3 to = lamp.position_radius.xyz - p;
-  float far = length(to);
-  k.w = to / far;
-  k.tan_half = lamp.position_radius.w / far;
-  return lost * (1.0 - real_shadow(k, far));
+  return lost * lamp_open(k, lamp, true);
 }
 
 void main() {
@@ -48,9 +43,7 @@ void main() {
   vec3 n, lost = vec3(0);
   int block = shadow_pixel(cell, at, n);
   if (block >= 0) {
-    vec3 p = texelFetch(real_position, at, 0).xyz;
-    Cone k = shadow_cone(p, n);
-    int stride = frame.pass_i.x > 1 && frame.counts.w > 1 ? 2 : 1;
+    Cone k = cone_from_real(texelFetch(real_position, at, 0).xyz, n);
     for (int l = 0, map = 0; l < frame.counts.x; ++l) {
       int maps = int(frame.lamps[l].intensity.a);
       lost += maps > 0 ? lost_by_maps(k, frame.lamps[l], map, maps, n) : lost_by_cones(k, frame.lamps[l], n, cell);

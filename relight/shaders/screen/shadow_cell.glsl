@@ -1,8 +1,7 @@
 // Cells of the shadow passes: blocks of pass_i.x × pass_i.x pixels, each represented by one pixel.
 #ifndef SHADOW_CELL_GLSL
 #define SHADOW_CELL_GLSL
-#include "volume/cone.glsl"
-#include "common/lamp.glsl"
+#include "volume/lamp_visibility.glsl"
 layout(binding = 12) uniform sampler2D real_position;
 layout(binding = 13) uniform sampler2D real_normal;
 layout(binding = 15) uniform sampler2D object_surface;
@@ -17,12 +16,5 @@ int shadow_pixel(ivec2 cell, out ivec2 at, out vec3 n) {
     if (normal.a > 0.0 && texelFetch(object_surface, at, 0).y < 0.999) return i;
   }
   return -1;
-}
-
-Cone shadow_cone(vec3 p, vec3 n) {
-  Cone k;
-  k.from_virtual = p;
-  k.from_real = p + cone_start_m() * n;
-  return k;
 }
 #endif

@@ -7,7 +7,6 @@
 #include "common/half.glsl"
 #include "common/material_mask.glsl"
 #include "common/tiles.glsl"
-layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 14) uniform sampler2D real_albedo;
 layout(binding = 16, rgba16f) uniform writeonly image2D out_lost;         // irradiance
 layout(binding = 17, rgba16f) uniform writeonly image2D out_mirror_lost;  // specular radiance, known material
@@ -22,11 +21,8 @@ void main() {
     int known = int(texelFetch(real_albedo, at, 0).a);
     bool glossy = known > 0;
     BsdfParams bsdf;
-    if (glossy) {
-      Surface s = frame.surfaces[known - 1];
-      bsdf = bsdf_of(s.base_color_roughness.rgb, s.base_color_roughness.a, s.metallic_specular.x, s.metallic_specular.y);
-    }
-    Cone k = shadow_cone(p, n);
+    if (glossy) bsdf = bsdf_of(frame.surfaces[known - 1]);
+    Cone k = cone_from_real(p, n);
     for (int l = 0, map = 0; l < frame.counts.x; ++l) {
       Lamp lamp = frame.lamps[l];
       int maps = int(lamp.intensity.a), count = maps > 0 ? maps : frame.counts.w;
@@ -49,12 +45,7 @@ void main() {
         }
       }
       // The fraction of the lamp that real surfaces occlude is applied to each sample.
-      vec3 to = lamp.position_radius.xyz - p;
-      float far = length(to);
-      k.w = to / far;
-      k.tan_half = lamp.position_radius.w / far;
-      bool asked = gone != vec3(0) || mirror_sent != vec3(0);
-      float open = 1.0 - real_shadow(k, asked ? far : 0.0);
+      float open = lamp_open(k, lamp, gone != vec3(0) || mirror_sent != vec3(0));
       lost += open * gone;
       mirror_lost += open * mirror_gone;
       mirror_all += open * mirror_sent;

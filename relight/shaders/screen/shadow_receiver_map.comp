@@ -3,8 +3,7 @@
 // Receivers of every lamp's light: the first real surface along its rays, and the fraction of the light that passes
 // other real surfaces before it. Depends on the room, the lamps and approximately on the objects' position, not on
 // their rotation.
-#include "volume/cone.glsl"
-#include "common/lamp.glsl"
+#include "volume/lamp_visibility.glsl"
 #include "common/half.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
 const float kNowhere = 1e4;  // depth where a lamp's ray hits no surface
@@ -36,13 +35,6 @@ void main() {
     vec3 normal = real_at(real_normal_volume, in_cascade(0, p, 1.0) ? 0 : 1, p).xyz;
     if (dot(normal, normal) > 0.25) n = normalize(normal);
   }
-  vec3 to = from - p;
-  float far = length(to);
-  Cone k;
-  k.from_virtual = p;
-  k.from_real = p + cone_start_m() * n;
-  k.w = to / far;
-  k.tan_half = source.position_radius.w / far;
   imageStore(out_place, at, vec4(p, hit ? dot(p - from, view.z_far.xyz) - view.z_far.w : kNowhere));
-  imageStore(out_normal, at, to_half(vec4(n, 1.0 - real_shadow(k, far))));
+  imageStore(out_normal, at, to_half(vec4(n, lamp_open(cone_from_real(p, n), source, true))));
 }

@@ -8,7 +8,6 @@
 #include "volume/mirror_lamp.glsl"
 #include "common/slice.glsl"
 #include "common/half.glsl"
-layout(local_size_x = 64) in;
 layout(binding = 18, rgba16f) uniform writeonly image3D irradiance;  // times weight, weight
 
 void main() {
@@ -21,10 +20,7 @@ void main() {
     gather_delta(on, off, n, frame.counts.y, cell_turn(at), gained, lost);
     vec3 e = gained - lost + gather_change(off, on, n, frame.pass_i.x, cell_turn(at));
     // Light of lamps lost by way of mirrors, if the result is used by other surfaces.
-    Cone k;
-    k.from_virtual = on;
-    k.from_real = off;
-    e -= mirrored_lost(on, n, k, frame.pass_i.y, cell_turn(at));
+    e -= mirrored_lost(on, n, cone_from_real(on, n), frame.pass_i.y, cell_turn(at));
     imageStore(irradiance, at, to_half(vec4(e * surface.weight, surface.weight)));
   }
 }

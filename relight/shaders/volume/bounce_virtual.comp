@@ -7,7 +7,6 @@
 #include "volume/voxel_list.glsl"
 #include "common/slice.glsl"
 #include "common/half.glsl"
-layout(local_size_x = 64) in;
 layout(binding = 17) uniform sampler3D virtual_reflectance;
 layout(binding = 18, rgba16f) uniform writeonly image3D gathered;
 

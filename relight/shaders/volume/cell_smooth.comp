@@ -6,7 +6,6 @@
 #include "volume/cells.glsl"
 #include "common/slice.glsl"
 #include "common/half.glsl"
-layout(local_size_x = 64) in;
 layout(binding = 7) uniform sampler3D real_normal;
 layout(binding = 8, rgba16f) uniform readonly image3D rough;  // times weight, weight
 layout(binding = 18, rgba16f) uniform writeonly image3D irradiance;

@@ -63,6 +63,14 @@ struct Cone {
   float tan_half;
 };
 
+// From a point on a real surface; direction and aperture are to be set.
+Cone cone_from_real(vec3 p, vec3 n) {
+  Cone k;
+  k.from_virtual = p;
+  k.from_real = p + cone_start_m() * n;
+  return k;
+}
+
 // Position for look-ups of real surfaces: the origin's offset decreases to zero over eight times its length, otherwise
 // everything would appear shifted by it.
 vec3 real_place(Cone k, float t) {

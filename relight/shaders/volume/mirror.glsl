@@ -3,10 +3,7 @@
 #define MIRROR_GLSL
 #include "common/brdf.glsl"
 
-BsdfParams mirror_bsdf(Mirror m) {
-  Surface s = frame.surfaces[int(m.centre.w)];
-  return bsdf_of(s.base_color_roughness.rgb, s.base_color_roughness.a, s.metallic_specular.x, s.metallic_specular.y);
-}
+BsdfParams mirror_bsdf(Mirror m) { return bsdf_of(frame.surfaces[int(m.centre.w)]); }
 
 // Whether a point of the plane is on the piece. The tag's paper covers the surface below it.
 bool on_mirror(int i, vec3 p) {

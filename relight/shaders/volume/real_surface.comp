@@ -20,8 +20,8 @@ void main() {
     vec3 g;
     if (!field_distance(voxel.position, d) || !field_gradient(voxel.position, d, g)) continue;
     float slope = length(g);
-    d /= clamp(slope, 0.25, 1.25);  // fused distances are measured along viewing rays; near the surface this converts
-                                    // them to Euclidean
+    // Fused distances are measured along viewing rays; near the surface this converts them to Euclidean.
+    d /= clamp(slope, 0.25, 1.25);
     imageStore(distance_m, voxel.at, vec4(to_half(d)));
     float weight = max(0.0, 1.0 - abs(d) / voxel.edge);
     vec4 radiance = vec4(0), albedo = vec4(0), response = vec4(0);
