@@ -148,12 +148,8 @@ CommandLine parse_command_line(int argc, const char* const* argv) {
     throw capture::InputError(capture::on_one_line(e.what()) + " (lumigraft --help)");
   }
 
-  if (doctor_app.parsed()) {
-    return DoctorCommand{};
-  }
-  if (devices_app.parsed()) {
-    return devices;
-  }
+  if (doctor_app.parsed()) return DoctorCommand{};
+  if (devices_app.parsed()) return devices;
   for (const auto* overrides : set) {
     if (std::find(overrides->begin(), overrides->end(), "help") != overrides->end()) {
       return PrintCommand{settable_keys()};
@@ -161,9 +157,7 @@ CommandLine parse_command_line(int argc, const char* const* argv) {
     check_overrides(*overrides);
   }
   for (auto* overrides : {&serve.files.overrides, &replay.files.overrides}) {
-    if (!backend.empty()) {
-      overrides->push_back("server.backend=" + backend);
-    }
+    if (!backend.empty()) overrides->push_back("server.backend=" + backend);
   }
   if (serve_app.parsed()) {
     need(!serve.files.config.empty() || !serve.files.session.empty(), "serve", "--config FILE or --session DIR");

@@ -31,9 +31,7 @@ int run(int argc, char** argv) {
     std::cout << print->text;
     return 0;
   }
-  if (std::holds_alternative<DoctorCommand>(command)) {
-    return write_doctor_report(std::cout) ? 0 : 1;
-  }
+  if (std::holds_alternative<DoctorCommand>(command)) return write_doctor_report(std::cout) ? 0 : 1;
   if (const auto* devices = std::get_if<DevicesCommand>(&command)) {
     const auto write = devices->json ? write_devices_json : write_devices_text;
     write(std::cout, capture::list_cameras());

@@ -101,9 +101,7 @@ Rgb Paths::followed(PathRay ray, Past past, bool with_objects) {
   while (true) {
     const Arrival a = arrival(ray, with_objects);
     sum += past.throughput * on_the_way(ray, a, past.pdf);
-    if (a.at == Arrival::At::sky || a.at == Arrival::At::lamp) {
-      return sum + past.throughput * emitted(ray, a, past.pdf);
-    }
+    if (a.at == Arrival::At::sky || a.at == Arrival::At::lamp) return sum + past.throughput * emitted(ray, a, past.pdf);
     const Meshes& meshes = a.at == Arrival::At::object ? world_.objects : world_.real;
     const PathVertex vertex(meshes.surface(a.hit, ray.w), ray.w);
     const auto open = [&](const Vector3f& from, const Vector3f& w, float limit, std::size_t lamp) {

@@ -52,9 +52,7 @@ std::vector<Method> choose_methods(const BenchCommand& command) {
   std::vector<Method> chosen;
   std::vector<std::string> names;
   for (const std::string& name : relight::plan_methods()) {
-    if (!command.methods.empty() && !contains(command.methods, name)) {
-      continue;
-    }
+    if (!command.methods.empty() && !contains(command.methods, name)) continue;
     Method method{name, {}};
     for (BenchSetting& setting : bench_settings(name)) {
       names.push_back(setting.name);
@@ -138,12 +136,8 @@ bool measure_settings(const BenchCommand& command, const std::vector<NamedInput>
     for (const Method& method : methods) {
       std::unique_ptr<relight::Renderer> renderer;  // shared by all settings of a method
       for (const BenchSetting& setting : method.settings) {
-        if (interrupted) {
-          return false;
-        }
-        if (!renderer) {
-          renderer = make_renderer(session, setting.plan, command.oracle, device);
-        }
+        if (interrupted) return false;
+        if (!renderer) renderer = make_renderer(session, setting.plan, command.oracle, device);
         BenchRow row{name, method.name, setting.name, results.oracle, setting.plan, {}};
         row.run =
             run_setting(*renderer, scene, exhibit, setting.plan, results.machine.hardware && setting.plan.on_device());
@@ -165,9 +159,7 @@ bool measure_work(const BenchCommand& command, const NamedInput& session,
   results.work_session = session.name;
   results.work_setting = "the plan of serve";
   for (const WorkCase& work : work_cases(session.input.session, scene, session.input.exhibit, interactive_plan())) {
-    if (interrupted) {
-      return false;
-    }
+    if (interrupted) return false;
     const auto same = std::ranges::find(results.work, true, &WorkRow::base);
     FrameCost cost;
     if (work.base && same != results.work.end()) {
@@ -192,9 +184,7 @@ bool measure_budgets(const BenchCommand& command, const std::vector<NamedInput>&
   results.budget_setting = "the plan of replay";
   for (const auto& [name, input] : sessions) {
     for (const BudgetCase& budget : budget_cases()) {
-      if (interrupted) {
-        return false;
-      }
+      if (interrupted) return false;
       results.budget.push_back(measure_budget(device, name, input.session, input.exhibit, replay_plan(), budget));
       const BudgetRow& row = results.budget.back();
       table.add(fields_of(row));
@@ -208,9 +198,7 @@ bool measure_budgets(const BenchCommand& command, const std::vector<NamedInput>&
 void write_down(const fs::path& out, const BenchResults& results) {
   write_results_json(out / "results.json", results);
   draw_error_time(results, CostKind::cpu, out / "error_time");
-  if (results.machine.hardware) {
-    draw_error_time(results, CostKind::gpu, out / "error_gpu_time");
-  }
+  if (results.machine.hardware) draw_error_time(results, CostKind::gpu, out / "error_gpu_time");
   draw_cost_work(results, out / "cost_work");
   draw_error_budget(results, out / "error_budget");
 }

@@ -69,9 +69,7 @@ BenchScene learn_bench_scene(const capture::Session& session, const OracleParts&
   std::map<std::string, std::vector<reconstruct::StageCost>> runs;
   const std::uint64_t last = last_with_truth(session.folder, needed);
   while (const std::optional<capture::FrameSet> frame = frames->next(std::chrono::seconds(10))) {
-    if (frame->index > last) {
-      break;
-    }
+    if (frame->index > last) break;
     reconstruct::BuildResult built = builder.build(*frame);
     reconstruct::append_warnings(result.warnings, built.warnings);
     for (const auto& [name, cost] : built.stages) {

@@ -20,9 +20,7 @@ std::string time_label(double ms) {
 double round_step(double high, int wanted) {
   const double raw = high / wanted, ten = std::pow(10.0, std::floor(std::log10(raw)));
   for (const double factor : {1.0, 2.0, 5.0}) {
-    if (raw <= factor * ten * (1 + 1e-9)) {
-      return factor * ten;
-    }
+    if (raw <= factor * ten * (1 + 1e-9)) return factor * ten;
   }
   return 10 * ten;
 }
@@ -35,9 +33,7 @@ bool crosses(const Point& a, const Point& b, const Box& box) {
       {{-dx, a.x - box.left}, {dx, box.right - a.x}, {-dy, a.y - box.top}, {dy, box.bottom - a.y}}};
   for (const auto& [p, q] : sides) {
     if (p == 0) {
-      if (q < 0) {
-        return false;
-      }
+      if (q < 0) return false;
     } else if (p < 0) {
       from = std::max(from, q / p);
     } else {
@@ -161,9 +157,7 @@ std::vector<std::optional<Box>> place_labels(Drawing& drawing, const std::vector
       }
     }
     places.push_back(best);
-    if (!best) {
-      continue;
-    }
+    if (!best) continue;
     taken.push_back(*best);
     if (best_reach >= kLead) {
       const Point near{std::clamp(label.at.x, best->left + 2, best->right - 2),

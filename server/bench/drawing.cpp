@@ -29,9 +29,7 @@ void use(cairo_t* c, const TextStyle& style) {
 }
 
 void check(cairo_status_t status, const std::filesystem::path& path) {
-  if (status != CAIRO_STATUS_SUCCESS) {
-    throw std::runtime_error(path.string() + ": " + cairo_status_to_string(status));
-  }
+  if (status != CAIRO_STATUS_SUCCESS) throw std::runtime_error(path.string() + ": " + cairo_status_to_string(status));
 }
 
 void polygon(cairo_t* c, const Point& centre, double radius, int corners, double first_rad) {

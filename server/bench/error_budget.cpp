@@ -48,9 +48,7 @@ void draw_error_budget(const BenchResults& results, const std::filesystem::path&
   for (const BudgetRow& row : results.budget) {
     worst = std::isfinite(row.relight_error) ? std::max(worst, row.relight_error) : worst;
   }
-  if (sessions.empty() || worst == 0) {
-    return;
-  }
+  if (sessions.empty() || worst == 0) return;
   constexpr double kWidth = 960, kHeight = 440;
   Drawing drawing(kWidth, kHeight);
   const Box frame{64, 104, kWidth - 24, kHeight - 62};
@@ -76,9 +74,7 @@ void draw_error_budget(const BenchResults& results, const std::filesystem::path&
     const double first = left + 0.5 * (width - bar * static_cast<double>(cases.size()));
     drawing.text({left + 0.5 * width, frame.bottom + 22}, sessions[s], {.size = kText, .bold = true, .across = 0.5});
     for (const BudgetRow& row : results.budget) {
-      if (row.session != sessions[s] || !std::isfinite(row.relight_error)) {
-        continue;
-      }
+      if (row.session != sessions[s] || !std::isfinite(row.relight_error)) continue;
       const auto of = std::ranges::find(cases, row.estimated, &BudgetCase::estimated);
       const std::size_t i = static_cast<std::size_t>(of - cases.begin());
       const double at = first + bar * static_cast<double>(i), top = y.at(row.relight_error);

@@ -35,9 +35,7 @@ std::optional<double> cost_of(const FrameCost& cost, CostKind kind) {
 std::vector<std::string> all_methods(const std::vector<BenchRow>& rows) {
   std::vector<std::string> methods = relight::plan_methods();
   for (const std::string& method : distinct(rows, &BenchRow::method)) {
-    if (std::find(methods.begin(), methods.end(), method) == methods.end()) {
-      methods.push_back(method);
-    }
+    if (std::find(methods.begin(), methods.end(), method) == methods.end()) methods.push_back(method);
   }
   return methods;
 }
@@ -131,9 +129,7 @@ void draw_errors(Drawing& drawing, const Box& frame, const std::vector<SettingMe
     const Point p{x.at(means[i].cost_ms), y.at(means[i].relight_error)};
     drawing.mark(styles.mark(means[i].method), p, 5.5, styles.colour(means[i].method));
     taken.push_back(around(p, 6.5));
-    if (std::find(order.begin(), order.end(), i) == order.end()) {
-      order.push_back(i);
-    }
+    if (std::find(order.begin(), order.end(), i) == order.end()) order.push_back(i);
   }
   for (const std::size_t i : order) {
     labels.push_back(
@@ -172,9 +168,7 @@ void draw_published(Drawing& drawing, const Box& frame, const std::vector<BenchR
     drawing.mark(mark_of(method), p, 4.5, colour_of(method));
     taken.push_back(around(p, 5.5));
     const BenchRow*& best_row = highest[method];
-    if (best_row == nullptr || row.run.measures.psnr_db > best_row->run.measures.psnr_db) {
-      best_row = &row;
-    }
+    if (best_row == nullptr || row.run.measures.psnr_db > best_row->run.measures.psnr_db) best_row = &row;
   }
   for (const Published& method : kPublished) {
     const Point p{x.at(method.time_ms), y.at(method.psnr_db)};
@@ -191,9 +185,7 @@ void draw_published(Drawing& drawing, const Box& frame, const std::vector<BenchR
 
 /// Describes which parts of the scene were true.
 std::string about_room(const std::string& oracle) {
-  if (oracle == "none") {
-    return "with the room as estimated";
-  }
+  if (oracle == "none") return "with the room as estimated";
   std::string parts = oracle;
   std::replace(parts.begin(), parts.end(), '+', ',');
   return oracle == "pose+geometry+light+albedo" ? "with the true room"
@@ -207,9 +199,7 @@ std::vector<SettingMean> mean_over_sessions(const std::vector<BenchRow>& rows, C
   std::vector<SettingMean> means;
   for (const BenchRow& first : rows) {
     const auto same = [&](const SettingMean& m) { return m.method == first.method && m.setting == first.setting; };
-    if (std::any_of(means.begin(), means.end(), same)) {
-      continue;
-    }
+    if (std::any_of(means.begin(), means.end(), same)) continue;
     SettingMean mean{first.method, first.setting};
     std::size_t count = 0;
     for (const BenchRow& row : rows) {
@@ -237,18 +227,14 @@ std::vector<std::size_t> pareto_front(const std::vector<SettingMean>& means) {
   std::ranges::sort(by_cost, {}, [&](std::size_t i) { return std::pair(means[i].cost_ms, means[i].relight_error); });
   std::vector<std::size_t> front;
   for (const std::size_t i : by_cost) {
-    if (front.empty() || means[i].relight_error < means[front.back()].relight_error) {
-      front.push_back(i);
-    }
+    if (front.empty() || means[i].relight_error < means[front.back()].relight_error) front.push_back(i);
   }
   return front;
 }
 
 void draw_error_time(const BenchResults& results, CostKind kind, const std::filesystem::path& stem) {
   const std::vector<SettingMean> means = mean_over_sessions(results.rows, kind);
-  if (means.empty()) {
-    return;
-  }
+  if (means.empty()) return;
   std::vector<BenchRow> like_published;
   for (const BenchRow& row : results.rows) {
     if (row.session.starts_with(kPublishedScene) && cost_of(row.run.moving, kind) &&

@@ -86,9 +86,7 @@ Measures measure_picture(const capture::Image<std::uint8_t>& picture, const capt
     }
     for (std::size_t c = 0; c < 3; ++c) {
       all_shown.add(difference_shown[c], 1);
-      if (affected) {
-        affected_shown.add(difference_shown[c], 1);
-      }
+      if (affected) affected_shown.add(difference_shown[c], 1);
       if (affected && coverage == 0) {
         relit.add(difference[c], change[c]);
         relit_shown.add(difference_shown[c], 1);

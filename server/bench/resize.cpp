@@ -38,12 +38,8 @@ capture::CameraModel resized(capture::CameraModel camera, double factor) {
 void resize_picture(double factor, capture::CameraModel& camera, capture::FrameSet& frame) {
   camera = resized(camera, factor);
   auto color = std::make_shared<capture::Frame>(*frame.color);
-  if (!color->encoded.empty()) {
-    color->encoded = resampled(color->encoded, camera.width, camera.height);
-  }
-  if (!color->radiance.empty()) {
-    color->radiance = resampled(color->radiance, camera.width, camera.height);
-  }
+  if (!color->encoded.empty()) color->encoded = resampled(color->encoded, camera.width, camera.height);
+  if (!color->radiance.empty()) color->radiance = resampled(color->radiance, camera.width, camera.height);
   frame.color = std::move(color);
   if (frame.depth) {
     auto depth = std::make_shared<capture::DepthFrame>(*frame.depth);

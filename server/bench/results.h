@@ -47,9 +47,7 @@ template <typename Row>
 std::vector<std::string> distinct(const std::vector<Row>& rows, std::string Row::*member) {
   std::vector<std::string> values;
   for (const Row& row : rows) {
-    if (std::find(values.begin(), values.end(), row.*member) == values.end()) {
-      values.push_back(row.*member);
-    }
+    if (std::find(values.begin(), values.end(), row.*member) == values.end()) values.push_back(row.*member);
   }
   return values;
 }

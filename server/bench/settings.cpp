@@ -55,9 +55,7 @@ BenchSetting gathered(int trace_scale, int rays) {
 }  // namespace
 
 std::vector<BenchSetting> bench_settings(const std::string& method) {
-  if (method == "reference") {
-    return {paths(method, 16), paths(method, 64)};
-  }
+  if (method == "reference") return {paths(method, 16), paths(method, 64)};
   if (method == "rays") {
     return {gathered(8, 8), gathered(4, 8), gathered(4, 20), gathered(2, 20), gathered(2, 64), gathered(1, 64)};
   }

@@ -12,20 +12,14 @@ namespace {
 Number device_ms(const FrameCost& cost) { return {cost.gpu_ms.value_or(std::nan("")), 3}; }
 
 std::string cell(const FieldValue& value) {
-  if (const auto* text = std::get_if<std::string>(&value)) {
-    return *text;
-  }
-  if (const auto* flag = std::get_if<bool>(&value)) {
-    return *flag ? "1" : "0";
-  }
+  if (const auto* text = std::get_if<std::string>(&value)) return *text;
+  if (const auto* flag = std::get_if<bool>(&value)) return *flag ? "1" : "0";
   const Number& number = std::get<Number>(value);
   return std::isfinite(number.value) ? capture::formatted("%.*f", number.decimals, number.value) : "";
 }
 
 std::string quoted(const std::string& text) {
-  if (text.find_first_of(",\"\n") == std::string::npos) {
-    return text;
-  }
+  if (text.find_first_of(",\"\n") == std::string::npos) return text;
   std::string result = "\"";
   for (const char c : text) {
     result += c == '"' ? "\"\"" : std::string(1, c);
@@ -53,9 +47,7 @@ void CsvFile::write(const std::vector<std::string>& cells) {
     out_ << (i == 0 ? "" : ",") << quoted(cells[i]);
   }
   out_ << '\n' << std::flush;
-  if (!out_) {
-    throw std::runtime_error(path_.string() + ": cannot be written");
-  }
+  if (!out_) throw std::runtime_error(path_.string() + ": cannot be written");
 }
 
 Fields fields_of(const BenchRow& row) {

@@ -12,9 +12,7 @@ using namespace chart;
 
 /// Such as "12.3 k" or "4 M".
 std::string short_number(double value) {
-  if (value >= 1e6) {
-    return capture::formatted("%.3g M", value / 1e6);
-  }
+  if (value >= 1e6) return capture::formatted("%.3g M", value / 1e6);
   return value >= 1e4 ? capture::formatted("%.3g k", value / 1e3) : capture::formatted("%.0f", value);
 }
 
@@ -61,9 +59,7 @@ void draw_cost_work(const BenchResults& results, const std::filesystem::path& st
   for (const WorkRow& row : results.work) {
     base_ms = row.base && base_ms == 0 ? row.cost.host.cpu_ms : base_ms;
   }
-  if (base_ms == 0) {
-    return;
-  }
+  if (base_ms == 0) return;
   for (const WorkRow& row : results.work) {
     low = std::min(low, row.cost.host.cpu_ms / base_ms), high = std::max(high, row.cost.host.cpu_ms / base_ms);
   }

@@ -62,9 +62,7 @@ void draw_board(const reconstruct::Board& board, const fs::path& file) {
 void say_view(std::ostream& report, std::size_t number, const reconstruct::ViewSelector::Seen& seen) {
   report << "view " << number << ":";
   for (std::size_t c = 0; c < 2; ++c) {
-    if (seen.corners[c] > 0) {
-      report << ' ' << kCameraNames[c] << ' ' << seen.corners[c] << " corners";
-    }
+    if (seen.corners[c] > 0) report << ' ' << kCameraNames[c] << ' ' << seen.corners[c] << " corners";
   }
   report << std::endl;  // flush: a person waits for it
 }
@@ -82,13 +80,9 @@ Input cameras_of(const capture::Session& session) {
 
 /// Opens raw frames: no time offset applied to the fish-eye, depth on its own pixels.
 std::unique_ptr<capture::FrameReader> open_raw_frames(capture::Session raw, capture::PairedSources& sources) {
-  if (raw.fisheye) {
-    raw.fisheye->time_offset_s = 0;
-  }
+  if (raw.fisheye) raw.fisheye->time_offset_s = 0;
   sources = capture::open_sources(raw);
-  if (raw.depth) {
-    raw.depth->registered = true;
-  }
+  if (raw.depth) raw.depth->registered = true;
   return std::make_unique<capture::RegisteredFrames>(raw, std::make_unique<capture::PairingReader>(sources));
 }
 
@@ -97,22 +91,14 @@ bool read_views(capture::FrameReader& reader, const std::function<bool()>& late,
                 const std::atomic<bool>& interrupted, reconstruct::ViewSelector& collector, CalibrateGuide* guide,
                 std::ostream& report) {
   while (!interrupted && !reader.finished() && !(reader.live() && late())) {
-    if (guide != nullptr && (guide->finish_asked() || (reader.live() && guide->covered()))) {
-      return true;
-    }
+    if (guide != nullptr && (guide->finish_asked() || (reader.live() && guide->covered()))) return true;
     const std::optional<capture::FrameSet> frame = reader.next(kTick);
-    if (!frame) {
-      continue;
-    }
+    if (!frame) continue;
     const capture::Response none = capture::Response::srgb();
     const auto seen = collector.add(frame->time_ns, frame->color.get(), session.color.response, frame->fisheye,
                                     session.fisheye ? session.fisheye->response : none, frame->depth);
-    if (guide != nullptr) {
-      guide->add(*frame, collector);
-    }
-    if (seen.kept && reader.live()) {
-      say_view(report, collector.moments().size(), seen);
-    }
+    if (guide != nullptr) guide->add(*frame, collector);
+    if (seen.kept && reader.live()) say_view(report, collector.moments().size(), seen);
   }
   return false;
 }
@@ -138,9 +124,7 @@ Input read_folder_views(const CalibrateCommand& command, const std::atomic<bool>
   std::map<std::string, std::array<fs::path, 2>> moments;  // by file name
   for (std::size_t c = 0; c < 2; ++c) {
     const fs::path& folder = c == 0 ? command.color : command.fisheye;
-    if (folder.empty()) {
-      continue;
-    }
+    if (folder.empty()) continue;
     for (const fs::path& file : reconstruct::picture_files(folder)) {
       moments[file.stem().string()][c] = file;
     }
@@ -148,9 +132,7 @@ Input read_folder_views(const CalibrateCommand& command, const std::atomic<bool>
   Input input;
   std::int64_t time_ns = 0;
   for (const auto& [name, files] : moments) {
-    if (interrupted) {
-      break;
-    }
+    if (interrupted) break;
     std::array<std::shared_ptr<const capture::Frame>, 2> pictures;
     for (std::size_t c = 0; c < 2; ++c) {
       if (!files[c].empty()) {
@@ -161,9 +143,7 @@ Input read_folder_views(const CalibrateCommand& command, const std::atomic<bool>
       }
     }
     std::vector<std::shared_ptr<const capture::Frame>> fisheye;
-    if (pictures[1]) {
-      fisheye.push_back(pictures[1]);
-    }
+    if (pictures[1]) fisheye.push_back(pictures[1]);
     collector.add(time_ns, pictures[0].get(), capture::Response::srgb(), fisheye, capture::Response::srgb());
     time_ns += 1'000'000'000;  // one second apart: separate views, no motion
   }
@@ -215,15 +195,11 @@ std::optional<Eigen::Isometry3d> find_extrinsics(const reconstruct::ViewSelector
   const reconstruct::ExtrinsicsCalibration extrinsics =
       reconstruct::calibrate_extrinsics(color, fisheye, views[0], views[1]);
   write_extrinsics_report(report, extrinsics);
-  if (!extrinsics.refusal.empty()) {
-    return std::nullopt;
-  }
+  if (!extrinsics.refusal.empty()) return std::nullopt;
   const reconstruct::TimeOffsetCalibration time =
       reconstruct::calibrate_time(color, fisheye, extrinsics.T_second_first, collector.path(0), collector.path(1));
   write_time_report(report, time);
-  if (time.refusal.empty()) {
-    rest.time_offset_s = time.offset_s;
-  }
+  if (time.refusal.empty()) rest.time_offset_s = time.offset_s;
   return extrinsics.T_second_first;
 }
 
@@ -231,14 +207,10 @@ std::optional<Eigen::Isometry3d> find_extrinsics(const reconstruct::ViewSelector
 std::optional<Eigen::Isometry3d> find_room_tag(const reconstruct::ViewSelector& collector, const Cameras& cameras,
                                                const std::optional<Eigen::Isometry3d>& T_fisheye_color,
                                                std::ostream& report) {
-  if (!cameras[1]) {
-    return std::nullopt;
-  }
+  if (!cameras[1]) return std::nullopt;
   std::array<std::vector<reconstruct::SeenPoints>, 2> seen;
   for (std::size_t c = 0; c < 2; ++c) {
-    if (cameras[c]) {
-      seen[c] = collector.room_tag(c, cameras[c]->calibration.model);
-    }
+    if (cameras[c]) seen[c] = collector.room_tag(c, cameras[c]->calibration.model);
   }
   const capture::CameraModel& fisheye = cameras[1]->calibration.model;
   const reconstruct::RoomTagPose place =
@@ -278,9 +250,7 @@ std::optional<CalibratedRest::Depth> find_depth(const capture::DepthCamera& dept
   const reconstruct::DepthCalibration found =
       reconstruct::calibrate_depth(depth.model, depth.T_color_depth, board, views);
   write_depth_report(report, found);
-  if (!found.refusal.empty()) {
-    return std::nullopt;
-  }
+  if (!found.refusal.empty()) return std::nullopt;
   return CalibratedRest::Depth{depth.model.width, depth.model.height, depth.serial, found.T_color_depth};
 }
 
@@ -295,9 +265,7 @@ void find_response(const CalibrateCommand& command, std::ostream& report) {
     });
   }
   const reconstruct::ResponseCalibration found = reconstruct::calibrate_response(pictures);
-  if (!found.refusal.empty()) {
-    throw std::runtime_error("calibration refused: response: " + found.refusal);
-  }
+  if (!found.refusal.empty()) throw std::runtime_error("calibration refused: response: " + found.refusal);
   std::ostringstream text;
   reconstruct::write_response_file(text, found);
   capture::write_text(command.out, text.str());
@@ -324,9 +292,7 @@ void conclude(const CalibrateCommand& command, const reconstruct::Board& board, 
   CalibratedRest rest;
   const auto T_fisheye_color = find_extrinsics(collector, board, cameras, views, rest, report);
   rest.T_tag_fisheye = find_room_tag(collector, cameras, T_fisheye_color, report);
-  if (cameras[1] && board.tags() > 0) {
-    rest.vignetting = find_vignetting(*cameras[1], views[1], report);
-  }
+  if (cameras[1] && board.tags() > 0) rest.vignetting = find_vignetting(*cameras[1], views[1], report);
   if (session != nullptr && session->depth && !session->depth->registered && cameras[0] && board.tags() > 0) {
     rest.depth = find_depth(*session->depth, *cameras[0], collector, board, views[0], report);
   }
@@ -347,9 +313,7 @@ void find_lenses_in(const capture::Session& session, const CalibrateCommand& com
   };
   for (;;) {
     const bool may_go_on = read_views(*reader, late, session, interrupted, collector, guide, report);
-    if (guide != nullptr) {
-      guide->calculating();
-    }
+    if (guide != nullptr) guide->calculating();
     std::ostringstream found;
     try {
       capture::Session named = session;
@@ -400,9 +364,7 @@ void find_lenses_guided(const CalibrateCommand& command, const reconstruct::Boar
     std::this_thread::sleep_for(kTick);
   }
   web.stop();
-  if (failure) {
-    std::rethrow_exception(failure);
-  }
+  if (failure) std::rethrow_exception(failure);
 }
 
 }  // namespace
@@ -417,9 +379,7 @@ void run_calibrate(const CalibrateCommand& command, const std::atomic<bool>& int
     draw_board(board, command.draw);
     report << "drawn to " << command.draw.string() << ": print it at its own size, without scaling\n";
   }
-  if (command.out.empty()) {
-    return;
-  }
+  if (command.out.empty()) return;
   if (!command.color.empty() || !command.fisheye.empty()) {
     reconstruct::ViewSelector collector(board, std::nullopt);
     const Input input = read_folder_views(command, interrupted, collector);

@@ -32,7 +32,7 @@ void mark(capture::Image<std::uint8_t>& rgb, const Eigen::Vector2d& pixel) {
 CalibrateGuide::CalibrateGuide(const std::array<std::optional<capture::CameraModel>, 2>& cameras) {
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     if (cameras[c]) {
-      cameras_[c].emplace();
+      cameras_[c] = Camera();
       cameras_[c]->model = *cameras[c];
       cameras_[c]->coverage = reconstruct::coverage_of(*cameras[c], {});
     }
@@ -45,9 +45,7 @@ void CalibrateGuide::add(const capture::FrameSet& frame, const reconstruct::View
   moments_ = collector.moments().size();
   kept_ += more ? 1 : 0;
   for (std::size_t c = 0; c < cameras_.size(); ++c) {
-    if (!cameras_[c]) {
-      continue;
-    }
+    if (!cameras_[c]) continue;
     Camera& camera = *cameras_[c];
     const auto newest = c == 0 ? frame.color : frame.fisheye.empty() ? nullptr : frame.fisheye.back();
     if (newest && !newest->encoded.empty()) {
@@ -104,9 +102,7 @@ bool CalibrateGuide::finish_asked() const {
 bool CalibrateGuide::can_finish() const {
   int max_views = 0;
   for (const std::optional<Camera>& camera : cameras_) {
-    if (camera && camera->views > 0 && camera->views < reconstruct::kMinViews) {
-      return false;
-    }
+    if (camera && camera->views > 0 && camera->views < reconstruct::kMinViews) return false;
     max_views = std::max(max_views, camera ? camera->views : 0);
   }
   return max_views >= reconstruct::kMinViews && !finish_asked_ && doing_ == std::string_view("looking");
@@ -119,9 +115,7 @@ std::string CalibrateGuide::json() const {
             {"report", report_},
             {"refusal", refusal_}};
   for (std::size_t c = 0; c < cameras_.size(); ++c) {
-    if (!cameras_[c]) {
-      continue;
-    }
+    if (!cameras_[c]) continue;
     const Camera& camera = *cameras_[c];
     const reconstruct::Coverage& coverage = camera.coverage;
     const std::vector<bool> wanted(coverage.wanted.begin(), coverage.wanted.end());
@@ -142,9 +136,7 @@ std::string CalibrateGuide::json() const {
 }
 
 WebReply CalibrateGuide::picture(std::size_t camera) {
-  if (!cameras_[camera] || !cameras_[camera]->picture) {
-    return {503, "text/plain; charset=utf-8", "no picture yet\n"};
-  }
+  if (!cameras_[camera] || !cameras_[camera]->picture) return {503, "text/plain; charset=utf-8", "no picture yet\n"};
   capture::Image<std::uint8_t> rgb = cameras_[camera]->picture->encoded;
   for (const reconstruct::SeenPoints& seen : cameras_[camera]->view.seen) {
     for (const Eigen::Vector2d& pixel : seen.pixels) {
@@ -157,20 +149,14 @@ WebReply CalibrateGuide::picture(std::size_t camera) {
 
 WebReply CalibrateGuide::reply(std::string_view path) {
   const std::lock_guard lock(mutex_);
-  if (path == "/calibrate.json") {
-    return {200, "application/json", json()};
-  }
-  if (path == "/color.jpg" || path == "/fisheye.jpg") {
-    return picture(path == "/color.jpg" ? 0 : 1);
-  }
+  if (path == "/calibrate.json") return {200, "application/json", json()};
+  if (path == "/color.jpg" || path == "/fisheye.jpg") return picture(path == "/color.jpg" ? 0 : 1);
   return page_reply(path == "/" ? "/calibrate.html" : path);
 }
 
 WebReply CalibrateGuide::ask(std::string_view path) {
   const std::lock_guard lock(mutex_);
-  if (path != "/finish") {
-    return {404, "text/plain; charset=utf-8", "no such request\n"};
-  }
+  if (path != "/finish") return {404, "text/plain; charset=utf-8", "no such request\n"};
   if (!can_finish()) {
     return {409, "text/plain; charset=utf-8",
             "too few views, allowed: at least " + std::to_string(reconstruct::kMinViews) + " of every camera\n"};

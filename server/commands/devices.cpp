@@ -6,33 +6,25 @@
 namespace lumigraft::server {
 
 void write_devices_text(std::ostream& out, const std::vector<capture::CameraListing>& cameras) {
-  if (cameras.empty()) {
-    out << "no cameras found\n";
-  }
+  if (cameras.empty()) out << "no cameras found\n";
   for (const capture::CameraListing& camera : cameras) {
     out << camera.source << "  " << camera.name << '\n';
     for (const std::string& other : camera.same_hardware) {
       out << "  the same hardware as " << other << '\n';
     }
-    if (!camera.rejection_reason.empty()) {
-      out << "  cannot be looked into: " << camera.rejection_reason << '\n';
-    }
+    if (!camera.rejection_reason.empty()) out << "  cannot be looked into: " << camera.rejection_reason << '\n';
     for (const capture::OfferedInput& input : camera.inputs) {
       out << "  input \"" << input.name << '"' << (input.chosen ? ", chosen" : "");
       out << (input.signal.empty() ? "" : ": ") << input.signal << '\n';
     }
     for (const capture::OfferedFormat& format : camera.formats) {
       out << "  " << format.pixels << ' ' << format.width << 'x' << format.height;
-      if (format.rate_hz > 0.0) {
-        out << " at up to " << format.rate_hz << " Hz";
-      }
+      if (format.rate_hz > 0.0) out << " at up to " << format.rate_hz << " Hz";
       out << '\n';
     }
     for (const capture::OfferedControl& control : camera.controls) {
       out << "  " << control.name << " = " << control.value;
-      if (!std::isnan(control.low)) {
-        out << "  (" << control.low << " to " << control.high << ')';
-      }
+      if (!std::isnan(control.low)) out << "  (" << control.low << " to " << control.high << ')';
       out << '\n';
     }
   }
@@ -55,12 +47,8 @@ void write_devices_json(std::ostream& out, const std::vector<capture::CameraList
     for (const capture::OfferedInput& i : camera.inputs) {
       one["inputs"].push_back({{"name", i.name}, {"chosen", i.chosen}, {"signal", i.signal}});
     }
-    if (!camera.same_hardware.empty()) {
-      one["same_hardware"] = camera.same_hardware;
-    }
-    if (!camera.rejection_reason.empty()) {
-      one["why_not"] = camera.rejection_reason;
-    }
+    if (!camera.same_hardware.empty()) one["same_hardware"] = camera.same_hardware;
+    if (!camera.rejection_reason.empty()) one["why_not"] = camera.rejection_reason;
     all.push_back(std::move(one));
   }
   out << all.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) << '\n';

@@ -59,9 +59,7 @@ class Recording {
     print_faults();
     lanes_.finish();
     for (const std::exception_ptr& failure : {failure_, lanes_.failure()}) {
-      if (failure) {
-        std::rethrow_exception(failure);
-      }
+      if (failure) std::rethrow_exception(failure);
     }
   }
 
@@ -71,12 +69,8 @@ class Recording {
       if (by_stream_[static_cast<std::size_t>(stream)] != nullptr) {
         const capture::RecordingLanes::Count count = lanes_.count(stream);
         out << "  " << name_of(stream) << ": " << count.frames << " pictures";
-        if (count.lost > 0) {
-          out << ", " << count.lost << " lost";
-        }
-        if (count.unusable > 0) {
-          out << ", " << count.unusable << " with times that do not increase omitted";
-        }
+        if (count.lost > 0) out << ", " << count.lost << " lost";
+        if (count.unusable > 0) out << ", " << count.unusable << " with times that do not increase omitted";
         out << '\n';
       }
     }
@@ -97,9 +91,7 @@ class Recording {
     }
     now.erase("");
     for (const std::string& fault : now) {
-      if (said_.count(fault) == 0) {
-        std::fprintf(stderr, "lumigraft: %s\n", fault.c_str());
-      }
+      if (said_.count(fault) == 0) std::fprintf(stderr, "lumigraft: %s\n", fault.c_str());
     }
     said_ = std::move(now);
   }
@@ -122,13 +114,9 @@ class Recording {
     try {
       while (!stop_ && !source.finished() && !all_over(source)) {
         std::optional<capture::SourceItem> item = source.next(kPollInterval);
-        if (!item) {
-          continue;
-        }
+        if (!item) continue;
         Span& span = spans_[static_cast<std::size_t>(capture::stream_of(*item))];
-        if (within(span, capture::stamp_of(*item).time_ns)) {
-          lanes_.put(std::move(*item), sources_.live);
-        }
+        if (within(span, capture::stamp_of(*item).time_ns)) lanes_.put(std::move(*item), sources_.live);
       }
     } catch (...) {
       const std::lock_guard lock(mutex_);

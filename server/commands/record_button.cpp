@@ -20,9 +20,7 @@ std::string time_name() {
 /// The item to record: a picture converted for display is replaced by the original, where the camera delivered one.
 capture::SourceItem kept(const capture::SourceItem& item) {
   const auto* frame = std::get_if<capture::Frame>(&item);
-  if (frame == nullptr || !frame->original) {
-    return item;
-  }
+  if (frame == nullptr || !frame->original) return item;
   return capture::Frame{
       .stamp = frame->stamp, .stream = frame->stream, .exposure = frame->exposure, .original = frame->original};
 }
@@ -50,9 +48,7 @@ RecordButton::~RecordButton() {
 
 void RecordButton::press(bool on) {
   const std::lock_guard lock(mutex_);
-  if (!on || state_.doing != Doing::nothing) {
-    return on ? void() : end();
-  }
+  if (!on || state_.doing != Doing::nothing) return on ? void() : end();
   finisher_ = {};  // stops the compression of the previous recording's depth; that thread takes no lock any more
   const std::filesystem::path folder = folder_ / time_name();
   state_ = {};
@@ -70,9 +66,7 @@ void RecordButton::press(bool on) {
 
 /// Stops listening, and finishes writing on a thread of its own.
 void RecordButton::end() {
-  if (state_.doing != Doing::recording) {
-    return;
-  }
+  if (state_.doing != Doing::recording) return;
   tap_.listen({});
   count();
   state_.doing = Doing::finishing;
@@ -89,9 +83,7 @@ void RecordButton::end() {
       lanes_.reset();
     }
     try {
-      if (compressing_) {
-        lanes->compress_depth(stop);
-      }
+      if (compressing_) lanes->compress_depth(stop);
     } catch (const std::exception&) {  // for example a full disk: the recording is complete, but larger
     }
     compressing_ = false;
@@ -99,26 +91,20 @@ void RecordButton::end() {
 }
 
 void RecordButton::count() {
-  if (state_.doing == Doing::recording) {
-    state_.seconds = std::chrono::duration<double>(Clock::now() - began_).count();
-  }
+  if (state_.doing == Doing::recording) state_.seconds = std::chrono::duration<double>(Clock::now() - began_).count();
   state_.frames = state_.lost = 0;
   for (const capture::Stream stream : capture::kStreams) {
     state_.frames += lanes_->count(stream).frames;
     state_.lost += lanes_->count(stream).lost;
   }
-  if (const std::exception_ptr failure = lanes_->failure()) {
-    state_.error = reason_of(failure);
-  }
+  if (const std::exception_ptr failure = lanes_->failure()) state_.error = reason_of(failure);
 }
 
 RecordButton::State RecordButton::state() {
   const std::lock_guard lock(mutex_);
   if (lanes_) {
     count();
-    if (!state_.error.empty()) {
-      end();
-    }
+    if (!state_.error.empty()) end();
   }
   State state = state_;
   state.doing = state.doing == Doing::nothing && compressing_ ? Doing::compressing : state.doing;

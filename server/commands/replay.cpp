@@ -79,9 +79,7 @@ std::string lost_frame(const capture::FrameSet& frame, std::uint64_t index) {
 
 void write_maps(const fs::path& stem, const relight::RelightMaps& maps) {
   const auto write = [&](const char* name, const capture::Image<float>& image) {
-    if (!image.empty()) {
-      capture::write_exr(stem.string() + "_" + name + ".exr", image);
-    }
+    if (!image.empty()) capture::write_exr(stem.string() + "_" + name + ".exr", image);
   };
   write("albedo", maps.albedo);
   write("normals", maps.normals);
@@ -101,9 +99,7 @@ bool run_replay(const ReplayCommand& command, const std::atomic<bool>& interrupt
   capture::refuse_if(frames->live(),
                      "replay: " + input.session.name + " has live cameras, allowed: a recorded session");
   std::unique_ptr<Oracle> oracle;
-  if (command.oracle.any()) {
-    oracle = std::make_unique<Oracle>(input.session, command.oracle);
-  }
+  if (command.oracle.any()) oracle = std::make_unique<Oracle>(input.session, command.oracle);
   PartialOutput output(command.out);
   const auto make_device = [backend = input.server.backend] { return relight::gpu::create_device(backend, {}); };
   OfflinePipeline pipeline(input.session, std::move(input.exhibit), input.plan, make_device, std::move(oracle));
@@ -114,9 +110,7 @@ bool run_replay(const ReplayCommand& command, const std::atomic<bool>& interrupt
   std::shared_ptr<const reconstruct::DistanceField> field;
   while (expected < limit && !interrupted) {
     const std::optional<capture::FrameSet> frame = frames->next(std::chrono::seconds(10));
-    if (!frame) {
-      break;
-    }
+    if (!frame) break;
     if (command.from_s > 0.0 && written == 0 && skipped == 0) {
       expected = frame->index;
       limit += frame->index;
@@ -126,23 +120,17 @@ bool run_replay(const ReplayCommand& command, const std::atomic<bool>& interrupt
       lines << skipped_frame_line(expected, {reason}) << '\n';
       std::cerr << "lumigraft: frame " << expected << " is skipped: " << reason << '\n';
     }
-    if (frame->index >= limit) {
-      break;
-    }
+    if (frame->index >= limit) break;
     const FrameRecord record = pipeline.step(*frame, command.dump);
     const fs::path stem = output.folder() / capture::formatted("frame_%06ju", std::uintmax_t{frame->index});
     capture::write_png(stem.string() + ".png", record.picture.srgb);
-    if (command.dump && record.picture.maps) {
-      write_maps(stem, *record.picture.maps);
-    }
+    if (command.dump && record.picture.maps) write_maps(stem, *record.picture.maps);
     lines << frame_record_line(*frame, record) << '\n';
     field = record.scene.field;
     expected = frame->index + 1;
     ++written;
   }
-  if (interrupted) {
-    return false;
-  }
+  if (interrupted) return false;
   capture::refuse_if(written == 0,
                      input.session.folder.string() + ": no colour picture of the session can be read" +
                          (command.from_s > 0.0 ? " from second " + std::to_string(command.from_s) + " on" : ""));
@@ -150,9 +138,7 @@ bool run_replay(const ReplayCommand& command, const std::atomic<bool>& interrupt
     reconstruct::write_ply(reconstruct::extract_surface(*field), output.folder() / "surface.ply");
   }
   lines.close();
-  if (!lines) {
-    throw std::runtime_error((output.folder() / "frames.jsonl").string() + ": cannot be written");
-  }
+  if (!lines) throw std::runtime_error((output.folder() / "frames.jsonl").string() + ": cannot be written");
   output.keep();
   std::cerr << "lumigraft: " << written << " pictures in " << command.out.string()
             << (skipped > 0 ? ", " + std::to_string(skipped) + " frames skipped" : "") << '\n';

@@ -18,9 +18,7 @@ namespace {
 
 WebReply snapshot(const Pipeline& pipeline, JpegEncoder& encoder) {
   const ShownFrame newest = pipeline.newest();
-  if (!newest.srgb) {
-    return {503, "text/plain; charset=utf-8", "no picture yet\n"};
-  }
+  if (!newest.srgb) return {503, "text/plain; charset=utf-8", "no picture yet\n"};
   const std::vector<std::uint8_t> file = encoder.encode(*newest.srgb);
   return {200, "image/jpeg", std::string(file.begin(), file.end())};
 }
@@ -30,9 +28,7 @@ WebReply get(std::string_view path, const Pipeline& pipeline, const Metrics& met
     const Health h = health(metrics);
     return {h.ok ? 200u : 503u, "application/json", h.json};
   }
-  if (path == "/metrics") {
-    return {200, "text/plain; version=0.0.4; charset=utf-8", metrics.prometheus()};
-  }
+  if (path == "/metrics") return {200, "text/plain; version=0.0.4; charset=utf-8", metrics.prometheus()};
   return path == "/snapshot.jpg" ? snapshot(pipeline, encoder) : page_reply(path);
 }
 
@@ -42,9 +38,7 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
   static StopSignal stop;  // its thread runs until the process ends
   ServiceInput input = read_service(files, interactive_plan());
   for (const std::string& warning : input.warnings) std::fprintf(stderr, "lumigraft: %s\n", warning.c_str());
-  if (!listen.empty()) {
-    read_listen(listen, "--listen", input.server);
-  }
+  if (!listen.empty()) read_listen(listen, "--listen", input.server);
   capture::refuse_if(input.plan.method == "reference",
                      "plan.method: found \"reference\", allowed with serve: what draws while it runs, as \"dvct\"");
   const capture::Session session = input.session;
@@ -53,9 +47,7 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
   capture::Session named = session;  // as the cameras call themselves
   const auto open = [&tap, &named, session]() -> Pipeline::Cameras {
     capture::PairedSources sources = capture::open_sources(session);
-    if (!sources.live) {
-      return {capture::seekable_frames(std::move(sources)), nullptr};
-    }
+    if (!sources.live) return {capture::seekable_frames(std::move(sources)), nullptr};
     capture::take_serials(named, sources);
     sources = tap.on(sources);
     std::unique_ptr<capture::FisheyeReader> fisheye = capture::read_fisheye_apart(sources);
@@ -64,9 +56,7 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
   Pipeline::Cameras cameras = open();
   const bool live = cameras.frames->live();
   std::optional<RecordButton> button;
-  if (live && !server.recordings.empty()) {
-    button.emplace(input.session_text, named, server.recordings, tap);
-  }
+  if (live && !server.recordings.empty()) button.emplace(input.session_text, named, server.recordings, tap);
 
   EncoderDemand demand;
   Metrics metrics;
@@ -95,9 +85,7 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
     return std::nullopt;
   };
   handlers.playback = [&](const PlaybackCommand& command) -> std::optional<std::string> {
-    if (live) {
-      return "playback: found live cameras, allowed where a recording plays";
-    }
+    if (live) return "playback: found live cameras, allowed where a recording plays";
     pipeline.playback().apply(command);
     return std::nullopt;
   };

@@ -9,16 +9,12 @@ std::vector<std::string> ServeLog::lines(const std::vector<std::string>& warning
   for (const std::string& warning : warnings) {
     const auto said = said_.find(warning);
     if (said == said_.end() || now - said->second >= kWarningAgain) {
-      if (said_.size() >= kMaxRemembered) {
-        said_.clear();
-      }
+      if (said_.size() >= kMaxRemembered) said_.clear();
       said_[warning] = now;
       out.push_back("warning: " + warning);
     }
   }
-  if (now - drops_time_ < kDropsEvery) {
-    return out;
-  }
+  if (now - drops_time_ < kDropsEvery) return out;
   std::string counts;
   for (const auto& [stage, count] : drops) {
     if (const std::uint64_t fresh = count - drops_said_[stage]; fresh > 0) {

@@ -28,9 +28,7 @@ StopSignal::StopSignal() {
 
 void StopSignal::came() {
   std::lock_guard lock(mutex_);
-  if (!armed_) {
-    _exit(0);
-  }
+  if (!armed_) _exit(0);
   came_ = true;
   changed_.notify_all();  // under the lock: the woken thread may end the program and destroy this object
 }

@@ -49,9 +49,7 @@ std::size_t copy_stream(const fs::path& from, const fs::path& out, const std::st
   std::string list = "# timestamp_s path\n";
   std::size_t count = 0;
   for (const capture::ListedPicture& picture : pictures) {
-    if (interrupted) {
-      throw std::runtime_error("interrupted, " + out.string() + " is not whole");
-    }
+    if (interrupted) throw std::runtime_error("interrupted, " + out.string() + " is not whole");
     const std::string to = name + capture::formatted("/%06zu", count++) + picture.path.extension().string();
     std::error_code error;
     fs::copy_file(picture.path, out / to, error);
@@ -149,9 +147,7 @@ void run_export(const ExportCommand& command, const std::atomic<bool>& interrupt
     fs::create_directory(command.out / stream.name);
   }
   while (const std::optional<capture::FrameSet> frame = frames->next(std::chrono::seconds(10))) {
-    if (interrupted) {
-      break;
-    }
+    if (interrupted) break;
     warnings += frame->warnings.size();
     if (frame->color->encoded.empty()) {
       ++radiance;
@@ -181,18 +177,10 @@ void run_export(const ExportCommand& command, const std::atomic<bool>& interrupt
   }
   report << "exported to " << command.out.string() << ":\n  colour: " << rgb.pictures
          << " pictures\n  depth: " << depth.pictures << " pictures\n  fish-eye: " << fisheye.pictures << " pictures\n";
-  if (radiance > 0) {
-    report << "  left out: " << radiance << " pictures of radiance, since PNG holds none\n";
-  }
-  if (too_far > 0) {
-    report << "  depth beyond 13.1 m, which counts of 1/5000 m cannot say: " << too_far << " pixels\n";
-  }
-  if (warnings > 0) {
-    report << "  warnings of the recording, as of lost pictures: " << warnings << "\n";
-  }
-  if (rgb.pictures == 0) {
-    throw std::runtime_error("no colour picture came: " + command.out.string() + " holds none");
-  }
+  if (radiance > 0) report << "  left out: " << radiance << " pictures of radiance, since PNG holds none\n";
+  if (too_far > 0) report << "  depth beyond 13.1 m, which counts of 1/5000 m cannot say: " << too_far << " pixels\n";
+  if (warnings > 0) report << "  warnings of the recording, as of lost pictures: " << warnings << "\n";
+  if (rgb.pictures == 0) throw std::runtime_error("no colour picture came: " + command.out.string() + " holds none");
 }
 
 }  // namespace lumigraft::server

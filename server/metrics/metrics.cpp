@@ -12,9 +12,7 @@ constexpr std::size_t kMaxInterval =
 StageSummary summarise(std::vector<float>& times_ms) {
   StageSummary s;
   s.count = times_ms.size();
-  if (times_ms.empty()) {
-    return s;
-  }
+  if (times_ms.empty()) return s;
   std::sort(times_ms.begin(), times_ms.end());
   for (const float t : times_ms) {
     s.mean_ms += t;

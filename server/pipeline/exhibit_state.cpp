@@ -13,9 +13,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 relight::MaterialOverride changed(relight::MaterialOverride material, const MaterialChange& change) {
-  if (change.models_own) {
-    return {};
-  }
+  if (change.models_own) return {};
   material.base_color = change.base_color.value_or(material.base_color);
   material.metallic = change.metallic.value_or(material.metallic);
   material.roughness = change.roughness.value_or(material.roughness);
@@ -29,9 +27,7 @@ Json json_or_null(const std::optional<T>& value) {
 }
 
 Json json_of(const relight::MaterialOverride& material) {
-  if (material.empty()) {
-    return nullptr;
-  }
+  if (material.empty()) return nullptr;
   std::optional<std::array<float, 3>> base_color;
   if (const auto& c = material.base_color) {
     base_color = {c->x(), c->y(), c->z()};
@@ -71,9 +67,7 @@ std::optional<std::string> ExhibitState::apply(const ObjectCommand& command) {
     return "object: there are " + std::to_string(next->objects.size()) + " objects, see hello";
   }
   relight::VirtualObject& object = next->objects[index];
-  if (command.position_m) {
-    object.position_m = *command.position_m;
-  }
+  if (command.position_m) object.position_m = *command.position_m;
   if (command.rotation) {
     object.rotation = *command.rotation;
     rest_[index] = object.rotation;
@@ -84,13 +78,9 @@ std::optional<std::string> ExhibitState::apply(const ObjectCommand& command) {
     const double yaw_rad = *command.yaw_degrees * std::numbers::pi / 180.0;
     object.rotation = Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()) * rest_[index];
   }
-  if (command.position_m || command.rotation || command.yaw_degrees) {
-    object.motion.clear();
-  }
+  if (command.position_m || command.rotation || command.yaw_degrees) object.motion.clear();
   object.visible = command.visible.value_or(object.visible);
-  if (command.material) {
-    object.material = changed(object.material, *command.material);
-  }
+  if (command.material) object.material = changed(object.material, *command.material);
   exhibit_ = std::move(next);
   return std::nullopt;
 }

@@ -20,9 +20,7 @@ std::size_t bytes_of(const capture::Frame& picture) {
 
 std::size_t bytes_of(const capture::FrameSet& frame) {
   std::size_t bytes = bytes_of(*frame.color);
-  if (frame.raw_depth) {
-    bytes += sizeof(std::uint16_t) * frame.raw_depth->counts.data.size();
-  }
+  if (frame.raw_depth) bytes += sizeof(std::uint16_t) * frame.raw_depth->counts.data.size();
   for (const auto& picture : frame.fisheye) {
     bytes += bytes_of(*picture);
   }
@@ -38,13 +36,9 @@ FramePlayer::FramePlayer(std::unique_ptr<capture::FrameReader> reader, std::size
       length_ns_(seekable_ != nullptr ? seekable_->length_ns().value_or(0) : 0) {}
 
 std::shared_ptr<const capture::FrameSet> FramePlayer::read() {
-  if (from_memory_) {
-    return position_ < kept_.size() ? kept_[position_] : nullptr;
-  }
+  if (from_memory_) return position_ < kept_.size() ? kept_[position_] : nullptr;
   std::optional<capture::FrameSet> set = reader_->next(kPatience);
-  if (!set) {
-    return nullptr;
-  }
+  if (!set) return nullptr;
   auto frame = std::make_shared<const capture::FrameSet>(std::move(*set));
   if (!reader_->live() && all_kept_) {
     kept_bytes_ += bytes_of(*frame);
@@ -75,9 +69,7 @@ void FramePlayer::seek(std::int64_t from_ns) {
 }
 
 bool FramePlayer::begin_again() {
-  if (position_ == 0 && !jumped_) {
-    return false;
-  }
+  if (position_ == 0 && !jumped_) return false;
   from_memory_ = from_memory_ || all_kept_;
   if (!from_memory_) {
     seekable_ != nullptr ? seekable_->seek(0) : reader_->rewind();
@@ -101,9 +93,7 @@ void FramePlayer::set_due(const capture::FrameSet& frame) {
     due_ += usual_gap_;
   }
   last_time_ns_ = frame.time_ns;
-  if (now > due_ + kTooLate) {
-    due_ = now;
-  }
+  if (now > due_ + kTooLate) due_ = now;
 }
 
 /// The newest frame again, with a later time.
@@ -117,12 +107,8 @@ std::optional<PlayedFrame> FramePlayer::repeat_newest(const std::stop_token& sto
 }
 
 std::optional<PlayedFrame> FramePlayer::next(const std::stop_token& stop, const Playback::Orders& orders) {
-  if (newest_ && orders.at_s) {
-    seek(std::llround(1e9 * *orders.at_s));
-  }
-  if (newest_ && orders.paused && !orders.step && !jumped_) {
-    return repeat_newest(stop);
-  }
+  if (newest_ && orders.at_s) seek(std::llround(1e9 * *orders.at_s));
+  if (newest_ && orders.paused && !orders.step && !jumped_) return repeat_newest(stop);
   if (repeated_ns_ > 0) {
     repeated_ns_ = 0;
     ++round_;  // the next frame's time is earlier than that of the last repeated one
@@ -135,15 +121,11 @@ std::optional<PlayedFrame> FramePlayer::next(const std::stop_token& stop, const 
     }
     frame = read();
   }
-  if (!frame) {
-    return std::nullopt;
-  }
+  if (!frame) return std::nullopt;
   PlayedFrame played{frame, Clock::now(), round_};
   if (!reader_->live()) {
     set_due(*frame);
-    if (!sleep_until(due_, stop)) {
-      return std::nullopt;
-    }
+    if (!sleep_until(due_, stop)) return std::nullopt;
     played.captured = due_;
     played.round = round_;
     first_time_ns_ = newest_ ? first_time_ns_ : frame->time_ns;

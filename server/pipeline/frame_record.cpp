@@ -23,6 +23,7 @@ Json lamp(const reconstruct::PointLight& light) {
     json["intensity"] = rgb(light.intensity);
     json["radius_m"] = light.radius_m;
     json["distance_log_sigma"] = light.distance_log_sigma;
+    if (light.flat) json["normal"] = rgb(light.normal);
   }
   return json;
 }

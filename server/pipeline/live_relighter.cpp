@@ -40,9 +40,7 @@ LiveRelighter::Result LiveRelighter::relight(const capture::FrameSet& frame, con
   constexpr std::chrono::seconds kFirstPause{1}, kLongestPause{30};  // the first attempt is made at the next frame
   Result result;
   try {
-    if (!renderer_ && std::chrono::steady_clock::now() >= next_try_) {
-      make();
-    }
+    if (!renderer_ && std::chrono::steady_clock::now() >= next_try_) make();
     if (rays_) {
       std::lock_guard lock(prepared_mutex_);
       if (prepared_ && prepared_ != drawn_with_) rays_->take(drawn_with_ = prepared_);
@@ -61,9 +59,7 @@ LiveRelighter::Result LiveRelighter::relight(const capture::FrameSet& frame, con
   } catch (const std::exception& e) {
     failure_ = std::string("relight: ") + e.what();
   }
-  if (!failure_.empty()) {
-    result.picture.warnings.push_back(failure_);
-  }
+  if (!failure_.empty()) result.picture.warnings.push_back(failure_);
   if (result.picture.srgb.empty()) {
     result.picture.srgb = camera_picture(*frame.color);
     result.picture.plan = plan;

@@ -22,9 +22,7 @@ class Mailbox {
     bool dropped = false;
     {
       std::lock_guard lock(mutex_);
-      if (closed_) {
-        return false;
-      }
+      if (closed_) return false;
       dropped = item_.has_value();
       dropped_ += dropped ? 1 : 0;
       item_ = std::move(item);
@@ -37,9 +35,7 @@ class Mailbox {
   std::optional<T> take(std::chrono::milliseconds timeout) {
     std::unique_lock lock(mutex_);
     ready_.wait_for(lock, timeout, [this] { return item_.has_value() || closed_; });
-    if (closed_ || !item_) {
-      return std::nullopt;
-    }
+    if (closed_ || !item_) return std::nullopt;
     taken_.notify_all();
     T item = std::move(*item_);
     item_.reset();

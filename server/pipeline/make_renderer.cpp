@@ -18,9 +18,7 @@ std::unique_ptr<relight::Renderer> make_renderer(const capture::Session& session
     return std::make_unique<relight::ReferenceRenderer>(
         session, [room](const capture::FrameSet& frame) { return room->at(frame); });
   }
-  if (!plan.on_device()) {
-    return std::make_unique<relight::ReferenceRenderer>(session);
-  }
+  if (!plan.on_device()) return std::make_unique<relight::ReferenceRenderer>(session);
   return std::make_unique<relight::Relighter>(std::move(device), session);
 }
 

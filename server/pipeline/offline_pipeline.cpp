@@ -54,9 +54,7 @@ FrameRecord OfflinePipeline::step(const capture::FrameSet& sensed, bool with_map
   }
   record.stages["relight"] = clock.elapsed();
   reconstruct::append_warnings(record.warnings, record.picture.warnings);
-  if (record.picture.srgb.empty()) {
-    record.picture.srgb = camera_picture(*sensed.color);
-  }
+  if (record.picture.srgb.empty()) record.picture.srgb = camera_picture(*sensed.color);
   return record;
 }
 

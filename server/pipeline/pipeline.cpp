@@ -97,18 +97,14 @@ struct Pipeline::State {
 
   template <typename T>
   void put(Mailbox<T>& box, T item) {
-    if (box.put(std::move(item))) {
-      metrics.drop(box.reader());
-    }
+    if (box.put(std::move(item))) metrics.drop(box.reader());
   }
 
   /// Repeats `turn` on a thread of its own until stop is requested. Exceptions become warnings of the frames.
   void run(const std::string& stage, bool behind, std::function<void()> turn) {
     threads.emplace_back([this, stage, behind, turn = std::move(turn)] {
       pthread_setname_np(pthread_self(), stage.c_str());  // for `top -H`
-      if (behind) {
-        background_threads.add();
-      }
+      if (behind) background_threads.add();
       while (!stopping.stop_requested()) {
         try {
           turn();
@@ -158,9 +154,7 @@ void Pipeline::State::capture_turn() {
     }
     return;
   }
-  if (!frames.live()) {
-    playback.shown(frames.at_s(), frames.length_s());
-  }
+  if (!frames.live()) playback.shown(frames.at_s(), frames.length_s());
   {
     std::lock_guard lock(newest_color_mutex);
     newest_color = played->frame->color;
@@ -168,21 +162,15 @@ void Pipeline::State::capture_turn() {
   if (!played->frame->fisheye.empty()) {
     to_light.put({played->frame->fisheye, played->frame->color});
   }
-  if (to_pose.put(*played)) {
-    metrics.drop(pose_waits_for_relight ? "relight" : "pose");
-  }
+  if (to_pose.put(*played)) metrics.drop(pose_waits_for_relight ? "relight" : "pose");
 }
 
 /// Light is limited to kLightEvery by design: fish-eye frames that it skips are not counted as dropped.
 void Pipeline::State::fisheye_turn() {
   std::optional<capture::FisheyeReader::Result> seen = fisheye->next(kTick);
-  if (!seen) {
-    return;
-  }
+  if (!seen) return;
   store.publish_warnings("fish-eye", std::move(seen->warnings));
-  if (seen->frames.empty()) {
-    return;
-  }
+  if (seen->frames.empty()) return;
   FisheyeView view{std::move(seen->frames), nullptr};
   {
     std::lock_guard lock(newest_color_mutex);
@@ -221,14 +209,10 @@ PosedFrame Pipeline::State::pose_of(const PlayedFrame& played) {
 
 void Pipeline::State::pose_turn(std::uint64_t& round) {
   pose_waits_for_relight = true;
-  if (!to_relight.wait_until_taken(kTick) || !sleep_until(just_in_time.pose_begins())) {
-    return;
-  }
+  if (!to_relight.wait_until_taken(kTick) || !sleep_until(just_in_time.pose_begins())) return;
   pose_waits_for_relight = false;
   const std::optional<PlayedFrame> played = to_pose.take(kTick);
-  if (!played) {
-    return;
-  }
+  if (!played) return;
   if (played->round != round) {
     round = played->round;
     builder.restart_tracking();
@@ -241,17 +225,13 @@ void Pipeline::State::pose_turn(std::uint64_t& round) {
       geometry_rest.over(builder.learning() ? kRest : kGeometryRestLater)) {
     put(to_geometry, posed);
   }
-  if (!session.lamps.empty() && lamp_tags_rest.over(kRest)) {
-    put(to_lamp_tags, posed);
-  }
+  if (!session.lamps.empty() && lamp_tags_rest.over(kRest)) put(to_lamp_tags, posed);
   put(to_relight, posed);
 }
 
 void Pipeline::State::relight_turn() {
   const std::shared_ptr<const PosedFrame> posed = to_relight.take(kTick).value_or(nullptr);
-  if (!posed) {
-    return;
-  }
+  if (!posed) return;
   just_in_time.relight_begins();
   const Clock::time_point begin = Clock::now();
   const capture::FrameSet& frame = *posed->played.frame;
@@ -320,9 +300,7 @@ void Pipeline::State::lamp_tags_turn() {
 
 /// Extracts light from the newest fish-eye frame; if there is none, only moves lamps to their newest tag poses.
 void Pipeline::State::light_turn() {
-  if (!sleep_until(light_rest.ends(kRest))) {
-    return;
-  }
+  if (!sleep_until(light_rest.ends(kRest))) return;
   if (const std::optional<FisheyeView> view = to_light.take(kTick)) {
     const ScopedWork work(light_rest);
     const StageTimer timer(metrics, "light");

@@ -4,9 +4,7 @@ namespace lumigraft::server {
 
 void Playback::apply(const PlaybackCommand& command) {
   const std::lock_guard lock(mutex_);
-  if (command.at_s) {
-    orders_.at_s = command.at_s;
-  }
+  if (command.at_s) orders_.at_s = command.at_s;
   orders_.paused = command.paused.value_or(orders_.paused);
   orders_.step = orders_.step || command.step;
 }
@@ -26,9 +24,7 @@ void Playback::shown(double at_s, double length_s) {
 std::optional<Playback::State> Playback::state() const {
   const std::lock_guard lock(mutex_);
   std::optional<State> state = state_;
-  if (state) {
-    state->paused = orders_.paused;
-  }
+  if (state) state->paused = orders_.paused;
   return state;
 }
 

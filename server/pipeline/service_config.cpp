@@ -24,9 +24,7 @@ ServerSettings read_server(const capture::ConfigTable& root) {
     }
     settings.max_viewers = table->integer("max_viewers", 1, 10000, settings.max_viewers);
     settings.jpeg_quality = table->integer("jpeg_quality", 1, 100, settings.jpeg_quality);
-    if (table->has("recordings")) {
-      settings.recordings = table->folder() / table->text("recordings");
-    }
+    if (table->has("recordings")) settings.recordings = table->folder() / table->text("recordings");
     settings.backend = *relight::gpu::backend_named(table->choice("backend", {"best", "vulkan", "egl"}, "best"));
   }
   return settings;
@@ -46,19 +44,13 @@ void read_listen(const std::string& text, const std::string& where, ServerSettin
                               "\", allowed: ADDRESS:PORT, as 127.0.0.1:8080, 0.0.0.0:8080, [::1]:8080 or :8080");
   };
   const std::size_t colon = text.rfind(':');
-  if (colon == std::string::npos) {
-    refuse();
-  }
+  if (colon == std::string::npos) refuse();
   std::string address = text.substr(0, colon);
   int port = -1;
   const char* end = text.data() + text.size();
   const auto [stop, error] = std::from_chars(text.data() + colon + 1, end, port);
-  if (error != std::errc() || stop != end || port < 0 || port > 65535) {
-    refuse();
-  }
-  if (address.empty() || address == "localhost") {
-    address = "127.0.0.1";
-  }
+  if (error != std::errc() || stop != end || port < 0 || port > 65535) refuse();
+  if (address.empty() || address == "localhost") address = "127.0.0.1";
   if (address.size() > 2 && address.front() == '[' && address.back() == ']') {
     address = address.substr(1, address.size() - 2);
   } else if (address.find(':') != std::string::npos) {
@@ -89,9 +81,7 @@ ServiceInput read_service(const ServiceFiles& files, const relight::Plan& defaul
     const capture::ConfigTable root = capture::ConfigTable::load(file, overrides);
     input.session = capture::read_session(root);
     input.session_text = {file, overrides};
-    if (with_own_keys) {
-      read_own_keys(root);
-    }
+    if (with_own_keys) read_own_keys(root);
     finish(root, input);
   };
 

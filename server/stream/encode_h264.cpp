@@ -48,13 +48,9 @@ struct H264Encoder::State {
 H264Encoder::H264Encoder(int width, int height) : state_(std::make_unique<State>()) {
   State& s = *state_;
   const AVCodec* x264 = avcodec_find_encoder_by_name("libx264");
-  if (x264 == nullptr) {
-    throw std::runtime_error("H.264: libavcodec was built without libx264");
-  }
+  if (x264 == nullptr) throw std::runtime_error("H.264: libavcodec was built without libx264");
   s.codec.reset(avcodec_alloc_context3(x264));
-  if (s.codec == nullptr || s.frame == nullptr || s.packet == nullptr) {
-    throw std::runtime_error("H.264: out of memory");
-  }
+  if (s.codec == nullptr || s.frame == nullptr || s.packet == nullptr) throw std::runtime_error("H.264: out of memory");
   s.codec->width = width & ~1;
   s.codec->height = height & ~1;
   s.codec->pix_fmt = AV_PIX_FMT_YUV420P;
@@ -81,9 +77,7 @@ H264Encoder::H264Encoder(int width, int height) : state_(std::make_unique<State>
   check("no picture", av_frame_get_buffer(s.frame.get(), 0));
   s.to_yuv.reset(sws_getContext(s.codec->width, s.codec->height, AV_PIX_FMT_RGB24, s.codec->width, s.codec->height,
                                 AV_PIX_FMT_YUV420P, SWS_BILINEAR, nullptr, nullptr, nullptr));
-  if (s.to_yuv == nullptr) {
-    throw std::runtime_error("H.264: no conversion to 4:2:0");
-  }
+  if (s.to_yuv == nullptr) throw std::runtime_error("H.264: no conversion to 4:2:0");
   const int* bt709 = sws_getCoefficients(SWS_CS_ITU709);
   sws_setColorspaceDetails(s.to_yuv.get(), bt709, 1, bt709, 0, 0, 1 << 16, 1 << 16);
 }
@@ -93,13 +87,9 @@ H264Encoder::~H264Encoder() = default;
 H264Encoder::AccessUnit H264Encoder::encode(const capture::Image<std::uint8_t>& srgb, std::int64_t time_ns, bool key) {
   State& s = *state_;
   const bool first = s.last_pts < 0;
-  if (first) {
-    s.first_time_ns = time_ns;
-  }
+  if (first) s.first_time_ns = time_ns;
   key = key || first || time_ns - s.last_key_ns >= kKeyEvery_ns;
-  if (key) {
-    s.last_key_ns = time_ns;
-  }
+  if (key) s.last_key_ns = time_ns;
   check("no picture", av_frame_make_writable(s.frame.get()));
   const std::uint8_t* rows[] = {srgb.data.data()};
   const int stride[] = {3 * srgb.width};
@@ -114,9 +104,7 @@ H264Encoder::AccessUnit H264Encoder::encode(const capture::Image<std::uint8_t>& 
   unit.key = (s.packet->flags & AV_PKT_FLAG_KEY) != 0;
   unit.bytes.assign(s.packet->data, s.packet->data + s.packet->size);
   av_packet_unref(s.packet.get());
-  if (unit.key) {
-    s.codec_string = find_codec_string(unit.bytes);
-  }
+  if (unit.key) s.codec_string = find_codec_string(unit.bytes);
   return unit;
 }
 

@@ -8,9 +8,7 @@
 namespace lumigraft::server {
 
 JpegEncoder::JpegEncoder(int quality) : quality_(quality), handle_(tjInitCompress()) {
-  if (handle_ == nullptr) {
-    throw std::runtime_error("TurboJPEG does not start");
-  }
+  if (handle_ == nullptr) throw std::runtime_error("TurboJPEG does not start");
 }
 
 JpegEncoder::~JpegEncoder() { tjDestroy(handle_); }

@@ -20,9 +20,7 @@ const char* type_of(std::string_view name) {
 WebReply page_reply(std::string_view path) {
   const std::string_view name = path == "/" ? "index.html" : path.substr(path.empty() ? 0 : 1);
   for (const EmbeddedFile* file = embedded_page_files; file->name != nullptr; ++file) {
-    if (name == file->name) {
-      return {200, type_of(name), {reinterpret_cast<const char*>(file->bytes), file->size}};
-    }
+    if (name == file->name) return {200, type_of(name), {reinterpret_cast<const char*>(file->bytes), file->size}};
   }
   return {.status = 404, .body = "no such page\n"};
 }

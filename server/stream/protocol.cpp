@@ -33,9 +33,7 @@ double number(const nlohmann::json& value, const std::string& key, double low, d
 
 template <int N>
 Eigen::Matrix<double, N, 1> vector(const nlohmann::json& value, const std::string& key, double low, double high) {
-  if (!value.is_array() || value.size() != N) {
-    throw Refused{key + ": an array of " + std::to_string(N) + " numbers"};
-  }
+  if (!value.is_array() || value.size() != N) throw Refused{key + ": an array of " + std::to_string(N) + " numbers"};
   Eigen::Matrix<double, N, 1> result;
   for (int i = 0; i < N; ++i) {
     result[i] = number(value[static_cast<std::size_t>(i)], key, low, high);
@@ -53,9 +51,7 @@ MaterialChange material(const nlohmann::json& value) {
     change.models_own = true;
     return change;
   }
-  if (!value.is_object()) {
-    throw Refused{"material: null or an object"};
-  }
+  if (!value.is_object()) throw Refused{"material: null or an object"};
   for (const auto& [key, v] : value.items()) {
     if (key == "base_color") {
       change.base_color.emplace();
@@ -77,9 +73,7 @@ ObjectCommand object(const nlohmann::json& message) {
   ObjectCommand command;
   bool named = false;
   for (const auto& [key, value] : message.items()) {
-    if (key == "type") {
-      continue;
-    }
+    if (key == "type") continue;
     if (key == "index") {
       command.object = static_cast<std::size_t>(number(value, key, 0, 1e6));
       named = true;
@@ -93,16 +87,12 @@ ObjectCommand object(const nlohmann::json& message) {
       command.position_m = vector<3>(value, key, -kFarthest_m, kFarthest_m);
     } else if (key == "rotation_wxyz") {
       const auto q = vector<4>(value, key, -1e3, 1e3);
-      if (q.norm() < 1e-6) {
-        throw Refused{"rotation_wxyz: a quaternion other than zero"};
-      }
+      if (q.norm() < 1e-6) throw Refused{"rotation_wxyz: a quaternion other than zero"};
       command.rotation = Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized();
     } else if (key == "yaw_degrees") {
       command.yaw_degrees = number(value, key, -36000, 36000);
     } else if (key == "visible") {
-      if (!value.is_boolean()) {
-        throw Refused{"visible: true or false"};
-      }
+      if (!value.is_boolean()) throw Refused{"visible: true or false"};
       command.visible = value.get<bool>();
     } else if (key == "material") {
       command.material = material(value);
@@ -110,12 +100,8 @@ ObjectCommand object(const nlohmann::json& message) {
       throw Refused{"object: index or name, position_m, rotation_wxyz or yaw_degrees, visible, material"};
     }
   }
-  if (!named) {
-    throw Refused{"object: index or name must be there"};
-  }
-  if (command.rotation && command.yaw_degrees) {
-    throw Refused{"object: rotation_wxyz or yaw_degrees, not both"};
-  }
+  if (!named) throw Refused{"object: index or name must be there"};
+  if (command.rotation && command.yaw_degrees) throw Refused{"object: rotation_wxyz or yaw_degrees, not both"};
   return command;
 }
 
@@ -146,30 +132,20 @@ Command parse(const nlohmann::json& message) {
         {"h264", Codec::h264}, {"jpeg", Codec::jpeg}, {"none", Codec::none}};
     const std::string name = message.value("codec", nlohmann::json()).is_string() ? message["codec"] : "";
     const auto codec = codecs.find(name);
-    if (codec == codecs.end()) {
-      throw Refused{"codec: h264, jpeg or none"};
-    }
+    if (codec == codecs.end()) throw Refused{"codec: h264, jpeg or none"};
     return WantCommand{codec->second};
   }
-  if (type == "key") {
-    return KeyCommand{};
-  }
+  if (type == "key") return KeyCommand{};
   if (type == "ack") {
     return AckCommand{
         static_cast<std::uint32_t>(number(message.value("sequence", nlohmann::json()), "sequence", 0, 4294967295.0))};
   }
-  if (type == "object") {
-    return object(message);
-  }
+  if (type == "object") return object(message);
   if (type == "record") {
-    if (!message.contains("on") || !message["on"].is_boolean()) {
-      throw Refused{"on: true or false"};
-    }
+    if (!message.contains("on") || !message["on"].is_boolean()) throw Refused{"on: true or false"};
     return RecordCommandOfViewer{message["on"].get<bool>()};
   }
-  if (type == "playback") {
-    return playback(message);
-  }
+  if (type == "playback") return playback(message);
   throw Refused{"type: want, object, record, playback, key or ack"};
 }
 
@@ -196,9 +172,7 @@ std::shared_ptr<const StreamMessage> make_stream_message(const StreamHeader& hea
 
 Command parse_command(std::string_view text) {
   const nlohmann::json message = nlohmann::json::parse(text, nullptr, /*allow_exceptions=*/false);
-  if (message.is_discarded()) {
-    return BadCommand{"not JSON"};
-  }
+  if (message.is_discarded()) return BadCommand{"not JSON"};
   try {
     return parse(message);
   } catch (const Refused& refused) {

@@ -28,9 +28,7 @@ void ViewerHub::publish(const std::shared_ptr<const StreamMessage>& message) {
   } else {
     constexpr std::size_t kRememberedFrames = 256;
     capture_times_ns_.emplace_back(message->header.sequence, message->header.capture_time_ns);
-    if (capture_times_ns_.size() > kRememberedFrames) {
-      capture_times_ns_.pop_front();
-    }
+    if (capture_times_ns_.size() > kRememberedFrames) capture_times_ns_.pop_front();
   }
   for (const auto& viewer : std::set(viewers_)) {  // a copy: offer() may remove a viewer
     viewer->offer(message);

@@ -27,9 +27,7 @@ bool ViewerQueue::offer_frame(std::shared_ptr<const StreamMessage> message) {
     config_sent_ = false;
     return false;
   }
-  if (codec_ != (kind == StreamKind::jpeg ? Codec::jpeg : Codec::h264)) {
-    return false;
-  }
+  if (codec_ != (kind == StreamKind::jpeg ? Codec::jpeg : Codec::h264)) return false;
   if (kind != StreamKind::h264_delta) {
     const bool dropped = !frames_.empty();
     frames_.clear();
@@ -37,9 +35,7 @@ bool ViewerQueue::offer_frame(std::shared_ptr<const StreamMessage> message) {
     needs_key_ = false;
     return dropped;
   }
-  if (needs_key_) {
-    return true;
-  }
+  if (needs_key_) return true;
   if (frames_.size() >= kLongestRun) {
     frames_.clear();
     needs_key_ = true;
@@ -52,9 +48,7 @@ bool ViewerQueue::offer_frame(std::shared_ptr<const StreamMessage> message) {
 bool ViewerQueue::acknowledge(std::uint32_t sequence) {
   acknowledges_ = true;
   const auto known = std::find(under_way_.begin(), under_way_.end(), sequence);
-  if (known == under_way_.end()) {
-    return false;
-  }
+  if (known == under_way_.end()) return false;
   under_way_.erase(under_way_.begin(), known + 1);  // earlier frames were skipped by the viewer
   held_back_ = 0;
   return true;
@@ -72,12 +66,8 @@ std::optional<ViewerQueue::Outgoing> ViewerQueue::next_text() {
 }
 
 std::optional<ViewerQueue::Outgoing> ViewerQueue::next() {
-  if (std::optional<Outgoing> text = next_text()) {
-    return text;
-  }
-  if (frames_.empty() || owes_acknowledgements()) {
-    return std::nullopt;
-  }
+  if (std::optional<Outgoing> text = next_text()) return text;
+  if (frames_.empty() || owes_acknowledgements()) return std::nullopt;
   if (frames_.front()->header.kind == StreamKind::h264_key && config_ && !config_sent_) {
     config_sent_ = true;
     return config_;
@@ -85,9 +75,7 @@ std::optional<ViewerQueue::Outgoing> ViewerQueue::next() {
   auto frame = std::move(frames_.front());
   frames_.pop_front();
   under_way_.push_back(frame->header.sequence);
-  if (under_way_.size() > kMaxInFlight) {
-    under_way_.pop_front();
-  }
+  if (under_way_.size() > kMaxInFlight) under_way_.pop_front();
   return frame;
 }
 

@@ -81,9 +81,7 @@ class Connection : public Viewer, public std::enable_shared_from_this<Connection
   Codec codec() const override { return queue_.codec(); }
 
   void offer(const std::shared_ptr<const StreamMessage>& message) override {
-    if (queue_.offer(message)) {
-      server_.metrics.drop("viewer");
-    }
+    if (queue_.offer(message)) server_.metrics.drop("viewer");
     write_next();
   }
 
@@ -93,9 +91,7 @@ class Connection : public Viewer, public std::enable_shared_from_this<Connection
   }
 
   void close() {
-    if (closed_) {
-      return;
-    }
+    if (closed_) return;
     closed_ = true;
     write_timer_.cancel();
     error_code ignored;
@@ -145,9 +141,7 @@ class Connection : public Viewer, public std::enable_shared_from_this<Connection
     response->set("X-Content-Type-Options", "nosniff");
     response->set("Content-Security-Policy", "default-src 'self'; img-src 'self' blob: data:");
     response->content_length(content.body.size());
-    if (parser_->get().method() != http::verb::head) {
-      response->body() = std::move(content.body);
-    }
+    if (parser_->get().method() != http::verb::head) response->body() = std::move(content.body);
     stream_.expires_after(server_.settings.write_timeout);
     http::async_write(stream_, *response,
                       [self = shared_from_this(), response, keep_alive](error_code error, std::size_t) {
@@ -170,15 +164,11 @@ class Connection : public Viewer, public std::enable_shared_from_this<Connection
     socket().set_option(tcp::no_delay(true), ignored);
     socket().set_option(asio::socket_base::send_buffer_size(kSendBuffer_bytes), ignored);
     websocket_->async_accept(parser_->get(), [self = shared_from_this()](error_code error) {
-      if (error) {
-        return self->close();
-      }
+      if (error) return self->close();
       self->open_ = true;
       self->buffer_.consume(self->buffer_.size());
       self->queue_.offer_text("hello", self->server_.handlers.hello());
-      if (self->server_.hub.config()) {
-        self->queue_.offer(self->server_.hub.config());
-      }
+      if (self->server_.hub.config()) self->queue_.offer(self->server_.hub.config());
       self->write_next();
       self->read_message();
     });
@@ -187,17 +177,13 @@ class Connection : public Viewer, public std::enable_shared_from_this<Connection
   void read_message() {
     websocket_->async_read(buffer_, [self = shared_from_this()](error_code error, std::size_t) {
       if (error) {
-        if (error == websocket::error::message_too_big) {
-          self->server_.metrics.refused_connection();
-        }
+        if (error == websocket::error::message_too_big) self->server_.metrics.refused_connection();
         return self->close();
       }
       const std::string text = beast::buffers_to_string(self->buffer_.data());
       self->buffer_.consume(self->buffer_.size());
       self->obey(self->websocket_->got_text() ? parse_command(text) : BadCommand{"messages are JSON text"});
-      if (!self->leaving_) {
-        self->read_message();
-      }
+      if (!self->leaving_) self->read_message();
     });
   }
 
@@ -210,15 +196,11 @@ class Connection : public Viewer, public std::enable_shared_from_this<Connection
     } else if (std::holds_alternative<KeyCommand>(command)) {
       server_.demand.key = true;
     } else if (const auto* ack = std::get_if<AckCommand>(&command)) {
-      if (queue_.acknowledge(ack->sequence)) {
-        server_.hub.acknowledged(ack->sequence);
-      }
+      if (queue_.acknowledge(ack->sequence)) server_.hub.acknowledged(ack->sequence);
       write_next();
     } else if (const auto* object = std::get_if<ObjectCommand>(&command)) {
       wrong = server_.handlers.change_object(*object);
-      if (!wrong) {
-        server_.objects_changed();
-      }
+      if (!wrong) server_.objects_changed();
     } else if (const auto* record = std::get_if<RecordCommandOfViewer>(&command)) {
       wrong = server_.handlers.record(record->on);
     } else if (const auto* playback = std::get_if<PlaybackCommand>(&command)) {
@@ -228,22 +210,16 @@ class Connection : public Viewer, public std::enable_shared_from_this<Connection
     }
     if (wrong) {
       queue_.offer_text("error", error_message(*wrong));
-      if (++bad_messages_ > 1) {
-        return leave(websocket::close_code::policy_error);
-      }
+      if (++bad_messages_ > 1) return leave(websocket::close_code::policy_error);
       write_next();
     }
   }
 
   void write_next() {
-    if (closed_ || !open_ || writing_) {
-      return;
-    }
+    if (closed_ || !open_ || writing_) return;
     std::optional<ViewerQueue::Outgoing> next = leaving_ ? queue_.next_text() : queue_.next();
     if (!next) {
-      if (leaving_) {
-        send_close();
-      }
+      if (leaving_) send_close();
       return;
     }
     writing_ = std::move(*next);
@@ -261,18 +237,14 @@ class Connection : public Viewer, public std::enable_shared_from_this<Connection
   }
 
   void send_close() {
-    if (std::exchange(close_sent_, true)) {
-      return;
-    }
+    if (std::exchange(close_sent_, true)) return;
     watch_write();
     websocket_->async_close(*leaving_, [self = shared_from_this()](error_code) { self->close(); });
   }
 
   /// Closes the websocket with a reason, after the current write.
   void leave(websocket::close_code code) {
-    if (closed_ || !open_ || leaving_) {
-      return;
-    }
+    if (closed_ || !open_ || leaving_) return;
     leaving_ = code;
     write_next();
   }
@@ -305,15 +277,11 @@ class Connection : public Viewer, public std::enable_shared_from_this<Connection
 
 void WebServer::State::accept() {
   acceptor.async_accept([this](error_code error, tcp::socket socket) {
-    if (error == asio::error::operation_aborted) {
-      return;
-    }
+    if (error == asio::error::operation_aborted) return;
     if (error) {  // no file descriptors left: retry later
       accept_timer.expires_after(std::chrono::milliseconds(100));
       accept_timer.async_wait([this](error_code stopped) {
-        if (!stopped) {
-          accept();
-        }
+        if (!stopped) accept();
       });
       return;
     }
@@ -344,15 +312,11 @@ void WebServer::State::forget(const std::shared_ptr<Connection>& connection) {
 }
 
 void WebServer::State::objects_changed() {
-  if (std::exchange(state_waits, true)) {
-    return;
-  }
+  if (std::exchange(state_waits, true)) return;
   state_timer.expires_after(kStatesApart);
   state_timer.async_wait([this](error_code error) {
     state_waits = false;
-    if (!error) {
-      hub.publish_text("state", handlers.state());
-    }
+    if (!error) hub.publish_text("state", handlers.state());
   });
 }
 
@@ -391,9 +355,7 @@ void WebServer::publish_text(const std::string& kind, std::string text) {
 
 void WebServer::stop() {
   State& s = *state_;
-  if (!s.thread.joinable()) {
-    return;
-  }
+  if (!s.thread.joinable()) return;
   asio::post(s.io, [&s] {
     error_code ignored;
     s.acceptor.close(ignored);

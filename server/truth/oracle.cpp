@@ -47,9 +47,7 @@ reconstruct::PointLight true_light(const TrueLamp& lamp, const Eigen::Vector3d& 
   light.intensity = (lamp.radiance * lamp.seen_area_m2(probe_m)).cast<float>();
   light.radius_m = static_cast<float>(lamp.radius_m);
   light.flat = !lamp.normal.isZero() && light.intensity.maxCoeff() > 0;
-  if (light.flat) {
-    light.normal = lamp.normal.cast<float>();
-  }
+  if (light.flat) light.normal = lamp.normal.cast<float>();
   light.angular_radius_rad = static_cast<float>(std::atan(lamp.radius_m / distance_m));
   return light;
 }
@@ -80,9 +78,7 @@ OracleParts parse_oracle_parts(const std::string& list) {
 std::string name_of(const OracleParts& parts) {
   std::string name;
   for (const auto& [part, taken] : kOracleParts) {
-    if (parts.*taken) {
-      name += (name.empty() ? "" : "+") + std::string(part);
-    }
+    if (parts.*taken) name += (name.empty() ? "" : "+") + std::string(part);
   }
   return name.empty() ? "none" : name;
 }
@@ -99,9 +95,7 @@ reconstruct::Illumination with_true_lamps(const reconstruct::Illumination& split
   const auto add_if_out_of_view = [&](reconstruct::PointLight light) {
     const Eigen::Vector3d seen_along = fisheye.T_tag_fisheye.rotation().transpose() * light.direction.cast<double>();
     const std::optional<Eigen::Vector2d> pixel = fisheye.model.project(seen_along);
-    if (pixel && fisheye.model.inside(*pixel)) {
-      return;
-    }
+    if (pixel && fisheye.model.inside(*pixel)) return;
     light.id = next_id++;
     result.lights.push_back(light);
   };
@@ -130,23 +124,17 @@ reconstruct::Illumination with_true_lamps(const reconstruct::Illumination& split
 
 Oracle::Oracle(const capture::Session& session, const OracleParts& parts)
     : session_(session), parts_(parts), light_(session) {
-  if (parts.pose) {
-    read_true_pose(file(0, "pose.json"));
-  }
+  if (parts.pose) read_true_pose(file(0, "pose.json"));
   if (parts.geometry) {
     read_true_depth(file(0, "depth.exr"));
     const std::filesystem::path room = session.folder / "truth" / "real_scene.ply";
-    if (std::filesystem::exists(room)) {
-      surface_.emplace(room);
-    }
+    if (std::filesystem::exists(room)) surface_.emplace(room);
   }
   if (parts.light) {
     read_true_lamps(file(0, "lights.json"));
     capture::refuse_if(!session.fisheye,
                        "--oracle light: " + session.name + " has no [fisheye], allowed: a session with one");
-    if (read_true_sky(file(0, "lights.json")).is_picture) {
-      environment_.emplace(session);
-    }
+    if (read_true_sky(file(0, "lights.json")).is_picture) environment_.emplace(session);
   }
   if (parts.albedo) {
     read_true_picture(file(0, "albedo.exr"));
@@ -194,13 +182,9 @@ capture::FisheyeFrames Oracle::fisheye(const capture::FrameSet& frame) const {
       break;
     }
   }
-  if (!environment_ || frames.empty()) {
-    return frames;
-  }
+  if (!environment_ || frames.empty()) return frames;
   capture::RadianceImage picture = capture::merge_bracket(frames, session_.fisheye->response);
-  if (picture.clipped_fraction == 0) {
-    return frames;
-  }
+  if (picture.clipped_fraction == 0) return frames;
   if (frames.front()->radiance.empty()) {
     capture::undo_vignetting(picture, capture::vignetting_gain(session_.fisheye->vignetting, session_.fisheye->model));
   }
@@ -212,9 +196,7 @@ std::shared_ptr<const reconstruct::Illumination> Oracle::illumination(const capt
   capture::FrameSet lit = frame;
   lit.fisheye = fisheye(frame);
   const std::shared_ptr<const reconstruct::Illumination> split = light_.extract(lit).illumination;
-  if (!split) {
-    return nullptr;
-  }
+  if (!split) return nullptr;
   const std::vector<reconstruct::PointLight> far =
       environment_ ? environment_->lamps() : std::vector<reconstruct::PointLight>{};
   return std::make_shared<const reconstruct::Illumination>(
@@ -222,9 +204,7 @@ std::shared_ptr<const reconstruct::Illumination> Oracle::illumination(const capt
 }
 
 std::shared_ptr<const reconstruct::Enclosure> Oracle::enclosure(const reconstruct::Illumination& light) const {
-  if (!surface_) {
-    return nullptr;
-  }
+  if (!surface_) return nullptr;
   const std::optional<reconstruct::Enclosure> room =
       reconstruct::close_room(surface_->seen_from(light.probe_position_m), light, {});
   return room ? std::make_shared<const reconstruct::Enclosure>(*room) : nullptr;
@@ -236,9 +216,7 @@ std::shared_ptr<const reconstruct::AlbedoField> Oracle::albedo(const capture::Fr
   auto next =
       albedo_ ? std::make_shared<reconstruct::AlbedoField>(*albedo_) : std::make_shared<reconstruct::AlbedoField>();
   const std::filesystem::path path = file(frame.index, "albedo.exr");
-  if (albedo_ && !std::filesystem::exists(path)) {
-    return albedo_;
-  }
+  if (albedo_ && !std::filesystem::exists(path)) return albedo_;
   const capture::Image<float> albedo = read_true_picture(path);
   const capture::Image<float> depth_m = read_true_depth(file(frame.index, "depth.exr"));
   const capture::CameraModel& camera = session_.color.model;
@@ -248,33 +226,23 @@ std::shared_ptr<const reconstruct::AlbedoField> Oracle::albedo(const capture::Fr
   for (const auto& [key, brick] : field.bricks) {
     std::shared_ptr<reconstruct::AlbedoBrick> seen;
     for (int i = 0; i < reconstruct::kBrickVoxels; ++i) {
-      if (brick->weight[i] <= 0 || std::abs(brick->distance_m[i]) > kSurfaceBand_voxels * field.voxel_m) {
-        continue;
-      }
+      if (brick->weight[i] <= 0 || std::abs(brick->distance_m[i]) > kSurfaceBand_voxels * field.voxel_m) continue;
       const Eigen::Vector3d p = T_camera_tag * (field.voxel_m * reconstruct::voxel_in(key, i).cast<double>());
       const std::optional<Eigen::Vector2d> pixel = p.z() > 0 ? camera.project(p) : std::nullopt;
-      if (!pixel || !camera.inside(*pixel)) {
-        continue;
-      }
+      if (!pixel || !camera.inside(*pixel)) continue;
       const std::optional<Eigen::Vector3f> seen_albedo =
           picture_at(albedo, depth_m, *pixel, p.z(), kSameSurface_voxels * field.voxel_m);
-      if (!seen_albedo) {
-        continue;
-      }
+      if (!seen_albedo) continue;
       if (!seen) {
         const auto before = next->bricks.find(key);
         seen = before != next->bricks.end() ? std::make_shared<reconstruct::AlbedoBrick>(*before->second)
                                             : std::make_shared<reconstruct::AlbedoBrick>();
-        if (before == next->bricks.end()) {
-          seen->sigma.fill(-1.0f);
-        }
+        if (before == next->bricks.end()) seen->sigma.fill(-1.0f);
       }
       seen->albedo[i] = *seen_albedo;
       seen->sigma[i] = kTruthSigma;
     }
-    if (seen) {
-      next->bricks[key] = std::move(seen);
-    }
+    if (seen) next->bricks[key] = std::move(seen);
   }
   albedo_ = next;
   return next;

@@ -62,9 +62,7 @@ std::vector<relight::ReferenceMesh> read_meshes(const capture::Session& session)
   const std::vector<std::vector<std::uint32_t>> groups = grouped(*all, known);
   std::vector<relight::ReferenceMesh> meshes;
   for (std::size_t i = 0; i < groups.size(); ++i) {
-    if (groups[i].empty()) {
-      continue;
-    }
+    if (groups[i].empty()) continue;
     auto model = std::make_shared<relight::Model>(*all);
     model->indices = groups[i];
     model->parts.assign(1, {});
@@ -72,9 +70,7 @@ std::vector<relight::ReferenceMesh> read_meshes(const capture::Session& session)
     model->parts[0].index_count = static_cast<std::uint32_t>(groups[i].size());
     relight::ReferenceMesh mesh;
     mesh.model = std::move(model);
-    if (i < known.size()) {
-      mesh.material = known[i].material;
-    }
+    if (i < known.size()) mesh.material = known[i].material;
     mesh.seen = i == known.size();
     meshes.push_back(std::move(mesh));
   }
@@ -86,9 +82,7 @@ relight::ReferenceLamp lamp_of(const TrueLamp& truth) {
   lamp.centre_m = truth.centre_m.cast<float>();
   lamp.radiance = truth.radiance.cast<float>().array();
   lamp.radius_m = static_cast<float>(truth.radius_m);
-  if (truth.normal.isZero()) {
-    return lamp;
-  }
+  if (truth.normal.isZero()) return lamp;
   lamp.normal = truth.normal.cast<float>();
   lamp.shape = relight::ReferenceLamp::Shape::disc;
   if (!truth.size_m.isZero()) {
@@ -116,9 +110,7 @@ void TrueRoom::take(const std::filesystem::path& folder) {
   }
   const TrueSky sky = read_true_sky(folder / "lights.json");
   next->background = sky.constant.cast<float>().array();
-  if (sky.is_picture) {
-    next->environment.radiance = read_true_picture(session_.folder / "truth" / "environment.exr");
-  }
+  if (sky.is_picture) next->environment.radiance = read_true_picture(session_.folder / "truth" / "environment.exr");
   // A frame without material pictures uses those of the first frame, which has all.
   const bool own = std::filesystem::exists(folder / "albedo.exr");
   next->seen = std::make_shared<const relight::SeenMaterials>(
@@ -129,9 +121,7 @@ void TrueRoom::take(const std::filesystem::path& folder) {
 
 std::shared_ptr<const relight::ReferenceScene> TrueRoom::at(const capture::FrameSet& frame) {
   const std::filesystem::path folder = truth_folder(session_.folder, frame.index);
-  if (folder != folder_) {
-    take(folder);
-  }
+  if (folder != folder_) take(folder);
   return scene_;
 }
 

@@ -35,9 +35,7 @@ Eigen::Vector3d vector(const nlohmann::json& json) {
 }  // namespace
 
 double TrueLamp::seen_area_m2(const Eigen::Vector3d& from_m) const {
-  if (normal.isZero()) {
-    return std::numbers::pi * radius_m * radius_m;
-  }
+  if (normal.isZero()) return std::numbers::pi * radius_m * radius_m;
   return area_m2 * std::max(0.0, normal.dot((from_m - centre_m).normalized()));
 }
 
@@ -90,9 +88,7 @@ TrueSky read_true_sky(const std::filesystem::path& lights_json) {
     const auto entry = json.find("environment");
     if (entry != json.end() && !entry->is_null()) {
       sky.is_picture = !entry->contains("constant");
-      if (!sky.is_picture) {
-        sky.constant = vector(entry->at("constant"));
-      }
+      if (!sky.is_picture) sky.constant = vector(entry->at("constant"));
     }
     return sky;
   });

@@ -83,7 +83,7 @@ const PipelineObjects& VulkanCompute::objects() const {
   return objects_;
 }
 
-VulkanRaster::VulkanRaster(std::shared_ptr<Context> context, const RasterDesc& desc, const ShaderCode& vertex,
+VulkanRaster::VulkanRaster(const std::shared_ptr<Context>& context, const RasterDesc& desc, const ShaderCode& vertex,
                            const ShaderCode& fragment)
     : objects_(context), desc_(desc) {
   objects_.name = std::string(vertex.name) + " + " + std::string(fragment.name);

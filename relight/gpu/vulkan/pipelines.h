@@ -36,7 +36,7 @@ class VulkanCompute final : public ComputePipeline {
 
 class VulkanRaster final : public RasterPipeline {
  public:
-  VulkanRaster(std::shared_ptr<Context> context, const RasterDesc& desc, const ShaderCode& vertex,
+  VulkanRaster(const std::shared_ptr<Context>& context, const RasterDesc& desc, const ShaderCode& vertex,
                const ShaderCode& fragment);
   const PipelineObjects& objects() const { return objects_; }
   const Context* context() const { return objects_.context.get(); }
