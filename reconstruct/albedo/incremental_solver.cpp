@@ -206,11 +206,12 @@ IncrementalSolver::Part IncrementalSolver::part_of(const std::set<SampleCell>& c
   }
   const std::size_t open = part.samples.size();
   for (const auto& [cell, sample] : samples_) {
-    const bool next_to = std::any_of(
-        part.samples.begin(), part.samples.begin() + static_cast<std::ptrdiff_t>(open), [&](const SurfaceSample& own) {
-          const float reach_m = kAlbedoParameters.lighting.neighbour_reach * own.size_m;
-          return (own.position - sample.surface.position).squaredNorm() < reach_m * reach_m;
-        });
+    const Eigen::Vector3f& position = sample.surface.position;
+    const bool next_to = std::any_of(part.samples.begin(), part.samples.begin() + static_cast<std::ptrdiff_t>(open),
+                                     [&](const SurfaceSample& own) {
+                                       const float reach_m = kAlbedoParameters.lighting.neighbour_reach * own.size_m;
+                                       return (own.position - position).squaredNorm() < reach_m * reach_m;
+                                     });
     if (!next_to) continue;
     part.samples.push_back(sample.surface);
     gathered.push_back(sample.gathered);

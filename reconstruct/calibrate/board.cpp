@@ -42,7 +42,8 @@ Vector2d Board::extent_m() const {
 }
 
 Vector3d Board::place_m(int index) const {
-  const double column = index % columns - 0.5 * (columns - 1), row = 0.5 * (rows - 1) - index / columns;
+  const int at_row = index / columns, at_column = index % columns;
+  const double column = at_column - 0.5 * (columns - 1), row = 0.5 * (rows - 1) - at_row;
   return {column * pitch_m(), row * pitch_m(), 0.0};
 }
 
@@ -66,9 +67,7 @@ Board read_board(const capture::ConfigTable& root) {
   board.rows = root.integer("rows", tags ? 1 : 3, 100);
   board.columns = root.integer("columns", tags ? 1 : 3, 100);
   board.size_m = root.number("size_m", 0.001, kLargest_m);
-  if (!tags) {
-    return board;
-  }
+  if (!tags) return board;
   board.family = root.choice("family", {"tag36h11", "tag25h9", "tag16h5"}, board.family);
   // Default: the quiet border of a tag, which is one cell. With less paper, the blur of a neighbouring tag reaches into
   // it.
