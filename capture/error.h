@@ -14,9 +14,7 @@ class InputError : public std::runtime_error {
 
 /// For checks of input: throws it where `wrong`.
 inline void refuse_if(bool wrong, const std::string& found_and_allowed) {
-  if (wrong) {
-    throw InputError(found_and_allowed);
-  }
+  if (wrong) throw InputError(found_and_allowed);
 }
 
 /// A camera that cannot be opened now but may be later: absent, in use, or without permission.

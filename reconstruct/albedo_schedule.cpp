@@ -26,10 +26,18 @@ double AlbedoSchedule::light_change(const Illumination& light) const {
   return sum > 0 ? difference / sum : 0;
 }
 
+bool AlbedoSchedule::lamp_moved(const Illumination& light) const {
+  return std::any_of(light.lights.begin(), light.lights.end(), [&](const PointLight& now) {
+    return std::any_of(known_->lights.begin(), known_->lights.end(), [&](const PointLight& before) {
+      return before.id == now.id && angle_between(before.direction, now.direction) > kMovedLamp_rad;
+    });
+  });
+}
+
 bool AlbedoSchedule::changed_much(const DistanceField& field, const Illumination& light) const {
   if (!known_) return true;
   return static_cast<double>(field.bricks.size()) > kMuchMoreRoom * static_cast<double>(known_->field->bricks.size()) ||
-         light_change(light) > kMuchLight;
+         light_change(light) > kMuchLight || lamp_moved(light);
 }
 
 bool AlbedoSchedule::changed(const DistanceField& field, const Illumination& light) const {

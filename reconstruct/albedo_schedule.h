@@ -50,8 +50,9 @@ class FramePace : public AlbedoPace {
 
 class AlbedoSchedule {
  public:
-  static constexpr double kMuchMoreRoom = 1.25;  ///< ratio of bricks above which a solution is due at once
-  static constexpr double kMuchLight = 0.2;      ///< the same for the relative change of the lamps' irradiance
+  static constexpr double kMuchMoreRoom = 1.25;    ///< ratio of bricks above which a solution is due at once
+  static constexpr double kMuchLight = 0.2;        ///< the same for the relative change of the lamps' irradiance
+  static constexpr float kMovedLamp_rad = 0.014f;  ///< 0.8°: a lamp that turned farther is searched again at once
   static constexpr int kMaxPatience = 8;
   static constexpr float kLittle = 0.01f;  ///< relative change of albedo or light
   static constexpr float kFew = 0.05f;     ///< fraction of newly known samples; relative decrease of their deviation
@@ -96,6 +97,7 @@ class AlbedoSchedule {
     std::vector<PointLight> lights;
   };
   double light_change(const Illumination& light) const;
+  bool lamp_moved(const Illumination& light) const;
   bool changed_much(const DistanceField& field, const Illumination& light) const;
   bool changed(const DistanceField& field, const Illumination& light) const;
 

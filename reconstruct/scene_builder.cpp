@@ -7,6 +7,7 @@
 #include "capture/sync/depth_registration.h"
 #include "reconstruct/fusion/fusion.h"
 #include "reconstruct/light/light.h"
+#include "reconstruct/light/light_change.h"
 #include "reconstruct/pose/lamp_tags.h"
 #include "reconstruct/pose/pose.h"
 #include "reconstruct/room/enclosure.h"
@@ -60,6 +61,23 @@ class NewestLampTags {
   std::int64_t time_ns_ = 0;
 };
 
+/// What the colour camera showed of hidden lamps, until the light stage takes it.
+class HiddenLampNews {
+ public:
+  void put(HiddenLamps hidden) {
+    std::lock_guard lock(mutex_);
+    hidden_ = std::move(hidden);
+  }
+  HiddenLamps take() {
+    std::lock_guard lock(mutex_);
+    return std::exchange(hidden_, {});
+  }
+
+ private:
+  std::mutex mutex_;
+  HiddenLamps hidden_;
+};
+
 }  // namespace
 
 struct SceneBuilder::State {
@@ -71,11 +89,13 @@ struct SceneBuilder::State {
   ColorGainStage color_gain;
   std::atomic<float> color_brightness = 1;  ///< newest gain, mean of the channels
   FusionStage fusion;
+  std::shared_ptr<const Illumination> fused_light;  ///< measured when radiance was last fused
   AlbedoStage albedo;
   EnclosureStage enclosure;
   AlbedoSchedule schedule;
   std::atomic<bool> learning = true;
   NewestLampTags newest_lamp_tags;
+  HiddenLampNews hidden_lamps;
   SceneStore store;
 
   State(const capture::Session& session, SceneOverrides the_overrides, std::unique_ptr<AlbedoPace> pace)
@@ -128,6 +148,7 @@ LampTagStage::Result SceneBuilder::locate_lamp_tags(const capture::FrameSet& fra
 
 void SceneBuilder::extract_light(const capture::FisheyeFrames& fisheye, const capture::Frame* color) {
   State& s = *state_;
+  s.light.resolve_hidden(s.hidden_lamps.take());
   const std::int64_t time_ns = fisheye.empty() ? s.newest_lamp_tags.time_ns() : fisheye.front()->stamp.time_ns;
   LightStage::Result result = s.light.extract(fisheye, color, s.newest_lamp_tags.at(time_ns), s.color_brightness);
   s.store.publish_light(std::move(result.illumination));
@@ -139,12 +160,22 @@ ColorGainStage::Result SceneBuilder::estimate_color_gain(const capture::FrameSet
   State& s = *state_;
   ColorGainStage::Result result = s.color_gain.estimate(frame, pose, s.store.newest().illumination);
   s.color_brightness = result.gain.mean();
+  s.hidden_lamps.put(result.hidden);
   return result;
 }
 
 void SceneBuilder::fuse_depth(const capture::FrameSet& frame, const Pose& pose) {
   State& s = *state_;
-  s.store.publish_field(s.fusion.fuse(frame, pose));
+  double light_change = 0;
+  if (const auto light = s.store.measured_light(); light && light != s.fused_light) {
+    if (s.fused_light) light_change = relative_change(*light, *s.fused_light);
+    // Smaller ones are noise of the fish-eye's image, and would accumulate.
+    if (s.fused_light && light_change < AlbedoSchedule::kLittle)
+      light_change = 0;
+    else
+      s.fused_light = light;
+  }
+  s.store.publish_field(s.fusion.fuse(frame, pose, light_change));
   s.store.publish_warnings("geometry", s.fusion.warnings());
 }
 
@@ -220,6 +251,7 @@ BuildResult SceneBuilder::build(const capture::FrameSet& sensed) {
     ColorGainStage::Result result = estimate_color_gain(frame, pose);
     built.frame.color_gain = {result.gain[0], result.gain[1], result.gain[2]};
     append_warnings(built.warnings, result.warnings);
+    if (!s.overrides.light && !result.hidden.off.empty()) extract_light({}, nullptr);
   });
   if (pose && pose->age_ns == 0 && frame.depth) run_stage(built, "fuse", [&] { fuse_depth(frame, *pose); });
   run_if_due(built, "albedo", [&] { return solve_albedo(); });

@@ -89,9 +89,7 @@ Bytes file_header(const MatroskaTrack& track) {
 
 MatroskaFile::MatroskaFile(const std::filesystem::path& file, const MatroskaTrack& track)
     : file_(file), descriptor_(open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666)) {
-  if (descriptor_.number() < 0) {
-    throw std::runtime_error(file.string() + ": " + std::generic_category().message(errno));
-  }
+  if (descriptor_.number() < 0) throw std::runtime_error(file.string() + ": " + std::generic_category().message(errno));
   write({file_header(track)});
 }
 

@@ -35,9 +35,7 @@ struct PngWriter {
 template <typename Rows>
 void write_rows(const std::filesystem::path& path, int width, int height, int bits, int color_type, const Rows& rows) {
   const std::unique_ptr<std::FILE, CloseFile> file(std::fopen(path.c_str(), "wb"));
-  if (!file) {
-    throw std::runtime_error(path.string() + ": " + std::strerror(errno));
-  }
+  if (!file) throw std::runtime_error(path.string() + ": " + std::strerror(errno));
   try {
     PngWriter w;
     png_init_io(w.png, file.get());
@@ -55,9 +53,7 @@ void write_rows(const std::filesystem::path& path, int width, int height, int bi
       png_write_row(w.png, rows(y));
     }
     png_write_end(w.png, w.info);
-    if (std::fflush(file.get()) != 0) {
-      throw std::runtime_error(std::strerror(errno));
-    }
+    if (std::fflush(file.get()) != 0) throw std::runtime_error(std::strerror(errno));
   } catch (const std::exception& e) {
     throw std::runtime_error(path.string() + ": " + e.what());
   }

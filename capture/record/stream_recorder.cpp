@@ -21,9 +21,7 @@ class StreamRecorder::DepthEncoder {
   DepthEncoder(int width, int height) {
     const AVCodec* codec = avcodec_find_encoder(AV_CODEC_ID_FFV1);
     context_.reset(codec != nullptr ? avcodec_alloc_context3(codec) : nullptr);
-    if (!context_ || !frame_ || !packet_) {
-      throw std::runtime_error("found no FFV1 encoder in libavcodec");
-    }
+    if (!context_ || !frame_ || !packet_) throw std::runtime_error("found no FFV1 encoder in libavcodec");
     context_->width = width;
     context_->height = height;
     context_->pix_fmt = AV_PIX_FMT_GRAY16LE;
@@ -41,9 +39,7 @@ class StreamRecorder::DepthEncoder {
     frame_->format = context_->pix_fmt;
     frame_->width = width;
     frame_->height = height;
-    if (av_frame_get_buffer(frame_.get(), 0) < 0) {
-      throw std::bad_alloc();
-    }
+    if (av_frame_get_buffer(frame_.get(), 0) < 0) throw std::bad_alloc();
   }
 
   std::vector<std::uint8_t> configuration() const {
@@ -52,9 +48,7 @@ class StreamRecorder::DepthEncoder {
 
   /// Valid until the next call.
   std::span<const std::uint8_t> encode(const Image<std::uint16_t>& counts) {
-    if (av_frame_make_writable(frame_.get()) < 0) {
-      throw std::bad_alloc();
-    }
+    if (av_frame_make_writable(frame_.get()) < 0) throw std::bad_alloc();
     for (int y = 0; y < counts.height; ++y) {
       std::memcpy(frame_->data[0] + static_cast<std::ptrdiff_t>(y) * frame_->linesize[0], &counts.at(0, y),
                   2 * static_cast<std::size_t>(counts.width));

@@ -79,9 +79,7 @@ class MkvSource::Reader {
               "found a stream that cannot be decoded");
     codec_->err_recognition = AV_EF_CRCCHECK | AV_EF_BITSTREAM | AV_EF_BUFFER | AV_EF_EXPLODE;
     refuse_if(avcodec_open2(codec_.get(), codec, nullptr) < 0, "found a stream that cannot be decoded");
-    if (!frame_ || !packet_) {
-      throw std::bad_alloc();
-    }
+    if (!frame_ || !packet_) throw std::bad_alloc();
   }
 
   /// Seeks to the latest key cluster that is not after `time_ns`; frames before `time_ns` are then skipped.
@@ -287,9 +285,7 @@ MkvSource::MkvSource(const std::filesystem::path& file, const StreamSpec& spec) 
     reader_ = std::make_unique<Reader>(file, spec);
     ahead_ = reader_->next();
     refuse_if(!ahead_, "found a Matroska file without a picture");
-    if (const auto* lost = std::get_if<LostFrame>(&*ahead_)) {
-      throw InputError("first picture: " + lost->reason);
-    }
+    if (const auto* lost = std::get_if<LostFrame>(&*ahead_)) throw InputError("first picture: " + lost->reason);
     first_time_ns_ = stamp_of(*ahead_).time_ns;
   });
 }

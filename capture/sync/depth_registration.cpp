@@ -22,14 +22,10 @@ void fill_resampling_holes(Image<float>& depth_m, const std::vector<int>& origin
     const int ay = y - dy;
     const int bx = x + dx;
     const int by = y + dy;
-    if (ax < 0 || ay < 0 || bx >= before.width || by >= before.height) {
-      return false;
-    }
+    if (ax < 0 || ay < 0 || bx >= before.width || by >= before.height) return false;
     const int a = origin[before.index(ax, ay)];
     const int b = origin[before.index(bx, by)];
-    if (a == kNone || b == kNone || !neighbours(a, b, origin_width)) {
-      return false;
-    }
+    if (a == kNone || b == kNone || !neighbours(a, b, origin_width)) return false;
     depth_m.at(x, y) = 0.5f * (before.at(ax, ay) + before.at(bx, by));
     return true;
   };
@@ -46,9 +42,7 @@ void fill_resampling_holes(Image<float>& depth_m, const std::vector<int>& origin
 
 DepthRegistration::DepthRegistration(const DepthCamera& depth, const CameraModel& color)
     : depth_(depth), color_(color) {
-  if (depth_.registered) {
-    return;
-  }
+  if (depth_.registered) return;
   const double nan = std::numeric_limits<double>::quiet_NaN();
   rays_.reserve(static_cast<std::size_t>(depth_.model.width) * depth_.model.height);
   for (int v = 0; v < depth_.model.height; ++v) {
@@ -60,9 +54,7 @@ DepthRegistration::DepthRegistration(const DepthCamera& depth, const CameraModel
 }
 
 Image<float> DepthRegistration::operator()(const Image<std::uint16_t>& counts) const {
-  if (!depth_.registered) {
-    return reproject(counts);
-  }
+  if (!depth_.registered) return reproject(counts);
   Image<float> depth_m(counts.width, counts.height, 1);
   std::transform(counts.data.begin(), counts.data.end(), depth_m.data.begin(),
                  [this](std::uint16_t count) { return static_cast<float>(count * depth_.unit_m); });
@@ -73,15 +65,11 @@ Image<float> DepthRegistration::reproject(const Image<std::uint16_t>& counts) co
   Image<float> depth_m(color_.width, color_.height, 1);
   std::vector<int> origin(depth_m.data.size(), kNone);
   for (std::size_t i = 0; i < counts.data.size(); ++i) {
-    if (counts.data[i] == 0 || std::isnan(rays_[i].x())) {
-      continue;
-    }
+    if (counts.data[i] == 0 || std::isnan(rays_[i].x())) continue;
     const double z_depth = counts.data[i] * depth_.unit_m;
     const Eigen::Vector3d point = depth_.T_color_depth * Eigen::Vector3d(rays_[i] * z_depth);
     const auto pixel = color_.project(point);
-    if (!pixel) {
-      continue;
-    }
+    if (!pixel) continue;
     // The pixel's width in the colour image, so that neighbours touch without overlap.
     const double half_x = 0.5 * std::clamp(color_.fx * z_depth / (depth_.model.fx * point.z()), 1.0, kWidestPx);
     const double half_y = 0.5 * std::clamp(color_.fy * z_depth / (depth_.model.fy * point.z()), 1.0, kWidestPx);
@@ -111,9 +99,7 @@ RegistrationStage::RegistrationStage(const Session& session) {
 
 FrameSet RegistrationStage::register_depth(const FrameSet& frame) {
   FrameSet with = frame;
-  if (!registration_ || !frame.raw_depth) {
-    return with;
-  }
+  if (!registration_ || !frame.raw_depth) return with;
   if (frame.raw_depth != last_raw_) {
     auto depth = std::make_shared<DepthFrame>();
     depth->stamp = frame.raw_depth->stamp;

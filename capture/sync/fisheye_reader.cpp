@@ -10,9 +10,7 @@ FisheyeReader::FisheyeReader(std::shared_ptr<Source> source, std::int64_t offset
 
 bool FisheyeReader::pull(std::chrono::milliseconds timeout) {
   std::optional<SourceItem> item = source_->next(timeout);
-  if (!item) {
-    return false;
-  }
+  if (!item) return false;
   if (std::string warning = source_->take_warning(); !warning.empty()) {
     lane_.notes.push_back(std::move(warning));
   }
@@ -23,18 +21,14 @@ bool FisheyeReader::pull(std::chrono::milliseconds timeout) {
 std::optional<FisheyeReader::Result> FisheyeReader::next(std::chrono::milliseconds timeout) {
   using namespace std::chrono_literals;
   constexpr std::size_t kMaxFrames = 64;  // bounds the loop if a source always has another frame
-  if (!pull(timeout)) {
-    return std::nullopt;
-  }
+  if (!pull(timeout)) return std::nullopt;
   for (std::size_t i = 0; i < kMaxFrames && pull(0ms); ++i) {  // LiveSource delivers complete brackets
   }
   Result result;
   while (!lane_.queue.empty()) {
     SourceItem item = lane_.pop(result.warnings);
     auto* frame = std::get_if<Frame>(&item);
-    if (frame == nullptr) {
-      continue;
-    }
+    if (frame == nullptr) continue;
     if (!result.frames.empty() && result.frames.front()->stamp.time_ns != frame->stamp.time_ns) {
       result.frames.clear();
     }
@@ -46,9 +40,7 @@ std::optional<FisheyeReader::Result> FisheyeReader::next(std::chrono::millisecon
 }
 
 std::unique_ptr<FisheyeReader> read_fisheye_apart(PairedSources& sources) {
-  if (!sources.live || !sources.fisheye) {
-    return nullptr;
-  }
+  if (!sources.live || !sources.fisheye) return nullptr;
   return std::make_unique<FisheyeReader>(std::exchange(sources.fisheye, nullptr), sources.fisheye_offset_ns);
 }
 

@@ -81,9 +81,7 @@ std::int64_t PairingReader::bound_ns() const {
   if (good.size() > 1) {
     periods.push_back(period_between(*good[0], *good[1]));
   }
-  if (periods.empty()) {
-    return kUsualPeriod / 2;
-  }
+  if (periods.empty()) return kUsualPeriod / 2;
   const auto middle = periods.begin() + static_cast<std::ptrdiff_t>(periods.size() / 2);
   std::nth_element(periods.begin(), middle, periods.end());
   // A live camera's longest period may be a time in which it was disconnected.
@@ -97,22 +95,16 @@ Source* PairingReader::wanted() const {
   if (good.size() < enough && !color_.source->finished() && (good.empty() || color_.queue.size() < kMaxAhead)) {
     return color_.source;
   }
-  if (good.empty()) {
-    return nullptr;
-  }
+  if (good.empty()) return nullptr;
   const std::int64_t time_ns = good[0]->time_ns;
   const auto must_read = [&](const StreamLane& lane, std::int64_t until_ns) {
     const bool color_piles_up = lane.source == color_.source && color_.queue.size() >= kMaxAhead;
     return lane.source != nullptr && !lane.source->finished() && lane.last_time_ns < until_ns && !color_piles_up &&
            lane.source->fault().empty();
   };
-  if (must_read(depth_, time_ns)) {
-    return depth_.source;
-  }
+  if (must_read(depth_, time_ns)) return depth_.source;
   // A bracket is complete once a later frame has arrived. A live fish-eye is never waited for: light changes slowly.
-  if (!sources_.live && must_read(fisheye_, time_ns + bound_ns() + 1)) {
-    return fisheye_.source;
-  }
+  if (!sources_.live && must_read(fisheye_, time_ns + bound_ns() + 1)) return fisheye_.source;
   return nullptr;
 }
 
@@ -121,9 +113,7 @@ std::optional<FrameSet> PairingReader::next(std::chrono::milliseconds timeout) {
   using std::chrono::milliseconds;
   if (!sources_.live) {
     while (Source* source = wanted()) {
-      if (!pull(*source, timeout) && !source->finished()) {
-        return std::nullopt;
-      }
+      if (!pull(*source, timeout) && !source->finished()) return std::nullopt;
     }
     return good_colors().empty() ? std::nullopt : std::optional<FrameSet>(emit());
   }
@@ -137,12 +127,8 @@ std::optional<FrameSet> PairingReader::next(std::chrono::milliseconds timeout) {
     if (color_waits && !color_deadline) {
       color_deadline = now + std::chrono::nanoseconds(2 * bound_ns());
     }
-    if (color_waits && (source == nullptr || now >= *color_deadline)) {
-      return emit();
-    }
-    if (source == nullptr || now >= deadline) {
-      return std::nullopt;
-    }
+    if (color_waits && (source == nullptr || now >= *color_deadline)) return emit();
+    if (source == nullptr || now >= deadline) return std::nullopt;
     const Clock::time_point until = color_deadline ? std::min(deadline, *color_deadline) : deadline;
     pull(*source, std::min(std::chrono::ceil<milliseconds>(until - now), milliseconds(50)));
   }

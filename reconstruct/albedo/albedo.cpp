@@ -161,7 +161,7 @@ struct AlbedoStage::State {
   bool solved = false;
   std::uint64_t field_version = 0, illumination_version = 0;
   Result last;
-  std::map<int, LampEstimate> estimates;  ///< by the lamp's id
+  std::map<int, LampEstimate> estimates;  ///< by the lamp's id; also of lamps that are off now
   std::size_t searched_points = 0;        ///< surface points when lamps were last searched without earlier estimates
   LampFilter filter;
   Located located;
@@ -211,8 +211,12 @@ std::vector<LampEstimate> AlbedoStage::State::locate(const IrradianceModel& room
     result[i].flat = true;
     result[i].normal = light.normal;
   }
-  estimates.clear();
   for (std::size_t i = 0; i < result.size(); ++i) estimates[illumination.lights[i].id] = result[i];
+  if (estimates.size() > kStage.max_estimates)
+    std::erase_if(estimates, [&](const auto& entry) {
+      return std::none_of(illumination.lights.begin(), illumination.lights.end(),
+                          [&](const PointLight& light) { return light.id == entry.first; });
+    });
   located = {points, illumination.lights, 0};
   return result;
 }
@@ -279,7 +283,9 @@ std::optional<AlbedoStage::Result> AlbedoStage::State::solve_incremental(const D
 void AlbedoStage::State::add_warnings(const Illumination& lit) {
   if (empty) last.warnings.push_back(kNoSurface);
   std::vector<LampEstimate> lamps;
-  for (const auto& [id, estimate] : estimates) lamps.push_back(estimate);
+  for (const PointLight& light : lit.lights) {
+    if (const auto estimate = estimates.find(light.id); estimate != estimates.end()) lamps.push_back(estimate->second);
+  }
   for (const std::string& warning :
        {distance_warning(lit.lights), beam_warning(lamps), power_warning(lit.lights), extrinsics_found})
     if (!warning.empty()) last.warnings.push_back(warning);

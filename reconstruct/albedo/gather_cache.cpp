@@ -5,6 +5,7 @@
 #include <unordered_map>
 
 #include "reconstruct/albedo/parameters.h"
+#include "reconstruct/light/light_change.h"
 
 namespace lumigraft::reconstruct {
 namespace {
@@ -16,26 +17,16 @@ BrickKey cell_of(const Eigen::Vector3f& position, float edge_m) {
   return {cell.x(), cell.y(), cell.z()};
 }
 
-float light_of(const Illumination& illumination) {
-  float sum = 0;
-  for (const PointLight& light : illumination.lights) sum += light.irradiance.sum();
-  for (const float value : illumination.environment.radiance.data) {
-    sum += value / static_cast<float>(illumination.environment.radiance.data.size());
-  }
-  return sum;
-}
-
 }  // namespace
 
 std::vector<IrradianceModel::Gathered> GatherCache::gather(const IrradianceModel& room,
                                                            const Illumination& illumination,
                                                            const std::vector<SurfaceSample>& samples,
                                                            std::size_t surface_points, int rays) {
-  const float light = light_of(illumination);
   const bool grown = static_cast<double>(surface_points) > kGather.growth * static_cast<double>(points_);
-  if (grown || std::abs(light - light_) > kGather.max_light_change * light_) {
+  if (grown || relative_change(illumination, light_) > kGather.max_light_change) {
     forget();
-    light_ = light;
+    light_ = illumination;
     points_ = surface_points;
   }
   float edge_m = 1e-3f;

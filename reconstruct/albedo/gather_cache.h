@@ -26,7 +26,7 @@ class GatherCache {
   };
   std::vector<Entry> entries_;
   std::uint32_t solves_ = 0, turns_ = 0;
-  float light_ = 0;
+  Illumination light_;  ///< when all were last gathered
   std::size_t points_ = 0;
 };
 

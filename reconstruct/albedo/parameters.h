@@ -16,6 +16,7 @@ struct AlbedoParameters {
     float same_direction = 0.9999f;      ///< cosine of 0.8°: beyond it a lamp turned and is searched again,
     float same_irradiance = 0.05f;       ///< as beyond this relative change,
     float same_position = 0.01f;         ///< and, with a tag, beyond this change over its distance
+    std::size_t max_estimates = 64;      ///< of lamps, those that are off among them, which are dropped beyond it
     int check_solves = 12;               ///< complete solutions between checks of the fish-eye's pose
     int locate_solves = 8;               ///< complete solutions between searches for lamps
     int incremental_solves = 32;         ///< incremental solutions between complete ones
@@ -27,7 +28,7 @@ struct AlbedoParameters {
 
   struct Gather {
     std::uint32_t refresh = 8;       ///< solutions within which every sample is gathered anew
-    float max_light_change = 0.05f;  ///< relative, before all are
+    float max_light_change = 0.05f;  ///< relative, before all are (relative_change)
     double growth = 1.1;             ///< of known surface, before all are
     float near_cells = 0.4f;         ///< distance of equal samples, in edges of their cell
     float same_normal = 0.97f;       ///< cosine

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <unordered_map>
 #include <utility>
 
@@ -25,6 +26,7 @@ struct Cell {
   Vector3f normal = Vector3f::Zero();
   Array3f radiance = Array3f::Zero();         ///< W/sr/m², under `light`
   std::shared_ptr<const Illumination> light;  ///< null: unknown
+  Array3f around = Array3f::Ones();           ///< its irradiance_around_probe
   int observations = 0;
   int contradictions = 0;  ///< in a row
   std::uint64_t last_seen = 0;
@@ -75,6 +77,13 @@ std::optional<Array3f> radiance_at(const capture::Frame& color, const capture::R
   return Array3f(sum / 9);
 }
 
+std::shared_ptr<const Illumination> without_lamps(const Illumination& light, const std::vector<int>& ids) {
+  auto result = std::make_shared<Illumination>(light);
+  std::erase_if(result->lights,
+                [&](const PointLight& lamp) { return std::find(ids.begin(), ids.end(), lamp.id) != ids.end(); });
+  return result;
+}
+
 std::string gain_warning(const Array3f& gain) {
   const Array3f logs = gain.log();
   const float level = logs.mean(), hue = (logs - level).abs().maxCoeff();
@@ -91,10 +100,20 @@ struct ColorGainStage::State {
   State(const capture::Session& session) : response(session.color.response), sampler(session.color.model) {}
 
   std::vector<Place> places_of(const capture::FrameSet& frame, const Eigen::Isometry3f& T_tag_camera) const;
-  std::optional<Array3f> predicted(const Cell& cell, const std::shared_ptr<const Illumination>& light) const;
-  std::optional<Array3f> measured(const std::vector<Place>& places,
-                                  const std::shared_ptr<const Illumination>& light) const;
-  void follow(const Array3f& log_gain, const Array3f& sigma);
+  /// What a cell's light is now over what it was when its radiance was stored.
+  struct LightChange {
+    Array3f ratio = Array3f::Ones();  ///< at the cell, per channel
+    float log_sigma = 0;              ///< 1σ of its log: by how much the cell's change differs from that at the probe
+  };
+  LightChange light_change(const Cell& cell, const std::shared_ptr<const Illumination>& light) const;
+  struct Measurement {
+    Array3f log_gain;
+    float log_sigma;
+  };
+  HiddenLamps check_hidden(const std::vector<Place>& places, const Illumination& light) const;
+  std::optional<Measurement> measured(const std::vector<Place>& places,
+                                      const std::shared_ptr<const Illumination>& light) const;
+  void follow(const Measurement& measurement);
   void learn(const std::vector<Place>& places, const std::shared_ptr<const Illumination>& light);
   void forget_oldest();
 
@@ -102,6 +121,7 @@ struct ColorGainStage::State {
   DepthSampler sampler;
   std::unordered_map<CellKey, Cell, CellKeyHash> cells;
   Array3f gain = Array3f::Ones();
+  Array3f around = Array3f::Ones();  ///< irradiance_around_probe of this frame's light
   std::uint64_t frames = 0;
 };
 
@@ -122,48 +142,105 @@ std::vector<Place> ColorGainStage::State::places_of(const capture::FrameSet& fra
   return places;
 }
 
-/// Radiance of a cell under the present light; empty if its irradiance changed by more than max_light_change.
-std::optional<Array3f> ColorGainStage::State::predicted(const Cell& cell,
-                                                        const std::shared_ptr<const Illumination>& light) const {
-  if (!light || !cell.light || light->version == cell.light->version) return cell.radiance;
-  const Array3f then = unoccluded_irradiance(*cell.light, cell.position_m, cell.normal);
-  const Array3f now = unoccluded_irradiance(*light, cell.position_m, cell.normal);
-  if (!(then.minCoeff() > 0) || !(now.minCoeff() > 0)) return std::nullopt;
-  const Array3f ratio = now / then;
-  if (ratio.maxCoeff() > kExposure.max_light_change || ratio.minCoeff() < 1 / kExposure.max_light_change)
-    return std::nullopt;
-  return Array3f(cell.radiance * ratio);
+/// Whether a lamp's distance is known under one light and not under the other, or a lamp of unknown distance is new
+/// where others are known: then the change is that of our knowledge.
+bool known_differently(const Illumination& now, const Illumination& then) {
+  const auto is_known = [](const PointLight& lamp) { return lamp.distance_known; };
+  const bool some_known = std::any_of(then.lights.begin(), then.lights.end(), is_known);
+  return std::any_of(now.lights.begin(), now.lights.end(), [&](const PointLight& lamp) {
+    const auto was = std::find_if(then.lights.begin(), then.lights.end(),
+                                  [&](const PointLight& other) { return other.id == lamp.id; });
+    return was == then.lights.end() ? some_known && !lamp.distance_known : was->distance_known != lamp.distance_known;
+  });
+}
+
+/// Occlusion and the distances of lamps make the change at a cell uncertain, but not one that is equal everywhere: a
+/// cloud, a dimmer.
+ColorGainStage::State::LightChange ColorGainStage::State::light_change(
+    const Cell& cell, const std::shared_ptr<const Illumination>& light) const {
+  if (!light || !cell.light || light->version == cell.light->version) return {};
+  LightChange change;
+  if (known_differently(*light, *cell.light)) {
+    change.log_sigma = std::numeric_limits<float>::infinity();
+    return change;
+  }
+  change.ratio = unoccluded_irradiance(*light, cell.position_m, cell.normal) /
+                 unoccluded_irradiance(*cell.light, cell.position_m, cell.normal);
+  change.log_sigma = (change.ratio / (around / cell.around)).log().abs().maxCoeff();
+  return change;
+}
+
+/// Tries each hidden lamp, the strongest first, lit and switched off. Surface that the lamp hardly lights says nothing;
+/// the difference must exceed what the errors of the places explain.
+HiddenLamps ColorGainStage::State::check_hidden(const std::vector<Place>& places, const Illumination& light) const {
+  HiddenLamps result;
+  Illumination supposed = light;
+  for (const PointLight& lamp : light.lights) {
+    if (lamp.hidden == 0) continue;
+    Illumination without = supposed;
+    std::erase_if(without.lights, [&](const PointLight& other) { return other.id == lamp.id; });
+    double lit_minus_off = 0;  // Σ of the places' robust errors
+    int count = 0;
+    for (const Place& place : places) {
+      const auto found = cells.find(place.key);
+      if (found == cells.end() || !found->second.light) continue;
+      const Cell& cell = found->second;
+      const Array3f then = unoccluded_irradiance(*cell.light, cell.position_m, cell.normal);
+      const Array3f error_at_then = (place.radiance / (gain * cell.radiance)).log();
+      const auto error = [&](const Illumination& now) {
+        const Array3f change = (unoccluded_irradiance(now, cell.position_m, cell.normal) / then).log();
+        return std::min((error_at_then - change).abs().mean(), kExposure.max_hidden_error);
+      };
+      const float lit = error(supposed), off = error(without);
+      if (!std::isfinite(lit) || !std::isfinite(off)) continue;
+      lit_minus_off += lit - off;
+      ++count;
+    }
+    const double sigma =
+        kExposure.texture_log_sigma * std::sqrt(static_cast<double>(count) * kExposure.independent_matches);
+    if (std::abs(lit_minus_off) <= kExposure.step_sigmas * sigma) continue;
+    (lit_minus_off > 0 ? result.off : result.lit).push_back(lamp.id);
+    if (lit_minus_off > 0) supposed = std::move(without);
+  }
+  return result;
 }
 
 /// Median log gain of the places; empty if too few places match or agree.
-std::optional<Array3f> ColorGainStage::State::measured(const std::vector<Place>& places,
-                                                       const std::shared_ptr<const Illumination>& light) const {
+std::optional<ColorGainStage::State::Measurement> ColorGainStage::State::measured(
+    const std::vector<Place>& places, const std::shared_ptr<const Illumination>& light) const {
   std::array<std::vector<float>, 3> logs;
+  std::vector<float> light_sigmas;
   for (const Place& place : places) {
     const auto cell = cells.find(place.key);
     if (cell == cells.end()) continue;
-    const std::optional<Array3f> expected = predicted(cell->second, light);
-    if (!expected) continue;
-    const Array3f log_ratio = (place.radiance / *expected).log();
+    const LightChange change = light_change(cell->second, light);
+    if (!std::isfinite(change.log_sigma)) continue;
+    light_sigmas.push_back(change.log_sigma);
+    const Array3f log_ratio = (place.radiance / (cell->second.radiance * change.ratio)).log();
     for (int c = 0; c < 3; ++c) logs[static_cast<std::size_t>(c)].push_back(log_ratio[c]);
   }
-  if (logs[0].size() < kExposure.min_matches) return std::nullopt;
-  Array3f middle;
+  if (light_sigmas.size() < kExposure.min_matches) return std::nullopt;
+  Measurement result;
   for (int c = 0; c < 3; ++c) {
     std::vector<float>& values = logs[static_cast<std::size_t>(c)];
-    middle[c] = median(values);
+    const float middle = median(values);
     const auto inliers = std::count_if(values.begin(), values.end(),
-                                       [&](float value) { return std::abs(value - middle[c]) < kExposure.inlier_log; });
+                                       [&](float value) { return std::abs(value - middle) < kExposure.inlier_log; });
     if (static_cast<float>(inliers) < kExposure.min_inlier_fraction * static_cast<float>(values.size()))
       return std::nullopt;
+    result.log_gain[c] = middle;
   }
-  return middle;
+  const float count = std::max(1.0f, static_cast<float>(light_sigmas.size()) / kExposure.independent_matches);
+  // Errors of the light are common to all places: they do not average out.
+  result.log_sigma = std::hypot(kExposure.texture_log_sigma / std::sqrt(count), median(light_sigmas));
+  return result;
 }
 
 /// Changes within the noise are ignored: renderers reuse results as long as the gain is equal.
-void ColorGainStage::State::follow(const Array3f& log_gain, const Array3f& sigma) {
-  const Array3f step = (log_gain - gain.log()).abs();
-  if ((step > (kExposure.step_sigmas * sigma).max(kExposure.min_log_step)).any()) gain = log_gain.exp();
+void ColorGainStage::State::follow(const Measurement& measurement) {
+  const Array3f step = (measurement.log_gain - gain.log()).abs();
+  if ((step > std::max(kExposure.step_sigmas * measurement.log_sigma, kExposure.min_log_step)).any())
+    gain = measurement.log_gain.exp();
 }
 
 void ColorGainStage::State::learn(const std::vector<Place>& places, const std::shared_ptr<const Illumination>& light) {
@@ -171,13 +248,16 @@ void ColorGainStage::State::learn(const std::vector<Place>& places, const std::s
     Cell& cell = cells[place.key];
     const Array3f radiance = place.radiance / gain;
     cell.last_seen = frames;
-    const std::optional<Array3f> expected = cell.observations == 0 ? std::nullopt : predicted(cell, light);
-    if (expected && ((radiance / *expected).log().abs() < kExposure.inlier_log).all()) {
+    const LightChange change = cell.observations == 0 ? LightChange() : light_change(cell, light);
+    const Array3f error = radiance / (cell.radiance * change.ratio);
+    if (cell.observations > 0 && change.log_sigma < kExposure.inlier_log &&
+        (error.log().abs() < kExposure.inlier_log).all()) {
       cell.observations = std::min(cell.observations + 1, kExposure.max_average);
-      cell.radiance *= (1 + (radiance / *expected - 1) / static_cast<float>(cell.observations));
+      cell.radiance *= (1 + (error - 1) / static_cast<float>(cell.observations));
       cell.contradictions = 0;
-    } else if (cell.observations == 0 || ++cell.contradictions >= kExposure.replaced_after) {
-      cell = {place.position_m, place.normal, radiance, light, 1, 0, frames};
+    } else if (cell.observations == 0 || !(change.log_sigma < kExposure.inlier_log) ||
+               ++cell.contradictions >= kExposure.replaced_after) {
+      cell = {place.position_m, place.normal, radiance, light, around, 1, 0, frames};
     }
   }
   if (cells.size() > kExposure.max_cells) forget_oldest();
@@ -199,17 +279,17 @@ ColorGainStage::~ColorGainStage() = default;
 ColorGainStage::Result ColorGainStage::estimate(const capture::FrameSet& frame, const std::optional<Pose>& pose,
                                                 std::shared_ptr<const Illumination> light) {
   State& s = *state_;
+  Result result;
   if (frame.color && frame.depth && pose && pose->age_ns == 0) {
     ++s.frames;
     const std::vector<Place> places = s.places_of(frame, pose->T_tag_camera.cast<float>());
-    const std::optional<Array3f> log_gain = s.measured(places, light);
-    if (log_gain) {
-      const float count = std::max(1.0f, static_cast<float>(places.size()) / kExposure.independent_matches);
-      s.follow(*log_gain, Array3f::Constant(kExposure.texture_log_sigma / std::sqrt(count)));
-    }
+    if (light) result.hidden = s.check_hidden(places, *light);
+    if (!result.hidden.off.empty()) light = without_lamps(*light, result.hidden.off);
+    if (light) s.around = irradiance_around_probe(*light);
+    if (const auto measurement = s.measured(places, light)) s.follow(*measurement);
     s.learn(places, light);
   }
-  Result result{s.gain, {}};
+  result.gain = s.gain;
   if (std::string warning = gain_warning(s.gain); !warning.empty()) result.warnings.push_back(std::move(warning));
   return result;
 }

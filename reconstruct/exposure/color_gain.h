@@ -7,6 +7,9 @@
 //   log g = median over places of log(pixel value, linear / exposure) - log(L₀ E / E₀)     for each channel
 //
 // The first frames define gain 1: before something changes, exposure and albedo are not distinguishable.
+//
+// A lamp that vanished from the fish-eye's image is either covered there or switched off. The same places decide: they
+// are predicted under its light and without it, and what fits the frame better is true.
 #include <Eigen/Core>
 #include <memory>
 #include <optional>
@@ -29,6 +32,9 @@ class ColorGainStage {
     /// Linear pixel value over exposure × radiance, per channel. That of the frame before where this frame does not
     /// determine it: no pose, no depth, too few places seen again, or light that changed in a way nobody measured.
     Eigen::Array3f gain = Eigen::Array3f::Ones();
+    /// Lamps that the fish-eye does not see (PointLight::hidden), by id: those whose light is missing in this frame
+    /// too, and those whose light is still there. Neither: the frame does not show it.
+    HiddenLamps hidden;
     std::vector<std::string> warnings;
   };
   /// `light`: newest known, with distances of lamps where they are known; may be null.

@@ -24,4 +24,18 @@ Array3f unoccluded_irradiance(const Illumination& light, const Vector3f& positio
   return sum;
 }
 
+Array3f irradiance_around_probe(const Illumination& light) {
+  constexpr int kAxes = 6;
+  Array3f sum = Array3f::Zero();
+  for (int i = 0; i < kAxes; ++i) {
+    const Vector3f normal = (i < 3 ? 1.0f : -1.0f) * Vector3f::Unit(i % 3);
+    sum += sh_irradiance(light.environment_sh, normal).array().max(0.0f) / kAxes;
+  }
+  // A lamp's irradiance on all sides of a small sphere is a quarter of that facing it.
+  for (const PointLight& lamp : light.lights) {
+    if (lamp.visibility != PointLight::Visibility::dark) sum += lamp.irradiance.array() / 4;
+  }
+  return sum;
+}
+
 }  // namespace lumigraft::reconstruct

@@ -17,6 +17,7 @@ struct ExposureParameters {
   float independent_matches = 10;    ///< matches per independent one, as neighbours share their errors
   float min_log_step = 0.01f;        ///< a smaller change is not followed: less than one step of 8-bit pixel values
   float step_sigmas = 2;             ///< nor is one below so many σ of the median
+  float max_hidden_error = 1;        ///< log error of a place at most, when a hidden lamp is tried: other things moved
   int max_average = 16;              ///< observations over which a cell's radiance averages
   int replaced_after = 8;            ///< observations in a row that contradict a cell until it is learnt anew
   float warning_log = 0.1f;          ///< mean log gain beyond which a warning reports it

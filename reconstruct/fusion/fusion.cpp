@@ -93,6 +93,7 @@ struct FusionStage::State {
   std::shared_ptr<const capture::Frame> last_color;
   std::vector<Vector3f> seen_from_m;  ///< least recently used first
   Eigen::Isometry3d last_pose = Eigen::Isometry3d::Identity();
+  double light_variance = 0;  ///< sum of the squared relative changes of light so far
 };
 
 /// Adds the camera position to the viewpoints, or marks a near one as most recent. The limit removes positions of wrong
@@ -112,7 +113,11 @@ void FusionStage::State::add_viewpoint(const Vector3f& camera_m) {
 
 WorkingBrick& FusionStage::State::brick_at(const BrickKey& key) {
   const auto [entry, is_new] = index_of.emplace(key, bricks.size());
-  if (is_new) bricks.add().key = key;
+  if (is_new) {
+    WorkingBrick& brick = bricks.add();
+    brick.key = key;
+    brick.light_variance = light_variance;
+  }
   return bricks[entry->second];
 }
 
@@ -162,7 +167,8 @@ void FusionStage::State::record_pose(const Isometry3f& T_tag_camera) {
 /// Whether a settled brick is not updated in this frame. `index`: of the brick.
 bool FusionStage::State::skipped(const WorkingBrick& brick, std::size_t index) const {
   const std::uint32_t ago = frames - brick.last_update;
-  if (brick.update_count < brick.active_until || ago >= kMaxSkipped) return false;
+  if (brick.update_count < brick.active_until || ago >= kMaxSkipped || brick.light_variance < light_variance)
+    return false;
   constexpr std::uint32_t kTurns = kUpdateSchedule.patience_turns;
   const float patience =
       kUpdateSchedule.patience_min + kUpdateSchedule.patience_spread * static_cast<float>(index % kTurns) / kTurns;
@@ -177,7 +183,7 @@ bool FusionStage::State::skipped(const WorkingBrick& brick, std::size_t index) c
 BrickUpdate::Skip FusionStage::State::skipped_rows(const WorkingBrick& brick) const {
   const std::uint32_t ago = frames - brick.last_update;
   if (brick.update_count < kUpdateSchedule.settled_updates.front() || brick.update_count < brick.active_until ||
-      ago == 0 || ago > kUpdateSchedule.frequent_frames)
+      brick.light_variance < light_variance || ago == 0 || ago > kUpdateSchedule.frequent_frames)
     return BrickUpdate::Skip::none;
   return motion_since[ago] < kUpdateSchedule.same_view ? BrickUpdate::Skip::free_and_unobserved
                                                        : BrickUpdate::Skip::free;
@@ -244,8 +250,10 @@ FusionStage::FusionStage(const capture::Session& session, const FusionSettings& 
 
 FusionStage::~FusionStage() = default;
 
-std::shared_ptr<const DistanceField> FusionStage::fuse(const capture::FrameSet& frame, const Pose& pose) {
+std::shared_ptr<const DistanceField> FusionStage::fuse(const capture::FrameSet& frame, const Pose& pose,
+                                                       double light_change) {
   State& s = *state_;
+  s.light_variance += light_change * light_change;
   if (!frame.depth || pose.age_ns != 0) return s.field;
   if (frame.depth->depth_m.width != s.camera.width || frame.depth->depth_m.height != s.camera.height) return s.field;
   const bool same_pose = (pose.T_tag_camera.matrix() - s.last_pose.matrix()).cwiseAbs().maxCoeff() < kSamePose;
@@ -287,8 +295,14 @@ std::shared_ptr<const DistanceField> FusionStage::fuse(const capture::FrameSet& 
       update.prefetch(*visible[i + 1].first, visible[i + 1].second);
     auto& [brick, visibility] = visible[i];
     const bool open = visibility.kind == BrickVisibility::Kind::open;
+    const BrickUpdate::Skip skip = s.skipped_rows(*brick);
+    if (!open && colour && brick->light_variance < s.light_variance) {
+      brick->forget_radiance(s.light_variance - brick->light_variance);
+      brick->light_variance = s.light_variance;
+      brick->urgent = true;
+    }
     const BrickUpdate::Change change =
-        open ? update.update_open(*brick) : update.update(*brick, visibility.far_m, s.skipped_rows(*brick));
+        open ? update.update_open(*brick) : update.update(*brick, visibility.far_m, skip);
     if (change.observed) s.record_change(*brick, open, change);
     // Now, while the brick is in the cache.
     if (brick->queued && (due || brick->urgent)) s.copy_drifted(*brick);

@@ -32,7 +32,9 @@ class FusionStage {
   /// Fuses a frame and returns the published field. The same pointer as before if nothing is published: the frame has
   /// no depth, its pose was not measured in it, or its images and its pose (within 1e-5 m and per matrix element) are
   /// those of the last fused frame. Null before the first depth image.
-  std::shared_ptr<const DistanceField> fuse(const capture::FrameSet& frame, const Pose& pose);
+  /// `light_change`: relative change of the room's light since the previous call (relative_change of light_change.h).
+  /// Radiance of earlier frames loses weight by it, and none of it is kept beyond what it still says (BrickUpdate).
+  std::shared_ptr<const DistanceField> fuse(const capture::FrameSet& frame, const Pose& pose, double light_change = 0);
   /// Real surfaces of the session that depth contradicts (real_surface.h).
   std::vector<std::string> warnings() const;
 

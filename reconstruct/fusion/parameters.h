@@ -63,6 +63,12 @@ struct PublicationParameters {
 };
 inline constexpr PublicationParameters kPublication;
 
+/// Radiance of voxels while the light of the room changes (working_brick).
+struct RadianceMemoryParameters {
+  double log_sigma = 0.05;  ///< 1σ of an observation of weight 1: texture, gloss, pose; as of the colour gain's cells
+};
+inline constexpr RadianceMemoryParameters kRadianceMemory;
+
 /// Planes and jumps in a depth image (depth_preprocess).
 struct DepthPreprocessParameters {
   float max_slope = 5.0f;       ///< tan 79°: a steeper step between two pixels counts as a jump between surfaces

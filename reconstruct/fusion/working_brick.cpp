@@ -67,6 +67,12 @@ bool WorkingBrick::drifted(const FieldBrick& next, float voxel_m) {
   return false;
 }
 
+void WorkingBrick::forget_radiance(double variance) {
+  // An observation of weight w has a relative variance of σ²/w; both variances add.
+  const float added = static_cast<float>(variance / (kRadianceMemory.log_sigma * kRadianceMemory.log_sigma));
+  for (float& weight : now.radiance_weight) weight /= 1 + added * weight;
+}
+
 WorkingBrick& WorkingBricks::add() {
   if (size_ == pages_.size() * kInPage) pages_.emplace_back(static_cast<WorkingBrick*>(allocate_page()));
   return *new (&(*this)[size_++]) WorkingBrick();

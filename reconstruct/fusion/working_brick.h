@@ -31,10 +31,14 @@ struct WorkingBrick {
   float drift = kDriftUnknown, radiance_drift = 0, max_radiance_drift = 0;
   static constexpr float kDriftUnknown = 1e9f;
 
+  double light_variance = 0;  ///< FusionStage::State::light_variance at its last update
+
   std::shared_ptr<const FieldBrick> published;
   std::shared_ptr<const SurfaceBrick> model;  ///< of real surfaces in it; null if there are none
   alignas(64) FieldBrick now;                 ///< aligned, so that a row is in one cache line
 
+  /// Lowers the weights of the radiance as the light changed by a relative 1σ² of `variance` since it was observed.
+  void forget_radiance(double variance);
   /// Adds the drift of an update. `more_known`: distance or colour of a voxel became known.
   void add_drift(bool more_known, float update_drift, float update_radiance_drift) {
     drift = more_known ? kDriftUnknown : drift + update_drift;

@@ -65,7 +65,7 @@ std::string hidden_warning(const Illumination& illumination) {
                                    [](const PointLight& light) { return light.hidden > 0; });
   if (count == 0) return "";
   return std::to_string(count) + (count == 1 ? " lamp is" : " lamps are") +
-         " no longer visible: kept for a moment, then faded out";
+         " no longer visible in the fish-eye frame: kept while the colour camera shows the light, else faded out";
 }
 
 std::string clipped_warning(const Illumination& illumination) {
@@ -150,6 +150,23 @@ void LightStage::State::place(const std::vector<LampTagPose>& tags, bool fresh) 
   now->lights = std::move(placed.lights);
   now->version = ++version;
   last = std::move(now);
+}
+
+void LightStage::resolve_hidden(const HiddenLamps& hidden) {
+  State& s = *state_;
+  const auto among = [](const std::vector<int>& ids, const PointLight& lamp) {
+    return lamp.hidden > 0 && std::find(ids.begin(), ids.end(), lamp.id) != ids.end();
+  };
+  if (!s.seen || std::none_of(s.seen->lights.begin(), s.seen->lights.end(), [&](const PointLight& lamp) {
+        return among(hidden.off, lamp) || among(hidden.lit, lamp);
+      }))
+    return;
+  auto now = std::make_shared<Illumination>(*s.seen);
+  std::erase_if(now->lights, [&](const PointLight& lamp) { return among(hidden.off, lamp); });
+  for (PointLight& lamp : now->lights) {
+    if (among(hidden.lit, lamp)) lamp.hidden = 1;
+  }
+  s.seen = std::move(now);
 }
 
 LightStage::Result LightStage::extract(const capture::FisheyeFrames& fisheye, const capture::Frame* color,

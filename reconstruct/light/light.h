@@ -37,11 +37,18 @@ struct PointLight {
   /// occluded from it or switched off. Their irradiance is that of an unoccluded lamp, a prior value with
   /// power_log_sigma (kUnknownPowerLogSigma: none); shading of the room determines it better.
   enum class Visibility { visible, outside_view, dark } visibility = Visibility::visible;
-  int hidden = 0;  ///< frames since it was last seen. It is held, then faded out; 0 if the newest frame shows it
+  /// Frames since it was last seen, or shown to be lit by what the colour camera sees (LightStage::resolve_hidden). It
+  /// is held, then faded out. 0 if the newest frame shows it.
+  int hidden = 0;
 
   /// Radiant intensity in a unit direction (away from the lamp) over `intensity`, which is that towards the probe: 1
   /// if not flat, else max(0, n·ω) / (n·ω_probe).
   float emission(const Eigen::Vector3f& towards) const;
+};
+
+/// What the colour camera shows of lamps that the fish-eye no longer sees, by id.
+struct HiddenLamps {
+  std::vector<int> off, lit;
 };
 
 float angle_between(const Eigen::Vector3f& a, const Eigen::Vector3f& b);  ///< in radians; a and b unit
@@ -83,6 +90,9 @@ class LightStage {
   /// lamps that carry tags, at that moment.
   Result extract(const capture::FisheyeFrames& fisheye, const capture::Frame* color,
                  const std::vector<LampTagPose>& tags, float color_gain = 1);
+  /// Call with ColorGainStage::Result::hidden: lamps that are off go at once, those that are lit are held on. The next
+  /// `extract` returns the new light, if it has no new image, too.
+  void resolve_hidden(const HiddenLamps& hidden);
   Result extract(const capture::FrameSet& frame, const std::vector<LampTagPose>& tags = {}) {
     return extract(frame.fisheye, frame.color.get(), tags);
   }

@@ -54,9 +54,13 @@ struct LightParameters {
   } merge;
 
   struct Tracking {
-    float max_lamp_angle_rad = 0.1f;     ///< between frames, for lamps without a tag
+    float max_lamp_angle_rad = 0.1f;  ///< between frames, for lamps without a tag
+    /// A lamp that is carried past the fish-eye at arm's length turns by this between frames at 10 Hz; it is recognized
+    /// by its power, which changes with its distance, and its hue.
+    float max_carried_angle_rad = 0.5f, max_carried_ratio = 2, max_carried_hue = 0.1f;
     float max_still_angle_rad = 0.009f;  ///< about 1.5 pixels of a 512-pixel fish-eye
     float max_still_change = 0.1f;       ///< relative, of a lamp's irradiance
+    std::size_t max_remembered = 64;     ///< lamps whose direction is known when they are switched on again
     int max_averaged = 10;               ///< frames in the running mean: a third of a second of lag at 30 Hz
     double min_missing_fraction = 0.5;   ///< of a lamp's energy missing in the frame, for the lamp to count as covered
     int held_frames = 3, fade_frames = 4;  ///< of a covered lamp: steps of a quarter (sweep light-covered)

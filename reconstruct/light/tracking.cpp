@@ -1,7 +1,6 @@
 #include "reconstruct/light/tracking.h"
 
 #include <algorithm>
-#include <set>
 
 #include "reconstruct/light/environment.h"
 #include "reconstruct/light/parameters.h"
@@ -17,8 +16,19 @@ struct Match {
   std::size_t now, last;
 };
 
-/// For each lamp of `now` the index of its lamp in `last`, or -1: first those with the same tag, then nearest pairs.
+/// Whether two lamps may be one that was carried on: alike in power and colour.
+bool alike(const PointLight& now, const PointLight& last) {
+  const Eigen::Array3f ratio = now.irradiance.array() / last.irradiance.array();
+  const float brighter = ratio.mean();
+  return now.clipped == last.clipped && now.region < 0 && last.region < 0 && last.hidden == 0 &&
+         std::max(brighter, 1 / brighter) < kTracking.max_carried_ratio &&
+         ((ratio / brighter - 1).abs() < kTracking.max_carried_hue).all();
+}
+
+/// For each lamp of `now` the index of its lamp in `last`, or -1: first those with the same tag, then nearest pairs,
+/// then the nearest alike.
 std::vector<int> match(const std::vector<PointLight>& now, const std::vector<PointLight>& last) {
+  constexpr float kCarriedLast = 10;  // above any angle
   std::vector<Match> pairs;
   for (std::size_t i = 0; i < now.size(); ++i) {
     for (std::size_t j = 0; j < last.size(); ++j) {
@@ -27,6 +37,8 @@ std::vector<int> match(const std::vector<PointLight>& now, const std::vector<Poi
       const float angle = angle_between(now[i].direction, last[j].direction);
       if (same || (!tagged && angle < kTracking.max_lamp_angle_rad))
         pairs.push_back({same ? angle - kTagFirst : angle, i, j});
+      else if (!tagged && angle < kTracking.max_carried_angle_rad && alike(now[i], last[j]))
+        pairs.push_back({angle + kCarriedLast, i, j});
     }
   }
   std::stable_sort(pairs.begin(), pairs.end(), [](const Match& a, const Match& b) { return a.angle < b.angle; });
@@ -97,6 +109,22 @@ int LightTracker::id_of_tag(int lamp_tag, const std::vector<PointLight>& lights)
   return entry->second;
 }
 
+/// The id of the nearest earlier lamp that is not in use; -1 if none is near.
+int LightTracker::earlier_id(const PointLight& light, const std::vector<PointLight>& before,
+                             const std::set<int>& taken) const {
+  int nearest = -1;
+  float min_angle = kTracking.max_lamp_angle_rad;
+  for (const auto& [id, direction] : last_directions_) {
+    const float angle = angle_between(direction, light.direction);
+    const bool in_use = taken.contains(id) || std::any_of(before.begin(), before.end(),
+                                                          [id = id](const PointLight& b) { return b.id == id; });
+    if (angle >= min_angle || in_use) continue;
+    min_angle = angle;
+    nearest = id;
+  }
+  return nearest;
+}
+
 /// Lamps keep their ids; one with a tag has the id of the tag, which is the lamp's id from before it had the tag.
 void LightTracker::assign_ids(const std::vector<PointLight>& before, const std::vector<int>& found,
                               std::vector<PointLight>& lights) {
@@ -113,8 +141,13 @@ void LightTracker::assign_ids(const std::vector<PointLight>& before, const std::
   }
   for (std::size_t i = 0; i < lights.size(); ++i) {
     if (tagged(i)) continue;
-    lights[i].id = old_id(i) >= 0 && !taken.contains(old_id(i)) ? old_id(i) : next_id_++;
+    int id = old_id(i) >= 0 && !taken.contains(old_id(i)) ? old_id(i) : earlier_id(lights[i], before, taken);
+    if (id < 0) id = next_id_++;
+    lights[i].id = id;
+    taken.insert(id);
+    last_directions_[id] = lights[i].direction;
   }
+  while (last_directions_.size() > kTracking.max_remembered) last_directions_.erase(last_directions_.begin());
 }
 
 void LightTracker::update(const Illumination* last, Illumination& now) {

@@ -1,14 +1,16 @@
 #pragma once
 // Tracking of lamps from one fish-eye image to the next, and averaging while the light is still.
 #include <map>
+#include <set>
 #include <vector>
 
 #include "reconstruct/light/light.h"
 
 namespace lumigraft::reconstruct {
 
-/// Gives each lamp of `now` the id of the nearest lamp of `last` (a new id if none is near; a lamp with a tag keeps its
-/// id), and averages both images while lamps and environment are still, so that their sum is an averaged image.
+/// Gives each lamp of `now` the id of the nearest lamp of `last`, or of an earlier one that shone from there and was
+/// switched off; a new id if none is near. A lamp with a tag keeps its id. And averages both images while lamps and
+/// environment are still, so that their sum is an averaged image.
 ///
 /// A lamp that disappears with its energy may be occluded: it is held for some frames, then faded out. One whose energy
 /// appears elsewhere has moved or was cut differently, and is dropped.
@@ -29,7 +31,10 @@ class LightTracker {
                   std::vector<PointLight>& lights);
 
   std::size_t max_lamps_;
+  int earlier_id(const PointLight& light, const std::vector<PointLight>& before, const std::set<int>& taken) const;
+
   std::map<int, int> ids_of_tags_;
+  std::map<int, Eigen::Vector3f> last_directions_;  ///< of all lamps so far without a tag, by id
   int next_id_ = 0;
   int next_held_region_ = kFirstHeld;  ///< a held lamp's region differs from those of any image
   int averaged_ = 0;                   ///< frames in the running mean

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <memory>
 #include <string>
 
@@ -163,6 +164,21 @@ TEST(AlbedoSchedule, WhatOnlyEverythingSolvesIsNotTriedAgain) {
   EXPECT_EQ(schedule.next(room(1, 2), one_lamp(2, 10)), AlbedoWork::nothing);
   waits = false;
   EXPECT_EQ(schedule.next(room(1, 2), one_lamp(2, 10)), AlbedoWork::everything);
+}
+
+TEST(AlbedoSchedule, ACarriedLampIsSearchedInEveryFrame) {
+  AlbedoSchedule schedule;
+  const DistanceField field = room(10, 1);
+  for (std::uint64_t i = 1; i < 8; ++i) {
+    Illumination light = one_lamp(i, 2);
+    light.lights[0].direction = {std::sin(0.02f * static_cast<float>(i)), 0, std::cos(0.02f * static_cast<float>(i))};
+    EXPECT_TRUE(due(schedule, field, light)) << i;
+    schedule.begin(shared(field), light);
+    schedule.solved(albedo_of(0.5f, 0.1f), false);
+  }
+  Illumination flickers = one_lamp(9, 2.3f);
+  flickers.lights[0].direction = {std::sin(0.14f), 0, std::cos(0.14f)};
+  EXPECT_FALSE(due(schedule, field, flickers)) << "mains flicker";
 }
 
 }  // namespace

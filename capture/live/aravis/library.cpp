@@ -41,9 +41,7 @@ void Check::or_throw(const std::string& what) const {
        (error_->code == ARV_DEVICE_ERROR_WRONG_FEATURE || error_->code == ARV_DEVICE_ERROR_FEATURE_NOT_FOUND ||
         error_->code == ARV_DEVICE_ERROR_INVALID_PARAMETER ||
         error_->code == ARV_DEVICE_ERROR_PROTOCOL_ERROR_INVALID_PARAMETER));
-  if (permanent) {
-    throw InputError(what + ": " + text());
-  }
+  if (permanent) throw InputError(what + ": " + text());
   throw CameraFault(what + ": " + text());
 }
 

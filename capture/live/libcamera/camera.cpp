@@ -36,9 +36,7 @@ std::shared_ptr<libcamera::Camera> find(const std::string& name) {
 }
 
 void check(int result, const char* what) {
-  if (result < 0) {
-    throw CameraFault(std::string(what) + ": " + std::strerror(-result));
-  }
+  if (result < 0) throw CameraFault(std::string(what) + ": " + std::strerror(-result));
 }
 
 /// Refuses YUV encodings and value ranges that PixelConverter does not assume.

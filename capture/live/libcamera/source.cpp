@@ -39,9 +39,7 @@ std::vector<MappedPlane> mapped(const HelperMessage& memory, const std::vector<D
     const auto [offset, length] = memory.plane[i];
     const std::size_t size = std::size_t{offset} + length;
     void* begin = mmap(nullptr, size, PROT_READ, MAP_SHARED, files[i].number(), 0);
-    if (begin == MAP_FAILED) {
-      throw CameraFault(std::string("buffers: ") + std::strerror(errno));
-    }
+    if (begin == MAP_FAILED) throw CameraFault(std::string("buffers: ") + std::strerror(errno));
     planes.push_back({{begin, [size](void* mapping) { munmap(mapping, size); }},
                       {static_cast<const std::uint8_t*>(begin) + offset, length}});
   }
@@ -93,9 +91,7 @@ class LibcameraSource::Camera : public Source {
  public:
   Camera(const std::string& name, const StreamSpec& spec) : spec_(spec) {
     int ends[2];
-    if (socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends) != 0) {
-      throw CameraFault(std::strerror(errno));
-    }
+    if (socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends) != 0) throw CameraFault(std::strerror(errno));
     shared_->socket = Descriptor(ends[0]);
     {
       const Descriptor helper_end(ends[1]);  // closed in this process, which so notices if the helper dies
@@ -178,15 +174,9 @@ class LibcameraSource::Camera : public Source {
   /// Waits for a message of that kind; throws the helper's reason if another one comes.
   Received demand(HelperMessage::Kind kind) {
     auto received = receive(kLibcameraParameters.open_timeout);
-    if (!received) {
-      throw CameraFault(fault_.empty() ? "libcamera does not answer" : fault_);
-    }
-    if (received->first.kind == HelperMessage::Kind::unfit) {
-      throw InputError(received->first.text.data());
-    }
-    if (received->first.kind != kind) {
-      throw CameraFault(received->first.text.data());
-    }
+    if (!received) throw CameraFault(fault_.empty() ? "libcamera does not answer" : fault_);
+    if (received->first.kind == HelperMessage::Kind::unfit) throw InputError(received->first.text.data());
+    if (received->first.kind != kind) throw CameraFault(received->first.text.data());
     return std::move(*received);
   }
 

@@ -131,9 +131,7 @@ class OpenNiSource::Reader : public Source {
       : kind_(kind), silence_(silence) {
     if (device_.open(uri.empty() ? openni::ANY_DEVICE : uri.c_str()) != openni::STATUS_OK) {
       const std::string why = openni_error();  // the next call overwrites it
-      if (is_forbidden(uri)) {
-        throw CameraFault(kForbiddenUsb);
-      }
+      if (is_forbidden(uri)) throw CameraFault(kForbiddenUsb);
       throw CameraFault("found nothing OpenNI2 can open: " + why);
     }
     if (device_.isFile() != (kind == Kind::recording)) {

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "capture/camera/srgb.h"
+#include "reconstruct/exposure/direct_irradiance.h"
 #include "tests/reconstruct/fusion/fusion_views.h"
 
 namespace lumigraft::reconstruct {
@@ -90,6 +91,47 @@ TEST_F(ColorGain, LightThatTheFisheyeSeesChangeIsNotTheCamera) {
   EXPECT_NEAR(frame(brighter, {1, 1, 1}, lamp_above(1.4f * 3, 2)).gain[1], 1, 0.015);
   // The same room in the same picture under more light: the camera sees less of it.
   EXPECT_NEAR(frame(paint, {1, 1, 1}, lamp_above(2 * 3, 3)).gain[1], 0.5, 0.01);
+}
+
+TEST_F(ColorGain, TellsALampThatIsOffFromACoveredOne) {
+  const auto two_lamps = [](std::uint64_t version, int hidden) {
+    auto light = std::make_shared<Illumination>(*lamp_above(2, version));
+    light->lights.push_back(light->lights[0]);
+    light->lights[1].id = 7;
+    light->lights[1].irradiance.setConstant(1);
+    light->lights[1].hidden = hidden;
+    return light;
+  };
+  const auto steady = [&] {
+    for (std::uint64_t i = 1; i <= 3; ++i) frame(paint, {1, 1, 1}, two_lamps(i, 0));
+  };
+  steady();
+  const ColorGainStage::Result covered = frame(paint, {1, 1, 1}, two_lamps(4, 1));
+  EXPECT_EQ(covered.hidden.lit, std::vector{7});
+  EXPECT_TRUE(covered.hidden.off.empty());
+  // Of 3 W/m² of the lamps and the environment's, one is missing.
+  const double all = unoccluded_irradiance(*two_lamps(1, 0), {0, 0, 0}, {0, 0, 1})[1];
+  const auto darker = [&](const Vector3d& p) { return (all - 1) / all * paint(p); };
+  const ColorGainStage::Result off = frame(darker, {1, 1, 1}, two_lamps(5, 1));
+  EXPECT_EQ(off.hidden.off, std::vector{7});
+  EXPECT_NEAR(off.gain[1], 1, 0.02) << "not the camera";
+}
+
+TEST_F(ColorGain, ALampWhoseDistanceIsNotKnownYetIsNotTheCamera) {
+  const auto lamp_near = [](std::uint64_t version, float x_m, bool known) {
+    auto light = std::make_shared<Illumination>(*lamp_above(1, version));
+    PointLight& lamp = light->lights[0];
+    lamp.direction = Eigen::Vector3f(x_m, 0, 0.5f).normalized();
+    lamp.position_m = {x_m, 0, 0.5f};
+    lamp.intensity.setConstant(0.3f);
+    lamp.distance_known = known;
+    return light;
+  };
+  for (std::uint64_t i = 1; i <= 3; ++i) frame(paint, {1, 1, 1}, lamp_near(i, 0, true));
+  for (std::uint64_t i = 4; i <= 8; ++i) {
+    const auto brighter = [&](const Vector3d& p) { return (1 + 0.03 * static_cast<double>(i)) * paint(p); };
+    EXPECT_EQ(frame(brighter, {1, 1, 1}, lamp_near(i, 0.05f * static_cast<float>(i), i % 2 == 0)).gain[1], 1);
+  }
 }
 
 TEST_F(ColorGain, IsHeldWhereNothingDeterminesIt) {

@@ -373,6 +373,24 @@ TEST(Fusion, ColourBecomesRadiance) {
   EXPECT_TRUE(clipped->sample(Vector3f(0.1f, 0, 0)));
 }
 
+TEST(Fusion, RadianceFollowsTheLight) {
+  const capture::CameraModel camera = test::small_camera();
+  const Isometry3d pose = test::looking_at_tag(0.9, 0.8, -1.5);
+  const auto radiance_after = [&](double light_change) {
+    FusionStage stage(test::session_with(camera), FusionSettings{});
+    const auto lit = [](double radiance) { return [radiance](const Vector3d&) { return radiance; }; };
+    for (std::uint64_t i = 0; i < 40; ++i)
+      stage.fuse(test::frame_of(test::table, camera, pose, i, {}, lit(0.4)), test::pose_at(pose));
+    const auto field =
+        stage.fuse(test::frame_of(test::table, camera, pose, 40, {}, lit(0.1)), test::pose_at(pose), light_change);
+    return field->radiance(Vector3f(0.05f, 0.01f, 0))->x();
+  };
+  EXPECT_NEAR(radiance_after(0.75), 0.1, 0.005) << "in the same frame";
+  EXPECT_GT(radiance_after(0), 0.35) << "no light changed: one of many observations";
+  // A change of 1σ of an observation: both count alike.
+  EXPECT_NEAR(radiance_after(kRadianceMemory.log_sigma), 0.25, 0.04);
+}
+
 TEST(Fusion, ADistortedLens) {
   capture::CameraModel camera = test::small_camera();
   camera.distortion = {-0.2, 0.05, 0.001, -0.001, 0};

@@ -179,6 +179,26 @@ TEST(LightStage, LampCoveredForOneFrameStaysAndOneThatWentOutFades) {
   EXPECT_LT(largest_step, 0.26f * before->lights[0].irradiance.x());
 }
 
+TEST(LightStage, WhatTheColourCameraShowsDecidesAboutAHiddenLamp) {
+  const capture::Session session = session_with_fisheye();
+  LightStage stage(session);
+  const int id = stage.extract(frame_with_lamps(session)).illumination->lights[0].id;
+  const capture::FrameSet covered = frame_without_lamp_a(session);
+  for (int i = 0; i < 20; ++i) {
+    const auto lights = stage.extract(covered).illumination->lights;
+    ASSERT_EQ(lights.size(), 2u) << "held as long as its light is there";
+    EXPECT_EQ(lights[1].id, id);
+    stage.resolve_hidden({.off = {}, .lit = {id}});
+  }
+  const std::uint64_t version = stage.extract(covered).illumination->version;
+  stage.resolve_hidden({.off = {id}, .lit = {}});
+  const auto off = stage.extract({}, nullptr, {}).illumination;
+  EXPECT_EQ(off->lights.size(), 1u) << "without a new image";
+  EXPECT_GT(off->version, version);
+  EXPECT_EQ(stage.extract(covered).illumination->lights.size(), 1u);
+  EXPECT_EQ(stage.extract(frame_with_lamps(session)).illumination->lights[0].id, id) << "switched on again";
+}
+
 TEST(LightStage, MovedLampIsNotDuplicated) {
   const capture::Session session = session_with_fisheye();
   LightStage stage(session);
