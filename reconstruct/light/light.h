@@ -72,7 +72,7 @@ struct Illumination {
   Eigen::Vector3f probe_position_m = Eigen::Vector3f::Zero();  ///< of the fish-eye, tag frame
   std::vector<PointLight> lights;                              ///< strongest first
   EnvironmentMap environment;                                  ///< residual: everything but the lamps
-  Sh9 environment_sh{};                                        ///< its spherical harmonics
+  Sh9 environment_sh = zero_sh();                              ///< its spherical harmonics
   double clipped_fraction = 0;                                 ///< of the fish-eye's pixels
   std::uint64_t version = 0;
 };

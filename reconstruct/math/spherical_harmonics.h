@@ -11,6 +11,12 @@ namespace lumigraft::reconstruct {
 
 using Sh9 = std::array<Eigen::Vector3f, 9>;  ///< RGB per coefficient
 
+inline Sh9 zero_sh() {
+  Sh9 zero;
+  zero.fill(Eigen::Vector3f::Zero());  // Sh9{} leaves them uninitialized
+  return zero;
+}
+
 std::array<float, 9> sh_basis(const Eigen::Vector3f& direction);
 /// Radiance that arrives from `direction` (unit).
 Eigen::Vector3f sh_radiance(const Sh9& radiance, const Eigen::Vector3f& direction);

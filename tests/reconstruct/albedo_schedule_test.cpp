@@ -173,8 +173,7 @@ TEST(AlbedoSchedule, ACarriedLampIsSearchedInEveryFrame) {
     Illumination light = one_lamp(i, 2);
     light.lights[0].direction = {std::sin(0.02f * static_cast<float>(i)), 0, std::cos(0.02f * static_cast<float>(i))};
     EXPECT_TRUE(due(schedule, field, light)) << i;
-    schedule.begin(shared(field), light);
-    schedule.solved(albedo_of(0.5f, 0.1f), false);
+    solve(schedule, field, light, albedo_of(0.5f, 0.1f));
   }
   Illumination flickers = one_lamp(9, 2.3f);
   flickers.lights[0].direction = {std::sin(0.14f), 0, std::cos(0.14f)};
