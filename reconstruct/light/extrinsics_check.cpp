@@ -61,10 +61,8 @@ class ExtrinsicsCheck {
     take(shifted, kExtrinsicsCheck.shift_over_turn);
     const double turn = Eigen::AngleAxisf(best.turn).angle() / kDegree, shift = best.shift_m.norm();
     const bool differs = turn > kExtrinsicsCheck.min_turn_deg || shift > kExtrinsicsCheck.min_shift_m;
-    if (!differs || min_cost > kExtrinsicsCheck.min_improvement * *now) return std::nullopt;
-    // Two smooth pictures agree at any pose: the other pose must explain the pattern, too.
-    if (!cost(best) || min_cost > kExtrinsicsCheck.min_improvement * pattern_) return std::nullopt;
-    return ExtrinsicsError{turn, shift};
+    return min_cost < kExtrinsicsCheck.min_improvement * *now && differs ? std::optional(ExtrinsicsError{turn, shift})
+                                                                         : std::nullopt;
   }
 
  private:
@@ -101,12 +99,10 @@ class ExtrinsicsCheck {
   std::optional<float> cost(const PoseOffset& offset) {
     sample_field(offset.shift_m);
     differences_.clear();
-    levels_.clear();
     for (const FieldSample& known : known_) {
       const Vector3f seen_at = offset.turn.transpose() * known.direction;
       if (!usable(seen_at)) continue;
       differences_.push_back(std::log(std::max(light_.environment.sample(seen_at).mean(), 1e-6f)) - known.log_radiance);
-      levels_.push_back(known.log_radiance);
     }
     if (first_common_ == 0) first_common_ = differences_.size();
     if (differences_.size() < kExtrinsicsCheck.min_directions ||
@@ -114,16 +110,11 @@ class ExtrinsicsCheck {
             kExtrinsicsCheck.min_common_fraction * static_cast<float>(first_common_)) {
       return std::nullopt;
     }
-    pattern_ = mean_deviation(levels_);
-    return mean_deviation(differences_);
-  }
-
-  /// From the median, robust.
-  static float mean_deviation(std::vector<float>& values) {
-    const float middle = median(values);
+    const float factor = median(differences_);
     float sum = 0;
-    for (const float value : values) sum += std::min(std::abs(value - middle), kExtrinsicsCheck.max_log_difference);
-    return sum / static_cast<float>(values.size());
+    for (const float value : differences_)
+      sum += std::min(std::abs(value - factor), kExtrinsicsCheck.max_log_difference);
+    return sum / static_cast<float>(differences_.size());
   }
 
   /// Whether the cost is less than `min_cost`, which it then becomes.
@@ -199,9 +190,8 @@ class ExtrinsicsCheck {
   bool sampled_ = false;
   Vector3f shift_m_ = Vector3f::Zero();
   std::vector<FieldSample> known_;
-  std::vector<float> differences_, levels_;  ///< of log radiance, of the directions common to both
-  float pattern_ = 0;                        ///< what a constant leaves of the field's log radiance there
-  std::size_t first_common_ = 0;             ///< directions measured by both at the configured pose
+  std::vector<float> differences_;
+  std::size_t first_common_ = 0;  ///< directions measured by both at the configured pose
 };
 
 }  // namespace

@@ -61,7 +61,7 @@ Rgb DeltaLight::lamps(const PathVertex& vertex, Sampler& sampler, Counts counts)
     const LightSample s = sample_lamp(room_.lamps()[i], from_m, sampler.two());
     if (!(s.pdf > 0) || s.radiance.maxCoeff() <= 0) continue;
     const Rgb f = vertex.response(s.w);
-    if (f.maxCoeff() <= 0 || !counts(from_m, s.w, s.distance_m - kBeforeLamp_m, i)) continue;
+    if (f.maxCoeff() <= 0 || !counts(from_m, s.w, before_lamp_body_m(room_.lamps()[i], s.distance_m), i)) continue;
     // Only rays of specular surfaces can hit lamps.
     const float weight = vertex.mirrors() ? balanced(s.pdf, vertex.pdf(s.w) + vertex.aim_pdf(s.w)) : 1;
     sum += f * s.radiance * (weight / s.pdf);
@@ -112,7 +112,7 @@ Rgb DeltaLight::hidden_from(const Vector3f& p_m, const Vector3f& normal, Sampler
   for (std::size_t i = 0; i < room_.lamps().size(); ++i) {
     if (!may_hide(i, p_m)) continue;
     const LightSample s = sample_lamp(room_.lamps()[i], p_m, sampler.two());
-    const float cosine = normal.dot(s.w), limit = s.distance_m - kBeforeLamp_m;
+    const float cosine = normal.dot(s.w), limit = before_lamp_body_m(room_.lamps()[i], s.distance_m);
     if (!(s.pdf > 0) || cosine <= 0 || s.radiance.maxCoeff() <= 0) continue;
     if (!objects_.meshes().blocked(p_m, s.w, limit) || blocked_by_room(p_m, s.w, limit, i)) continue;
     sum += s.radiance * (cosine / s.pdf);

@@ -101,7 +101,7 @@ ShadowRayPacket LightSampleSet::from(const SurfaceHit& surface, int number) cons
     if (!(weight[k] > 0)) continue;
     fan.rays.some |= 1u << k;
     fan.rays.w[k] = {x[k], y[k], z[k]};
-    fan.rays.limit_m[k] = distance[k] - kBeforeLamp_m;
+    fan.rays.limit_m[k] = before_lamp_body_m(lamp_, distance[k]);
   }
   return fan;
 }

@@ -1,7 +1,9 @@
 #pragma once
 // Lamps in ray tracing: intersection, sampling of points, and densities over solid angle.
+#include <algorithm>
 #include <optional>
 
+#include "reconstruct/shading/parameters.h"
 #include "relight/tracing/trace_scene.h"
 
 namespace lumigraft::relight {
@@ -21,6 +23,13 @@ bool behind_other_lamp(const std::vector<ReferenceLamp>& lamps, std::size_t lamp
                        const Eigen::Vector3f& w, float limit_m);
 /// Shadow rays towards a lamp end at this distance before it.
 constexpr float kBeforeLamp_m = 1e-4f;
+/// And in a reconstructed room before its body, of which the field holds a copy with the errors of depth and of the
+/// lamp's place: at `distance_m` a shadow ray meets the surface of the lamp.
+inline float before_lamp_body_m(const ReferenceLamp& lamp, float distance_m) {
+  const bool bulb = lamp.shape == ReferenceLamp::Shape::sphere;
+  const float body_m = bulb ? (reconstruct::kShadingParameters.lamp_radii_clear - 1) * lamp.radius_m : 0;
+  return std::max(distance_m - std::max(body_m, kBeforeLamp_m), 0.0f);
+}
 
 /// Veach & Guibas 1995, the balance heuristic.
 inline float balanced(float own_pdf, float other_pdf) { return own_pdf / (own_pdf + other_pdf); }
