@@ -37,7 +37,7 @@ struct WorkingBrick {
   std::shared_ptr<const SurfaceBrick> model;  ///< of real surfaces in it; null if there are none
   alignas(64) FieldBrick now;                 ///< aligned, so that a row is in one cache line
 
-  /// Lowers the weights of the radiance as the light changed by a relative 1σ² of `variance` since it was observed.
+  /// Adds `variance` (relative, 1σ²) to that of the radiance, by lowering its weights.
   void forget_radiance(double variance);
   /// Adds the drift of an update. `more_known`: distance or colour of a voxel became known.
   void add_drift(bool more_known, float update_drift, float update_radiance_drift) {

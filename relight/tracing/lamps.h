@@ -23,8 +23,9 @@ bool behind_other_lamp(const std::vector<ReferenceLamp>& lamps, std::size_t lamp
                        const Eigen::Vector3f& w, float limit_m);
 /// Shadow rays towards a lamp end at this distance before it.
 constexpr float kBeforeLamp_m = 1e-4f;
-/// And in a reconstructed room before its body, of which the field holds a copy with the errors of depth and of the
-/// lamp's place: at `distance_m` a shadow ray meets the surface of the lamp.
+/// End of a shadow ray towards a lamp of a reconstructed room. `distance_m`: along the ray to the lamp's surface. The
+/// distance field contains the lamp's body with the errors of depth, and the lamp's position has its own; rays to a
+/// bulb end as far before it as in reconstruction, so that the body does not occlude the lamp.
 inline float before_lamp_body_m(const ReferenceLamp& lamp, float distance_m) {
   const bool bulb = lamp.shape == ReferenceLamp::Shape::sphere;
   const float body_m = bulb ? (reconstruct::kShadingParameters.lamp_radii_clear - 1) * lamp.radius_m : 0;
