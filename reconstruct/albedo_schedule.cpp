@@ -16,9 +16,8 @@ double AlbedoSchedule::light_change(const Illumination& light) const {
   if (light.lights.size() != known_->lights.size()) return kOther;
   double difference = 0, sum = 0;
   for (const PointLight& now : light.lights) {
-    const auto before =
-        std::find_if(known_->lights.begin(), known_->lights.end(), [&](const PointLight& l) { return l.id == now.id; });
-    if (before == known_->lights.end()) return kOther;
+    const PointLight* before = lamp_with_id(known_->lights, now.id);
+    if (!before) return kOther;
     // Direction counts as a change of the vector irradiance.
     difference += (now.irradiance.sum() * now.direction - before->irradiance.sum() * before->direction).norm();
     sum += before->irradiance.sum();
@@ -28,9 +27,8 @@ double AlbedoSchedule::light_change(const Illumination& light) const {
 
 bool AlbedoSchedule::lamp_moved(const Illumination& light) const {
   return std::any_of(light.lights.begin(), light.lights.end(), [&](const PointLight& now) {
-    return std::any_of(known_->lights.begin(), known_->lights.end(), [&](const PointLight& before) {
-      return before.id == now.id && angle_between(before.direction, now.direction) > kMovedLamp_rad;
-    });
+    const PointLight* before = lamp_with_id(known_->lights, now.id);
+    return before && angle_between(before->direction, now.direction) > kMovedLamp_rad;
   });
 }
 

@@ -10,12 +10,6 @@
 namespace lumigraft::reconstruct {
 namespace {
 
-const PointLight* lamp_of(const Illumination& light, int id) {
-  const auto found =
-      std::find_if(light.lights.begin(), light.lights.end(), [&](const PointLight& l) { return l.id == id; });
-  return found == light.lights.end() ? nullptr : &*found;
-}
-
 bool has_disk_at(const std::vector<PointLight>& lamps, const Eigen::Vector3f& direction, float margin_rad) {
   return std::any_of(lamps.begin(), lamps.end(), [&](const PointLight& lamp) {
     return lamp.direction.dot(direction) > std::cos(lamp.angular_radius_rad + margin_rad);
@@ -131,11 +125,11 @@ std::shared_ptr<const Illumination> carry_lamps(const Illumination& newest, cons
   carried->lights.clear();
   std::vector<PointLight> put_back;
   for (const PointLight& lamp : measured.lights)
-    if (!lamp_of(solved, lamp.id)) put_back.push_back(lamp);
+    if (!lamp_with_id(solved.lights, lamp.id)) put_back.push_back(lamp);
   const bool raised = raise_as_before(carried->environment, measured.environment, solved.environment, put_back);
   for (PointLight lamp : newest.lights) {
-    const PointLight* before = lamp_of(measured, lamp.id);
-    const PointLight* known = lamp_of(solved, lamp.id);
+    const PointLight* before = lamp_with_id(measured.lights, lamp.id);
+    const PointLight* known = lamp_with_id(solved.lights, lamp.id);
     const bool unseen = lamp.visibility != PointLight::Visibility::visible;
     const bool was_unseen = before && before->visibility != PointLight::Visibility::visible;
     if (was_unseen && !known && unseen) continue;  // solving found that it is off

@@ -213,10 +213,7 @@ std::vector<LampEstimate> AlbedoStage::State::locate(const IrradianceModel& room
   }
   for (std::size_t i = 0; i < result.size(); ++i) estimates[illumination.lights[i].id] = result[i];
   if (estimates.size() > kStage.max_estimates)
-    std::erase_if(estimates, [&](const auto& entry) {
-      return std::none_of(illumination.lights.begin(), illumination.lights.end(),
-                          [&](const PointLight& light) { return light.id == entry.first; });
-    });
+    std::erase_if(estimates, [&](const auto& entry) { return !lamp_with_id(illumination.lights, entry.first); });
   located = {points, illumination.lights, 0};
   return result;
 }

@@ -1,6 +1,8 @@
 #include "reconstruct/exposure/direct_irradiance.h"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 namespace lumigraft::reconstruct {
 
@@ -25,12 +27,8 @@ Array3f unoccluded_irradiance(const Illumination& light, const Vector3f& positio
 }
 
 Array3f irradiance_around_probe(const Illumination& light) {
-  constexpr int kAxes = 6;
-  Array3f sum = Array3f::Zero();
-  for (int i = 0; i < kAxes; ++i) {
-    const Vector3f normal = (i < 3 ? 1.0f : -1.0f) * Vector3f::Unit(i % 3);
-    sum += sh_irradiance(light.environment_sh, normal).array().max(0.0f) / kAxes;
-  }
+  // π Y₀₀ of the first coefficient; the other harmonics have mean 0.
+  Array3f sum = 0.5f * std::sqrt(std::numbers::pi_v<float>) * light.environment_sh[0].array();
   // A lamp's irradiance on all sides of a small sphere is a quarter of that facing it.
   for (const PointLight& lamp : light.lights) {
     if (lamp.visibility != PointLight::Visibility::dark) sum += lamp.irradiance.array() / 4;

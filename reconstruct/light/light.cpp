@@ -83,6 +83,11 @@ float angle_between(const Eigen::Vector3f& a, const Eigen::Vector3f& b) {
   return std::acos(std::clamp(a.dot(b), -1.0f, 1.0f));
 }
 
+const PointLight* lamp_with_id(const std::vector<PointLight>& lights, int id) {
+  const auto found = std::find_if(lights.begin(), lights.end(), [&](const PointLight& l) { return l.id == id; });
+  return found == lights.end() ? nullptr : &*found;
+}
+
 float PointLight::emission(const Eigen::Vector3f& towards) const {
   return flat ? std::max(0.0f, normal.dot(towards)) / std::max(-normal.dot(direction), kMinSlantCosine) : 1.0f;
 }

@@ -46,6 +46,9 @@ struct PointLight {
   float emission(const Eigen::Vector3f& towards) const;
 };
 
+/// Null if none has this id.
+const PointLight* lamp_with_id(const std::vector<PointLight>& lights, int id);
+
 /// What the colour camera shows of lamps that the fish-eye no longer sees, by id.
 struct HiddenLamps {
   std::vector<int> off, lit;

@@ -7,12 +7,6 @@ namespace {
 
 using Eigen::Vector3f;
 
-const PointLight* lamp_with_id(const Illumination& light, int id) {
-  const auto found =
-      std::find_if(light.lights.begin(), light.lights.end(), [&](const PointLight& l) { return l.id == id; });
-  return found == light.lights.end() ? nullptr : &*found;
-}
-
 /// Irradiance at the probe per channel, as the columns of three vectors towards the lamp; zero for no lamp.
 Eigen::Matrix3f irradiance_vectors(const PointLight* lamp) {
   return lamp ? Eigen::Matrix3f(lamp->direction * lamp->irradiance.transpose()) : Eigen::Matrix3f::Zero();
@@ -23,13 +17,13 @@ Eigen::Matrix3f irradiance_vectors(const PointLight* lamp) {
 double relative_change(const Illumination& now, const Illumination& before) {
   double change = 0, sum = 0;
   for (const PointLight& lamp : now.lights) {
-    const PointLight* was = lamp_with_id(before, lamp.id);
+    const PointLight* was = lamp_with_id(before.lights, lamp.id);
     const Eigen::Matrix3f a = irradiance_vectors(&lamp), b = irradiance_vectors(was);
     change += (a - b).colwise().norm().sum();
     sum += std::max(a.colwise().norm().sum(), b.colwise().norm().sum());
   }
   for (const PointLight& lamp : before.lights) {
-    if (lamp_with_id(now, lamp.id)) continue;
+    if (lamp_with_id(now.lights, lamp.id)) continue;
     change += lamp.irradiance.sum();
     sum += lamp.irradiance.sum();
   }

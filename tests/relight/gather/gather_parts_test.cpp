@@ -28,6 +28,26 @@ TEST(ShadowRayPacket, ItsFirstRaysRepresentAll) {
   }
 }
 
+// The field holds a bulb's body up to a tenth too wide, or as far from its place: it does not occlude the bulb.
+TEST(ShadowRayPacket, EndsBeforeTheBodyOfABulb) {
+  relight::ReferenceLamp lamp;
+  lamp.centre_m = {0.2f, 0, 1};
+  lamp.radius_m = 0.05f;
+  relight::SurfaceHit floor;
+  const auto nearest_end_m = [&] {
+    const relight::RayFan rays = relight::LightSampleSet(lamp, 1).from(floor, 0).rays;
+    float nearest = 1e9f;
+    for (std::size_t k = 0; k < relight::RayFan::kMaxRays; ++k)
+      nearest = std::min(nearest, (rays.from_m + rays.limit_m[k] * rays.w[k] - lamp.centre_m).norm());
+    return nearest;
+  };
+  EXPECT_GT(nearest_end_m(), 1.1f * lamp.radius_m);
+  EXPECT_LT(nearest_end_m(), 1.6f * lamp.radius_m) << "what is farther occludes it";
+  lamp.shape = relight::ReferenceLamp::Shape::disc;
+  lamp.normal = -Eigen::Vector3f::UnitZ();
+  EXPECT_LT(nearest_end_m(), lamp.radius_m) << "a panel is thin";
+}
+
 // The estimated enclosure has vertices far apart; light varies between them, too.
 TEST(IrradianceChangeCache, HoldBetweenPatchesThatLieFarApart) {
   const Eigen::Vector3f up = Eigen::Vector3f::UnitZ();
