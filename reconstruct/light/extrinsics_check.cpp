@@ -47,22 +47,25 @@ class ExtrinsicsCheck {
     const PoseOffset configured;
     const auto now = cost(configured);
     if (!now || *now < kExtrinsicsCheck.agreement) return std::nullopt;
-    // Small turns and shifts look alike: refine the best turn, the configured pose, and the best shift. A shift must
-    // explain much more to be accepted.
-    PoseOffset best = coarse_turn(*now), near, shifted = coarse_shift(*now);
-    float min_cost = refine(best);
-    const auto take = [&](PoseOffset& offset, float ratio) {
-      const float here = refine(offset);
-      if (here >= ratio * min_cost) return;
+    // Turns and shifts look alike: a shift must explain much more than the best turn alone to be accepted.
+    PoseOffset best;
+    float min_cost = *now;
+    for (PoseOffset offset : coarse_turns()) {
+      const float here = refine(offset, false);
+      if (here >= min_cost) continue;
       min_cost = here;
       best = offset;
-    };
-    take(near, 1);
-    take(shifted, kExtrinsicsCheck.shift_over_turn);
+    }
+    for (PoseOffset offset : {best, configured, coarse_shift(*now)}) {
+      const float here = refine(offset, true);
+      if (here >= kExtrinsicsCheck.shift_over_turn * min_cost) continue;
+      min_cost = here;
+      best = offset;
+    }
     const double turn = Eigen::AngleAxisf(best.turn).angle() / kDegree, shift = best.shift_m.norm();
     const bool differs = turn > kExtrinsicsCheck.min_turn_deg || shift > kExtrinsicsCheck.min_shift_m;
-    return min_cost < kExtrinsicsCheck.min_improvement * *now && differs ? std::optional(ExtrinsicsError{turn, shift})
-                                                                         : std::nullopt;
+    const bool better = min_cost < kExtrinsicsCheck.min_improvement * *now && significant(*now, min_cost);
+    return better && differs ? std::optional(ExtrinsicsError{turn, shift}) : std::nullopt;
   }
 
  private:
@@ -70,6 +73,15 @@ class ExtrinsicsCheck {
     Vector3f direction;
     float log_radiance;
   };
+
+  /// Whether the six numbers of another pose would hardly lower the cost as much by chance: the likelihood ratio for
+  /// errors of the density exp(-|e| / cost), where correct rigs have an error, too.
+  bool significant(float cost_now, float cost_then) const {
+    const float observations = static_cast<float>(first_common_) / kExtrinsicsCheck.directions_per_observation;
+    const float floor = 0.5f * kExtrinsicsCheck.agreement;
+    return 2 * observations * std::log((cost_now + floor) / (cost_then + floor)) >
+           kExtrinsicsCheck.min_likelihood_ratio;
+  }
 
   /// Samples the field's radiance as seen from the shifted probe.
   void sample_field(const Vector3f& shift_m) {
@@ -80,11 +92,26 @@ class ExtrinsicsCheck {
     const Vector3f from = light_.probe_position_m + shift_m;
     for (int i = 0; i < kExtrinsicsCheck.directions; ++i) {
       const Vector3f direction = spiral(i);
-      const auto hit = rays_.first_crossing(from, direction, kExtrinsicsCheck.max_ray_m);
-      const auto radiance = hit ? field_.radiance(*hit) : std::nullopt;
-      if (!radiance || !(radiance->mean() > 0) || metal_.contains(*hit)) continue;
-      known_.push_back({direction, std::log(radiance->mean())});
+      const auto here = log_radiance(from, direction);
+      if (here && even_around(from, direction, *here)) known_.push_back({direction, *here});
     }
+  }
+
+  std::optional<float> log_radiance(const Vector3f& from, const Vector3f& direction) const {
+    const auto hit = rays_.first_crossing(from, direction, kExtrinsicsCheck.max_ray_m);
+    const auto radiance = hit ? field_.radiance(*hit) : std::nullopt;
+    if (!radiance || !(radiance->mean() > 0) || metal_.contains(*hit)) return std::nullopt;
+    return std::log(radiance->mean());
+  }
+
+  /// A cell of the environment mixes what lies within it: an edge says nothing.
+  bool even_around(const Vector3f& from, const Vector3f& direction, float log_here) const {
+    const Vector3f s = kExtrinsicsCheck.cell_rad * direction.unitOrthogonal(), t = direction.cross(s);
+    for (const Vector3f& side : {s, t, Vector3f(-s), Vector3f(-t)}) {
+      const auto beside = log_radiance(from, (direction + side).normalized());
+      if (!beside || std::abs(*beside - log_here) > kExtrinsicsCheck.max_unevenness) return false;
+    }
+    return true;
   }
 
   bool usable(const Vector3f& direction) const {
@@ -125,9 +152,9 @@ class ExtrinsicsCheck {
     return true;
   }
 
-  /// The best turn in steps of 10°: all turns about the optical axis, and tilts of it up to 30°.
-  PoseOffset coarse_turn(float min_cost) {
-    PoseOffset best;
+  /// The best turns that differ much, in steps of 10°: all turns about the optical axis, and tilts of it up to 30°.
+  std::vector<PoseOffset> coarse_turns() {
+    std::vector<std::pair<float, PoseOffset>> turns;
     const Vector3f x = axis_.unitOrthogonal();
     for (int tilt = 0; tilt <= 3; ++tilt) {
       for (int side = 0; side < (tilt == 0 ? 1 : 8); ++side) {
@@ -135,11 +162,21 @@ class ExtrinsicsCheck {
             turned(turned(axis_, 45 * static_cast<float>(side)) * x, 10 * static_cast<float>(tilt));
         for (int about = 0; about < 36; ++about) {
           const PoseOffset offset{across * turned(axis_, 10 * static_cast<float>(about)), Vector3f::Zero()};
-          if (improves(offset, min_cost)) best = offset;
+          if (const auto here = cost(offset)) turns.emplace_back(*here, offset);
         }
       }
     }
-    return best;
+    std::sort(turns.begin(), turns.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    std::vector<PoseOffset> result;
+    for (const auto& [value, offset] : turns) {
+      const auto is_near = [&](const PoseOffset& other) {
+        return Eigen::AngleAxisf(other.turn.transpose() * offset.turn).angle() <
+               kExtrinsicsCheck.start_separation_deg * kDegree;
+      };
+      if (std::none_of(result.begin(), result.end(), is_near)) result.push_back(offset);
+      if (result.size() == kExtrinsicsCheck.starts) break;
+    }
+    return result;
   }
 
   /// The best shift of 0.1 and 0.2 m in the tag's plane and along its normal.
@@ -156,15 +193,15 @@ class ExtrinsicsCheck {
     return best;
   }
 
-  /// Pattern search over turns and shifts with steps that are halved.
-  float refine(PoseOffset& offset) {
+  /// Pattern search over turns, and shifts on request, with steps that are halved.
+  float refine(PoseOffset& offset, bool shifts) {
     float min_cost = cost(offset).value_or(kExtrinsicsCheck.max_log_difference);
     for (int level = 0; level < kExtrinsicsCheck.refine_levels; ++level) {
       const float scale = static_cast<float>(1 << level), degrees = kExtrinsicsCheck.first_turn_deg / scale,
                   metres = kExtrinsicsCheck.first_shift_m / scale;
       for (int round = 0; round < kExtrinsicsCheck.rounds_per_level; ++round) {
         const float before = min_cost;
-        for (int i = 0; i < 12; ++i) {
+        for (int i = 0; i < (shifts ? 12 : 6); ++i) {
           const float sign = i % 2 ? -1.0f : 1.0f;
           const Vector3f axis = Vector3f::Unit(i / 2 % 3);
           PoseOffset next = offset;

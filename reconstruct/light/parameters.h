@@ -92,14 +92,20 @@ struct LightParameters {
 
   struct ExtrinsicsCheck {
     int directions = 5000;            ///< over the sphere
-    std::size_t min_directions = 60;  ///< that both cameras must have measured
+    std::size_t min_directions = 16;  ///< that both cameras must have measured
     float max_ray_m = 10;
-    float margin_deg = 4;              ///< at the end of the view and around lamps: a cell of the environment
-    float max_log_difference = 0.5f;   ///< of radiance; larger ones count as this (a robust L1 cost)
-    float agreement = 0.05f;           ///< mean log difference of correct rigs is below this
-    float min_common_fraction = 0.6f;  ///< of the directions common to both at the configured pose
-    float min_improvement = 0.5f;      ///< another pose's cost over the configured one's must be below this
-    float shift_over_turn = 0.75f;     ///< a shift's cost over a turn's, for the shift to be the likelier error
+    float margin_deg = 4;             ///< at the end of the view and around lamps: a cell of the environment
+    float max_log_difference = 0.5f;  ///< of radiance; larger ones count as this (a robust L1 cost)
+    float agreement = 0.025f;  ///< mean log difference: 0.005 to 0.012 for six correct rigs, from 0.036 if turned by 8°
+    float cell_rad = 0.05f;    ///< of the environment: a direction counts if all within it are known, and
+    float max_unevenness = 0.2f;           ///< log radiance there differs by less
+    float directions_per_observation = 2;  ///< they are as far apart as cells, between which radiance is interpolated
+    float min_likelihood_ratio = 28;       ///< χ² of six degrees of freedom exceeds it once in 10⁴
+    std::size_t starts = 3;                ///< of the refinement, so many turns,
+    float start_separation_deg = 20;       ///< and so far apart
+    float min_common_fraction = 0.6f;      ///< of the directions common to both at the configured pose
+    float min_improvement = 0.5f;          ///< another pose's cost over the configured one's must be below this
+    float shift_over_turn = 0.75f;         ///< a shift's cost over a turn's, for the shift to be the likelier error
     float min_turn_deg = 3, min_shift_m = 0.05f;      ///< smaller errors are within noise
     float first_turn_deg = 5, first_shift_m = 0.08f;  ///< first steps of the refinement,
     int refine_levels = 4, rounds_per_level = 4;      ///< which are halved from level to level
