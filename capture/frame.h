@@ -55,6 +55,8 @@ struct FrameSet {
   /// Linear pixel value of `color` over exposure × radiance, per channel: changes of exposure and white balance that
   /// the camera does not report. Estimated by reconstruct; 1 until then.
   std::array<float, 3> color_gain = {1, 1, 1};
+  /// vignetting_gain() of the colour camera, as the session states it or as reconstruct estimates it; null: none.
+  std::shared_ptr<const Image<float>> color_vignetting;
   std::shared_ptr<const RawDepth> raw_depth;
   std::shared_ptr<const DepthFrame> depth;  ///< raw_depth after DepthRegistration; null before
   FisheyeFrames fisheye;

@@ -88,6 +88,7 @@ struct SceneBuilder::State {
   LightStage light;
   ColorGainStage color_gain;
   std::atomic<float> color_brightness = 1;  ///< newest gain, mean of the channels
+  std::atomic<float> color_correction = 0;  ///< ColorGainStage::Result::correction, since radiance was last fused
   FusionStage fusion;
   std::shared_ptr<const Illumination> fused_light;  ///< measured when radiance was last fused
   AlbedoStage albedo;
@@ -160,6 +161,7 @@ ColorGainStage::Result SceneBuilder::estimate_color_gain(const capture::FrameSet
   State& s = *state_;
   ColorGainStage::Result result = s.color_gain.estimate(frame, pose, s.store.newest().illumination);
   s.color_brightness = result.gain.mean();
+  if (result.correction > 0) s.color_correction = result.correction;
   s.hidden_lamps.put(result.hidden);
   return result;
 }
@@ -175,7 +177,8 @@ void SceneBuilder::fuse_depth(const capture::FrameSet& frame, const Pose& pose) 
     else
       s.fused_light = light;
   }
-  s.store.publish_field(s.fusion.fuse(frame, pose, light_change));
+  const double change = std::max<double>(light_change, s.color_correction.exchange(0));
+  s.store.publish_field(s.fusion.fuse(frame, pose, change));
   s.store.publish_warnings("geometry", s.fusion.warnings());
 }
 
@@ -250,6 +253,7 @@ BuildResult SceneBuilder::build(const capture::FrameSet& sensed) {
   run_stage(built, "color gain", [&] {
     ColorGainStage::Result result = estimate_color_gain(frame, pose);
     built.frame.color_gain = {result.gain[0], result.gain[1], result.gain[2]};
+    built.frame.color_vignetting = result.vignetting;
     append_warnings(built.warnings, result.warnings);
     if (!s.overrides.light && !result.hidden.off.empty()) extract_light({}, nullptr);
   });

@@ -48,7 +48,7 @@ void CameraView::show_live(const capture::FrameSet& frame, const View& view, con
     submit(*list, result);
     live_picture_.read(device_, *screen_, changed);
   }
-  result->srgb = live_picture_.over(*camera_.coded(), camera_.exposure());
+  result->srgb = live_picture_.over(camera_);
   shown_ = Shown::live;
   if (view.with_maps) read_maps(result);
 }
@@ -62,7 +62,8 @@ void CameraView::show_full(const capture::FrameSet& frame, const View& view, con
     anew = true;
     still_.changed_tiles(*camera_.coded(), depth_of(frame), min_change_m, true);
   }
-  if (anew || !same_codes() || (full_exposure_ != camera_.exposure()).any()) {
+  if (anew || !same_codes() || (full_exposure_ != camera_.exposure()).any() ||
+      full_vignetting_ != camera_.vignetting()) {
     camera_.upload(device_, frame, true, *screen_);
     if (anew) {
       screen_->tiles->choose(device_, view.params, {camera_.rays(), depth_of(frame), *camera_.coded()}, view.objects,
@@ -75,6 +76,7 @@ void CameraView::show_full(const capture::FrameSet& frame, const View& view, con
     submit(list, result);
     full_codes_ = camera_.coded();
     full_exposure_ = camera_.exposure();
+    full_vignetting_ = camera_.vignetting();
     full_drawn_ = device_.download(*screen_->picture);
   }
   result->srgb = with_drawn_blocks(*camera_.coded(), full_drawn_, *screen_);

@@ -90,6 +90,7 @@ class CameraView {
   std::shared_ptr<const capture::Image<std::uint8_t>> full_codes_;  ///< of the camera,
   std::vector<std::byte> full_drawn_;                               ///< and what became of it, RGBA
   Eigen::Array3f full_exposure_ = Eigen::Array3f::Zero();
+  std::shared_ptr<const capture::Image<float>> full_vignetting_;
 };
 
 }  // namespace lumigraft::relight

@@ -106,15 +106,14 @@ void CpuCompositor::spread_fine(int left, int top) {
   }
 }
 
-capture::Image<std::uint8_t> CpuCompositor::over(const capture::Image<std::uint8_t>& coded,
-                                                 const Eigen::Array3f& exposure) const {
-  capture::Image<std::uint8_t> picture = coded;
+capture::Image<std::uint8_t> CpuCompositor::over(const CameraUpload& camera) const {
+  capture::Image<std::uint8_t> picture = *camera.coded();
   for (std::size_t i = 0; i < kinds_.size(); ++i) {
     const int left = kTile_px * static_cast<int>(i % static_cast<std::size_t>(columns_));
     const int top = kTile_px * static_cast<int>(i / static_cast<std::size_t>(columns_));
     if (kinds_[i] == Kind::smooth) over_smooth(left, top, &picture);
     if (kinds_[i] == Kind::real) over_real(left, top, &picture);
-    if (kinds_[i] == Kind::object) over_object(left, top, exposure, &picture);
+    if (kinds_[i] == Kind::object) over_object(left, top, camera, &picture);
   }
   return picture;
 }
@@ -141,13 +140,14 @@ void CpuCompositor::over_real(int left, int top, capture::Image<std::uint8_t>* p
   }
 }
 
-void CpuCompositor::over_object(int left, int top, const Eigen::Array3f& exposure,
+void CpuCompositor::over_object(int left, int top, const CameraUpload& camera,
                                 capture::Image<std::uint8_t>* picture) const {
   const capture::SrgbTable& srgb = capture::srgb_table();
   for (int v = top; v < std::min(top + kTile_px, height_); ++v) {
     for (int u = left; u < std::min(left + kTile_px, width_); ++u) {
       const std::size_t at = picture->index(u, v);
       const float *gain = &gain_[at], *object = &objects_[at / 3 * 4];
+      const Eigen::Array3f exposure = camera.transmission(at / 3) * camera.exposure();
       for (std::size_t c = 0; c < 3; ++c) {
         if (gain[c] == 1 && object[c] == 0 && object[3] == 0) continue;
         std::uint8_t& code = picture->data[at + c];

@@ -1,12 +1,12 @@
 #pragma once
 // Composites the live frame on the CPU: the camera's pixel values, multiplied by a gain where the light on real
 // surfaces changes, behind the objects. A frame in which only the camera's pixel values changed needs no GPU work.
-#include <Eigen/Core>
 #include <cstdint>
 #include <vector>
 
 #include "capture/image.h"
 #include "relight/gpu/device.h"
+#include "relight/passes/screen/camera_upload.h"
 #include "relight/passes/screen/screen.h"
 
 namespace lumigraft::relight {
@@ -16,15 +16,15 @@ class CpuCompositor {
   /// Reads back the results of LiveView for those blocks that screen.tiles selected among `considered`; other blocks
   /// keep their values.
   void read(gpu::Device& device, const Screen& screen, const std::vector<char>& considered);
-  /// `exposure`: linear pixel value over radiance, (W/sr/m²)⁻¹ per channel.
-  capture::Image<std::uint8_t> over(const capture::Image<std::uint8_t>& coded, const Eigen::Array3f& exposure) const;
+  /// Over the picture of `camera`.
+  capture::Image<std::uint8_t> over(const CameraUpload& camera) const;
 
  private:
   enum class Kind : char { untouched, smooth, real, object };
   void spread_fine(int left, int top);
   void over_smooth(int left, int top, capture::Image<std::uint8_t>* picture) const;
   void over_real(int left, int top, capture::Image<std::uint8_t>* picture) const;
-  void over_object(int left, int top, const Eigen::Array3f& exposure, capture::Image<std::uint8_t>* picture) const;
+  void over_object(int left, int top, const CameraUpload& camera, capture::Image<std::uint8_t>* picture) const;
 
   int width_ = 0, height_ = 0, columns_ = 0, fine_step_ = 1;
   std::vector<Kind> kinds_;     ///< per block

@@ -1,5 +1,6 @@
 #include "capture/camera/vignetting.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace lumigraft::capture {
@@ -7,6 +8,16 @@ namespace lumigraft::capture {
 double Vignetting::transmission(double angle_rad) const {
   const double s = angle_rad * angle_rad;
   return std::exp(s * (terms[0] + s * (terms[1] + s * terms[2])));
+}
+
+double corner_angle_rad(const CameraModel& camera) {
+  if (camera.kind != CameraModel::Kind::pinhole) return 0.5 * camera.fov_rad;
+  double widest_rad = 0;
+  for (const double u : {-0.5, camera.width - 0.5})
+    for (const double v : {-0.5, camera.height - 0.5})
+      if (const auto d = camera.unproject({u, v}))
+        widest_rad = std::max(widest_rad, std::atan2(d->head<2>().norm(), d->z()));
+  return widest_rad;
 }
 
 Image<float> vignetting_gain(const Vignetting& vignetting, const CameraModel& camera) {

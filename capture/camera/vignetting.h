@@ -17,6 +17,9 @@ struct Vignetting {
   double transmission(double angle_rad) const;
 };
 
+/// Largest angle from the optical axis in an image: of its corners or of the field of view.
+double corner_angle_rad(const CameraModel& camera);
+
 /// 1 / transmission per pixel, 1 channel; 1 outside the field of view. Empty if there is no vignetting.
 Image<float> vignetting_gain(const Vignetting& vignetting, const CameraModel& camera);
 

@@ -84,7 +84,7 @@ Vignetting read_vignetting(const ConfigTable& table, const CameraModel& camera) 
   std::copy(terms.begin(), terms.end(), vignetting.terms.begin());
   constexpr int kSteps = 100;  // one per degree of a lens of 200 degrees
   for (int i = 0; i <= kSteps; ++i) {
-    const double angle_rad = 0.5 * camera.fov_rad * i / kSteps, t = vignetting.transmission(angle_rad);
+    const double angle_rad = corner_angle_rad(camera) * i / kSteps, t = vignetting.transmission(angle_rad);
     if (!(t >= kLimits.min_transmission && t <= kLimits.max_transmission)) {
       table.fail("vignetting", "found " + std::to_string(t) + " of the axis' light at " +
                                    std::to_string(std::lround(angle_rad * 180.0 / std::numbers::pi)) +
@@ -205,6 +205,7 @@ ColorCamera read_color(const ConfigTable& table, const ConfigTable& lens) {
   camera.model.height = read_size(table).height;
   camera.exposure = read_exposure(table);
   camera.response = read_response(lens.has("response") ? lens : table);
+  camera.vignetting = read_vignetting(lens.has("vignetting") ? lens : table, camera.model);
   camera.settings = read_settings(table);
   return camera;
 }

@@ -20,6 +20,7 @@ struct ColorCamera {
   CameraModel model;
   double exposure = 1.0;
   Response response = Response::srgb();
+  Vignetting vignetting = {};
   CameraSettings settings = {};  ///< of live cameras
 };
 

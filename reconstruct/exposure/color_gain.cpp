@@ -8,7 +8,9 @@
 #include <utility>
 
 #include "capture/camera/radiance.h"
+#include "capture/camera/vignetting.h"
 #include "capture/message_text.h"
+#include "reconstruct/exposure/camera_match.h"
 #include "reconstruct/exposure/direct_irradiance.h"
 #include "reconstruct/exposure/parameters.h"
 #include "reconstruct/math/median.h"
@@ -44,7 +46,8 @@ struct CellKeyHash {
 struct Place {
   CellKey key{};
   Vector3f position_m, normal;
-  Array3f radiance;  ///< at gain 1
+  Array3f radiance;  ///< at gain 1, without vignetting
+  float corner;      ///< (θ / θ_corner)²
 };
 
 CellKey key_of(const Vector3f& position_m, const Vector3f& normal) {
@@ -97,7 +100,12 @@ std::string gain_warning(const Array3f& gain) {
 }  // namespace
 
 struct ColorGainStage::State {
-  State(const capture::Session& session) : response(session.color.response), sampler(session.color.model) {}
+  State(const capture::Session& session)
+      : camera(session.color),
+        corner_rad(static_cast<float>(capture::corner_angle_rad(camera.model))),
+        sampler(session.color.model) {
+    set_falloff(falloff);
+  }
 
   std::vector<Place> places_of(const capture::FrameSet& frame, const Eigen::Isometry3f& T_tag_camera) const;
   /// What a cell's light is now over what it was when its radiance was stored.
@@ -116,12 +124,20 @@ struct ColorGainStage::State {
   void follow(const Measurement& measurement);
   void learn(const std::vector<Place>& places, const std::shared_ptr<const Illumination>& light);
   void forget_oldest();
+  float match_fisheye(const std::vector<Place>& places, const capture::FrameSet& frame,
+                      const Eigen::Isometry3f& T_tag_camera, const Illumination& light);
+  void set_falloff(const Eigen::Array2f& falloff);
+  std::vector<std::string> warnings() const;
 
-  capture::Response response;
+  capture::ColorCamera camera;
+  float corner_rad;  ///< θ_corner
   DepthSampler sampler;
   std::unordered_map<CellKey, Cell, CellKeyHash> cells;
-  Array3f gain = Array3f::Ones();
-  Array3f around = Array3f::Ones();  ///< irradiance_around_probe of this frame's light
+  Array3f gain = Array3f::Ones();                   ///< over that of the first frames
+  Array3f base = Array3f::Ones();                   ///< of the first frames, against the fish-eye
+  Eigen::Array2f falloff = Eigen::Array2f::Zero();  ///< CameraMatch::falloff; zero if the session states vignetting
+  std::shared_ptr<const capture::Image<float>> vignetting;  ///< of both; null: none
+  Array3f around = Array3f::Ones();                         ///< irradiance_around_probe of this frame's light
   std::uint64_t frames = 0;
 };
 
@@ -133,11 +149,13 @@ std::vector<Place> ColorGainStage::State::places_of(const capture::FrameSet& fra
     for (int c = 0; c < grid.columns; ++c) {
       const DepthGrid::Point& point = grid.at(c, r);
       if (point.normal.isZero()) continue;
-      const auto radiance =
-          radiance_at(*frame.color, response, grid.step * c + grid.step / 2, grid.step * r + grid.step / 2);
+      const int u = grid.step * c + grid.step / 2, v = grid.step * r + grid.step / 2;
+      auto radiance = radiance_at(*frame.color, camera.response, u, v);
       if (!radiance) continue;
+      if (vignetting) *radiance *= vignetting->at(u, v);
+      const float angle = std::atan2(point.position.head<2>().norm(), point.position.z()) / corner_rad;
       const Vector3f position_m = T_tag_camera * point.position, normal = T_tag_camera.linear() * point.normal;
-      places.push_back({key_of(position_m, normal), position_m, normal, *radiance});
+      places.push_back({key_of(position_m, normal), position_m, normal, *radiance, angle * angle});
     }
   return places;
 }
@@ -148,9 +166,8 @@ bool known_differently(const Illumination& now, const Illumination& then) {
   const auto is_known = [](const PointLight& lamp) { return lamp.distance_known; };
   const bool some_known = std::any_of(then.lights.begin(), then.lights.end(), is_known);
   return std::any_of(now.lights.begin(), now.lights.end(), [&](const PointLight& lamp) {
-    const auto was = std::find_if(then.lights.begin(), then.lights.end(),
-                                  [&](const PointLight& other) { return other.id == lamp.id; });
-    return was == then.lights.end() ? some_known && !lamp.distance_known : was->distance_known != lamp.distance_known;
+    const PointLight* was = lamp_with_id(then.lights, lamp.id);
+    return was ? was->distance_known != lamp.distance_known : some_known && !lamp.distance_known;
   });
 }
 
@@ -272,6 +289,70 @@ void ColorGainStage::State::forget_oldest() {
   std::erase_if(cells, [&](const auto& entry) { return entry.second.last_seen < middle; });
 }
 
+void ColorGainStage::State::set_falloff(const Eigen::Array2f& k) {
+  falloff = k;
+  capture::Vignetting lens = camera.vignetting;
+  const double square = corner_rad * corner_rad;
+  lens.terms[0] -= k[0] / square;
+  lens.terms[1] -= k[1] / (square * square);
+  vignetting =
+      lens.none() ? nullptr : std::make_shared<capture::Image<float>>(capture::vignetting_gain(lens, camera.model));
+  cells.clear();
+}
+
+/// Compares the frame with the fish-eye, and adopts what differs visibly and beyond its uncertainty from the estimate
+/// in use: every correction makes what was measured before wrong. Returns ColorGainStage::Result::correction.
+float ColorGainStage::State::match_fisheye(const std::vector<Place>& places, const capture::FrameSet& frame,
+                                           const Eigen::Isometry3f& T_tag_camera, const Illumination& light) {
+  std::vector<ColorPlace> seen;
+  for (const Place& place : places) {
+    const float estimated = std::exp(-(falloff[0] + falloff[1] * place.corner) * place.corner);
+    seen.push_back({place.position_m, place.radiance / gain * estimated, place.corner});
+  }
+  std::vector<Vector3f> surface_m;
+  for (const DepthGrid::Point& point : sampler.sample(frame.depth->depth_m).points)
+    if (point.position.z() > 0) surface_m.push_back(T_tag_camera * point.position);
+  const auto exceeds = [](float value, float sigma, float visible) {
+    return std::abs(value) > std::max(kExposure.step_sigmas * sigma, visible);
+  };
+
+  auto match = match_cameras(seen, surface_m, light, camera.vignetting.none());
+  // Lenses lose light in the corners: a gain there is an error.
+  if (match && camera.vignetting.none() &&
+      match->falloff.sum() < std::max(kExposure.step_sigmas * match->falloff_sigma, kExposure.match.min_corner_log))
+    match = match_cameras(seen, surface_m, light, false);
+  if (!match) return 0;
+  float correction = 0;
+  const float bend = (match->falloff - falloff).sum();
+  if (exceeds(bend, match->falloff_sigma, kExposure.match.min_corner_log)) {
+    set_falloff(match->falloff);
+    correction = std::abs(bend);
+  }
+  const Array3f step = match->log_gain - base.log(), hue = step - step.mean();
+  if (exceeds(step.mean(), match->level_sigma, kExposure.match.min_level_log) ||
+      exceeds(hue.abs().maxCoeff(), match->hue_sigma, kExposure.match.min_hue_log)) {
+    base = match->log_gain.exp();
+    correction = std::max(correction, step.abs().maxCoeff());
+  }
+  return std::exp(correction) - 1;
+}
+
+std::vector<std::string> ColorGainStage::State::warnings() const {
+  std::vector<std::string> result;
+  if (std::string warning = gain_warning(gain); !warning.empty()) result.push_back(std::move(warning));
+  if (!base.isOnes(0))
+    result.push_back(capture::formatted(
+        "the colour camera shows places %.2f, %.2f, %.2f times as bright as the fish-eye (red, green, blue): white "
+        "balance, exposure or response of one is not as the session says; the difference is compensated",
+        base[0], base[1], base[2]));
+  if (!falloff.isZero(0))
+    result.push_back(
+        capture::formatted("the colour camera loses %.0f %% of the light in its corners: this is compensated; "
+                           "`lumigraft calibrate` measures its vignetting",
+                           100 * (1 - std::exp(-falloff.sum()))));
+  return result;
+}
+
 ColorGainStage::ColorGainStage(const capture::Session& session) : state_(std::make_unique<State>(session)) {}
 
 ColorGainStage::~ColorGainStage() = default;
@@ -281,16 +362,22 @@ ColorGainStage::Result ColorGainStage::estimate(const capture::FrameSet& frame, 
   State& s = *state_;
   Result result;
   if (frame.color && frame.depth && pose && pose->age_ns == 0) {
+    const Eigen::Isometry3f T_tag_camera = pose->T_tag_camera.cast<float>();
+    std::vector<Place> places = s.places_of(frame, T_tag_camera);
+    if (light && (s.frames < kExposure.match.first || s.frames % kExposure.match.every == 0)) {
+      result.correction = s.match_fisheye(places, frame, T_tag_camera, *light);
+      if (result.correction > 0) places = s.places_of(frame, T_tag_camera);
+    }
     ++s.frames;
-    const std::vector<Place> places = s.places_of(frame, pose->T_tag_camera.cast<float>());
     if (light) result.hidden = s.check_hidden(places, *light);
     if (!result.hidden.off.empty()) light = without_lamps(*light, result.hidden.off);
     if (light) s.around = irradiance_around_probe(*light);
     if (const auto measurement = s.measured(places, light)) s.follow(*measurement);
     s.learn(places, light);
   }
-  result.gain = s.gain;
-  if (std::string warning = gain_warning(s.gain); !warning.empty()) result.warnings.push_back(std::move(warning));
+  result.gain = s.base * s.gain;
+  result.vignetting = s.vignetting;
+  result.warnings = s.warnings();
   return result;
 }
 

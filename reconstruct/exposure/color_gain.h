@@ -6,7 +6,8 @@
 //
 //   log g = median over places of log(pixel value, linear / exposure) - log(L₀ E / E₀)     for each channel
 //
-// The first frames define gain 1: before something changes, exposure and albedo are not distinguishable.
+// This is relative to the first frames: before something changes, exposure and albedo are not distinguishable. White
+// balance, level and vignetting of these follow from places that the fish-eye sees too (camera_match.h).
 //
 // A lamp that vanished from the fish-eye's image is either covered there or switched off. The same places decide: they
 // are predicted under its light and without it, and what fits the frame better is true.
@@ -32,6 +33,10 @@ class ColorGainStage {
     /// Linear pixel value over exposure × radiance, per channel. That of the frame before where this frame does not
     /// determine it: no pose, no depth, too few places seen again, or light that changed in a way nobody measured.
     Eigen::Array3f gain = Eigen::Array3f::Ones();
+    std::shared_ptr<const capture::Image<float>> vignetting;  ///< FrameSet::color_vignetting
+    /// By how much gain and vignetting are estimated otherwise than before for the same light, as a ratio minus 1: what
+    /// was measured with the earlier estimate is wrong by it.
+    float correction = 0;
     /// Lamps that the fish-eye does not see (PointLight::hidden), by id: those whose light is missing in this frame
     /// too, and those whose light is still there. Neither: the frame does not show it.
     HiddenLamps hidden;

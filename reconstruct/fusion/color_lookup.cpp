@@ -3,11 +3,12 @@
 namespace lumigraft::reconstruct {
 
 ColorLookup::ColorLookup(const capture::Frame* picture, const capture::Response& response, int width, int height,
-                         const Eigen::Array3f& gain) {
+                         const Eigen::Array3f& gain, const capture::Image<float>* vignetting) {
   if (!picture) return;
-  if (!picture->radiance.empty()) {
+  if (!picture->radiance.empty() || vignetting) {
     radiance_ = capture::to_radiance(*picture, response);
     if (radiance_.radiance.width != width || radiance_.radiance.height != height) return;
+    if (vignetting) capture::undo_vignetting(radiance_, *vignetting);
     for (std::size_t i = 0; i < radiance_.radiance.data.size(); ++i)
       radiance_.radiance.data[i] /= gain[static_cast<Eigen::Index>(i % 3)];
   } else {

@@ -13,9 +13,9 @@ namespace lumigraft::reconstruct {
 class ColorLookup {
  public:
   /// `picture` may be null or of another size than the camera: then there is nothing to read.
-  /// `gain`: linear pixel value over exposure × radiance (FrameSet::color_gain).
+  /// `gain`: linear pixel value over exposure × radiance (FrameSet::color_gain). `vignetting`: FrameSet's, or null.
   ColorLookup(const capture::Frame* picture, const capture::Response& response, int width, int height,
-              const Eigen::Array3f& gain = Eigen::Array3f::Ones());
+              const Eigen::Array3f& gain = Eigen::Array3f::Ones(), const capture::Image<float>* vignetting = nullptr);
 
   explicit operator bool() const { return width_ > 0; }
   /// Bilinear, or that of the nearest pixel. False outside the image and if a pixel it needs is clipped. Lane 3 of

@@ -273,7 +273,7 @@ std::shared_ptr<const DistanceField> FusionStage::fuse(const capture::FrameSet& 
   if (s.surfaces.any() && s.surfaces.register_models(frame.depth->depth_m, pose.T_tag_camera)) s.update_models();
   s.record_pose(pose.T_tag_camera.cast<float>());
   const ColorLookup colour(frame.color.get(), s.response, s.camera.width, s.camera.height,
-                           Eigen::Array3f::Map(frame.color_gain.data()));
+                           Eigen::Array3f::Map(frame.color_gain.data()), frame.color_vignetting.get());
   const BrickUpdate update(s.view, s.preprocessor, s.map, colour, T_camera_tag,
                            {s.voxel_m, s.truncation_m, s.weight_cap});
   const float focal = static_cast<float>(std::max(s.camera.fx, s.camera.fy));

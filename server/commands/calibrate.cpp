@@ -223,13 +223,13 @@ std::optional<Eigen::Isometry3d> find_room_tag(const reconstruct::ViewSelector& 
   return place.T_camera_tag.inverse();
 }
 
-std::optional<capture::Vignetting> find_vignetting(const CalibratedCamera& fisheye,
+std::optional<capture::Vignetting> find_vignetting(const std::string& name, const CalibratedCamera& camera,
                                                    const std::vector<reconstruct::BoardView>& views,
                                                    std::ostream& report) {
-  const capture::CameraModel& model = fisheye.calibration.model;
+  const capture::CameraModel& model = camera.calibration.model;
   const reconstruct::VignettingCalibration found =
-      reconstruct::calibrate_vignetting(reconstruct::white_of(views, model), 0.5 * model.fov_rad);
-  write_vignetting_report(report, found);
+      reconstruct::calibrate_vignetting(reconstruct::white_of(views, model), capture::corner_angle_rad(model));
+  write_vignetting_report(report, name, found);
   return found.refusal.empty() ? std::optional(found.vignetting) : std::nullopt;
 }
 
@@ -292,7 +292,8 @@ void conclude(const CalibrateCommand& command, const reconstruct::Board& board, 
   CalibratedRest rest;
   const auto T_fisheye_color = find_extrinsics(collector, board, cameras, views, rest, report);
   rest.T_tag_fisheye = find_room_tag(collector, cameras, T_fisheye_color, report);
-  if (cameras[1] && board.tags() > 0) rest.vignetting = find_vignetting(*cameras[1], views[1], report);
+  for (std::size_t c = 0; c < 2 && board.tags() > 0; ++c)
+    if (cameras[c]) rest.vignetting[c] = find_vignetting(kCameraNames[c], *cameras[c], views[c], report);
   if (session != nullptr && session->depth && !session->depth->registered && cameras[0] && board.tags() > 0) {
     rest.depth = find_depth(*session->depth, *cameras[0], collector, board, views[0], report);
   }

@@ -37,7 +37,7 @@ std::string rows_of(const Eigen::Isometry3d& T) {
 }
 
 /// Writes why something was not found.
-bool refused(std::ostream& out, const char* what, const std::string& refusal) {
+bool refused(std::ostream& out, const std::string& what, const std::string& refusal) {
   if (!refusal.empty()) out << what << ": not found: " << refusal << '\n';
   return !refusal.empty();
 }
@@ -107,11 +107,12 @@ void write_extrinsics_report(std::ostream& out, const reconstruct::ExtrinsicsCal
   write_transform(out, extrinsics.T_second_first, extrinsics.shift_sigma_m, extrinsics.turn_sigma_rad);
 }
 
-void write_vignetting_report(std::ostream& out, const reconstruct::VignettingCalibration& v) {
-  if (refused(out, "fish-eye's vignetting", v.refusal)) return;
-  out << formatted("fish-eye's vignetting: %d tags in %d views, readings to %.1f %%, boards lit unevenly by %.0f %%\n",
-                   v.samples, v.moments, 100 * v.residual, 100 * v.unevenness);
-  for (int degrees = 30; degrees * 1.0 <= v.field_rad * kDegrees; degrees += 30)
+void write_vignetting_report(std::ostream& out, const std::string& name, const reconstruct::VignettingCalibration& v) {
+  if (refused(out, name + "'s vignetting", v.refusal)) return;
+  out << formatted("%s's vignetting: %d tags in %d views, readings to %.1f %%, boards lit unevenly by %.0f %%\n",
+                   name.c_str(), v.samples, v.moments, 100 * v.residual, 100 * v.unevenness);
+  const int step = v.field_rad * kDegrees < 60 ? 10 : 30;
+  for (int degrees = step; degrees * 1.0 <= v.field_rad * kDegrees; degrees += step)
     out << formatted("  %.3f of the axis' light at %d°\n", v.vignetting.transmission(degrees / kDegrees), degrees);
   out << formatted("  known to %.1f %% or better (1 sigma), seen up to %.1f°\n", 100 * v.widest_sigma,
                    v.widest_rad * kDegrees);
@@ -139,6 +140,7 @@ void write_calibration_file(std::ostream& out, const std::optional<CalibratedCam
     write_head(out, "color", *color);
     write_focal(out, color->calibration.model);
     out << "distortion = " << array_of(color->calibration.model.distortion) << '\n';
+    if (rest.vignetting[0]) out << "vignetting = " << array_of(rest.vignetting[0]->terms) << '\n';
   }
   if (fisheye) {
     const capture::CameraModel& model = fisheye->calibration.model;
@@ -148,7 +150,7 @@ void write_calibration_file(std::ostream& out, const std::optional<CalibratedCam
     // Rounded down: beyond this angle the polynomial may decrease.
     out << "k = " << array_of(model.k)
         << "\nfov_degrees = " << number(std::floor(model.fov_rad * kDegrees * 100 + 1e-6) / 100) << '\n';
-    if (rest.vignetting) out << "vignetting = " << array_of(rest.vignetting->terms) << '\n';
+    if (rest.vignetting[1]) out << "vignetting = " << array_of(rest.vignetting[1]->terms) << '\n';
     if (rest.time_offset_s) out << "time_offset_s = " << number(*rest.time_offset_s) << '\n';
     if (rest.T_tag_fisheye) out << "T_tag_fisheye = " << rows_of(*rest.T_tag_fisheye);
   }

@@ -1,5 +1,6 @@
 #pragma once
 // Writes calibration results as a report for people and as a configuration file.
+#include <array>
 #include <optional>
 #include <ostream>
 #include <string>
@@ -24,8 +25,9 @@ void write_calibration_report(std::ostream& out, const std::string& name,
 /// Pose of the fish-eye relative to the colour camera.
 void write_extrinsics_report(std::ostream& out, const reconstruct::ExtrinsicsCalibration& extrinsics);
 
-/// Vignetting of the fish-eye's lens.
-void write_vignetting_report(std::ostream& out, const reconstruct::VignettingCalibration& vignetting);
+/// Vignetting of the lens of the camera `name`.
+void write_vignetting_report(std::ostream& out, const std::string& name,
+                             const reconstruct::VignettingCalibration& vignetting);
 
 /// Time offset of the fish-eye's clock.
 void write_time_report(std::ostream& out, const reconstruct::TimeOffsetCalibration& time);
@@ -36,7 +38,7 @@ void write_depth_report(std::ostream& out, const reconstruct::DepthCalibration& 
 /// Results other than the lenses, where the pictures determine them.
 struct CalibratedRest {
   std::optional<Eigen::Isometry3d> T_tag_fisheye;
-  std::optional<capture::Vignetting> vignetting;
+  std::array<std::optional<capture::Vignetting>, 2> vignetting;  ///< of the colour camera, of the fish-eye
   std::optional<double> time_offset_s;
   struct Depth {
     int width = 0, height = 0;

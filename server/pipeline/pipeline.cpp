@@ -199,6 +199,7 @@ PosedFrame Pipeline::State::pose_of(const PlayedFrame& played) {
     const StageTimer timer(metrics, "color gain");
     const reconstruct::ColorGainStage::Result color = builder.estimate_color_gain(*frame, posed.located.pose);
     frame->color_gain = {color.gain[0], color.gain[1], color.gain[2]};
+    frame->color_vignetting = color.vignetting;
     reconstruct::append_warnings(posed.located.warnings, color.warnings);
   } catch (const std::exception& e) {
     posed.located.warnings.push_back(std::string("color gain: ") + e.what());

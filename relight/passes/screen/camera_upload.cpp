@@ -28,6 +28,7 @@ void CameraUpload::take(const capture::FrameSet& frame) {
   const std::shared_ptr<const capture::Frame>& picture = frame.color;
   picture_ = picture;
   gain_ = Eigen::Array3f::Map(frame.color_gain.data());
+  vignetting_ = frame.color_vignetting;
   const bool encoded = !picture->encoded.empty();
   exposure_ = static_cast<float>(encoded ? picture->exposure : camera_.exposure) * gain_;
   for (int code = 0; encoded && code < 256; ++code) {
@@ -43,17 +44,20 @@ void CameraUpload::take(const capture::FrameSet& frame) {
   const capture::Image<float> linear = radiance();
   auto coded = std::make_shared<capture::Image<std::uint8_t>>(linear.width, linear.height, 3);
   for (std::size_t i = 0; i < coded->data.size(); ++i) {
-    coded->data[i] = capture::srgb_table().code(exposure_[static_cast<Eigen::Index>(i % 3)] * linear.data[i]);
+    coded->data[i] =
+        capture::srgb_table().code(exposure_[static_cast<Eigen::Index>(i % 3)] * transmission(i / 3) * linear.data[i]);
   }
   coded_ = std::move(coded);
 }
 
 capture::Image<float> CameraUpload::radiance() const {
-  capture::Image<float> result = capture::to_radiance(*picture_, camera_.response).radiance;
+  capture::RadianceImage image = capture::to_radiance(*picture_, camera_.response);
+  if (vignetting_) capture::undo_vignetting(image, *vignetting_);
+  capture::Image<float>& result = image.radiance;
   if (!gain_.isOnes(0)) {
     for (std::size_t i = 0; i < result.data.size(); ++i) result.data[i] /= gain_[static_cast<Eigen::Index>(i % 3)];
   }
-  return result;
+  return std::move(result);
 }
 
 Eigen::Array3f CameraUpload::radiance(std::size_t pixel) const {
@@ -61,10 +65,11 @@ Eigen::Array3f CameraUpload::radiance(std::size_t pixel) const {
     const float* of_pixel = &picture_->radiance.data[3 * pixel];
     Eigen::Array3f light(of_pixel[0], of_pixel[1], of_pixel[2]);
     for (float& value : light) value = std::isfinite(value) ? std::max(value, 0.0f) : 0;
-    return light / gain_;
+    return light / (gain_ * transmission(pixel));
   }
   const std::uint8_t* codes = &picture_->encoded.data[3 * pixel];
-  return {radiance_of_[codes[0]][0], radiance_of_[codes[1]][1], radiance_of_[codes[2]][2]};
+  const Eigen::Array3f light(radiance_of_[codes[0]][0], radiance_of_[codes[1]][1], radiance_of_[codes[2]][2]);
+  return vignetting_ ? Eigen::Array3f(light * vignetting_->data[pixel]) : light;
 }
 
 void CameraUpload::upload_rays(gpu::Device& device, const Screen& screen) {
@@ -85,10 +90,11 @@ void CameraUpload::upload(gpu::Device& device, const capture::FrameSet& frame, b
   device.upload_rgb(*screen.codes, coded_->data);
   const std::size_t pixels = static_cast<std::size_t>(screen.width) * screen.height;
   if (with_radiance) {
-    std::vector<float> linear(4 * pixels, 1.0f);
+    std::vector<float> linear(4 * pixels);
     for (std::size_t i = 0; i < pixels; ++i) {
       const Eigen::Array3f of_pixel = radiance(i);
       std::copy_n(of_pixel.data(), 3, &linear[4 * i]);
+      linear[4 * i + 3] = transmission(i);
     }
     device.upload(*screen.radiance, 0, std::as_bytes(std::span(linear)));
   }

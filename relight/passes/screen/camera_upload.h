@@ -20,6 +20,9 @@ class CameraUpload {
 
   /// Linear pixel value over radiance, (W/sr/m²)⁻¹ per channel.
   const Eigen::Array3f& exposure() const { return exposure_; }
+  /// Part of the light that the lens transmits to a pixel, relative to the optical axis; radiance() is without it.
+  float transmission(std::size_t pixel) const { return vignetting_ ? 1 / vignetting_->data[pixel] : 1; }
+  const std::shared_ptr<const capture::Image<float>>& vignetting() const { return vignetting_; }
   capture::Image<float> radiance() const;                   ///< computed anew
   Eigen::Array3f radiance(std::size_t pixel) const;         ///< of one
   const std::vector<float>& rays() const { return rays_; }  ///< x/z and y/z of every pixel
@@ -33,6 +36,7 @@ class CameraUpload {
   std::array<Eigen::Array3f, 256> radiance_of_;  ///< by code value and channel
   std::shared_ptr<const capture::Image<std::uint8_t>> coded_;
   std::shared_ptr<const capture::Frame> picture_;
+  std::shared_ptr<const capture::Image<float>> vignetting_;  ///< FrameSet::color_vignetting
   std::vector<float> rays_;
 };
 

@@ -53,7 +53,8 @@ vec3 virtual_color(ivec2 at) {
 void main() {
   ivec2 at = tile_texel();
   if (any(greaterThanEqual(at, frame.picture.xy))) return;
-  vec3 b = texelFetch(radiance, at, 0).rgb, delta = vec3(0);
+  vec4 room = texelFetch(radiance, at, 0);
+  vec3 b = room.rgb, delta = vec3(0);
   float coverage = texelFetch(object_surface, at, 0).y;
   float footprint = texelFetch(real_normal, at, 0).a;
   if (footprint > 0.0 && coverage < 0.999) {
@@ -74,7 +75,7 @@ void main() {
   }
   vec3 code = texelFetch(picture, at, 0).rgb;
   if (coverage > 0.0 || delta != vec3(0)) {
-    code = srgb_encode(frame.exposure.rgb * mix(b + delta, virtual_color(at), coverage));
+    code = srgb_encode(room.a * frame.exposure.rgb * mix(b + delta, virtual_color(at), coverage));
   }
   imageStore(out_picture, at, vec4(round(code * 255.0) / 255.0, 1.0));
   imageStore(out_delta, at, vec4(delta, coverage));

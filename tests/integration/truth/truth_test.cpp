@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -13,7 +14,9 @@
 #include <string>
 #include <vector>
 
+#include "capture/camera/srgb.h"
 #include "capture/formats/picture_file.h"
+#include "capture/formats/picture_writer.h"
 #include "capture/session/config.h"
 #include "capture/session/session.h"
 #include "server/bench/measures.h"
@@ -37,6 +40,46 @@ std::vector<std::string> color_list(const fs::path& session) {
   return paths;
 }
 
+/// What a colour camera does to light without the session saying so: linear gain of a pixel, per channel.
+struct ColorDefect {
+  std::array<float, 3> gain = {1, 1, 1};
+  float corner_loss = 0;
+
+  bool none() const { return gain == std::array<float, 3>{1, 1, 1} && corner_loss == 0; }
+  float at(int u, int v, int c, int width, int height) const {
+    const float x = static_cast<float>(2 * u - width + 1), y = static_cast<float>(2 * v - height + 1);
+    const auto square = static_cast<float>(width * width + height * height);
+    return gain[static_cast<std::size_t>(c)] * (1 - corner_loss * (x * x + y * y) / square);
+  }
+};
+
+/// A session as seen by a camera with the defect, in the folder `to`.
+void write_defective(const fs::path& session, const ColorDefect& defect, const fs::path& to) {
+  fs::create_directories(to);
+  for (const auto& entry : fs::directory_iterator(session))
+    if (entry.path().filename() != "color")
+      fs::create_symlink(fs::absolute(entry.path()), to / entry.path().filename());
+  for (const std::string& color : color_list(session)) {
+    capture::Image<std::uint8_t> picture = capture::read_encoded(session / color);
+    for (int v = 0; v < picture.height; ++v)
+      for (int u = 0; u < picture.width; ++u)
+        for (int c = 0; c < 3; ++c) {
+          std::uint8_t& code = picture.at(u, v, c);
+          code = capture::srgb_table().code(defect.at(u, v, c, picture.width, picture.height) *
+                                            capture::srgb_table().linear[code]);
+        }
+    fs::create_directories((to / color).parent_path());
+    capture::write_png(to / color, picture);
+  }
+}
+
+void apply(const ColorDefect& defect, server::TruePictures& truth) {
+  for (capture::Image<float>* image : {&truth.background, &truth.augmented})
+    for (int v = 0; v < image->height; ++v)
+      for (int u = 0; u < image->width; ++u)
+        for (int c = 0; c < 3; ++c) image->at(u, v, c) *= defect.at(u, v, c, image->width, image->height);
+}
+
 // Software rendering takes seconds per frame: just enough frames to reconstruct the scene.
 constexpr int kStillFrames = 2;
 constexpr int kMovingFrames = 8;
@@ -51,9 +94,11 @@ struct SessionScore {
 
 /// Replays the first frames of a session with the program and scores every frame that has truth. A static session has
 /// truth for its first frame only; then the last replayed frame is scored, when the scene is reconstructed.
-SessionScore replay_and_score(const fs::path& session, const std::string& group, const std::string& options) {
+SessionScore replay_and_score(fs::path session, const std::string& group, const std::string& options,
+                              const ColorDefect& defect) {
   const std::string name = group + "-" + session.filename().string() + "-" + std::to_string(getpid());
   const fs::path out = fs::temp_directory_path() / ("lumigraft-truth-" + name);
+  const fs::path seen = out.string() + "-seen";
   fs::remove_all(out);
   const capture::ConfigTable root = capture::ConfigTable::load(session / "session.toml");
   const double exposure = capture::read_session(root).color.exposure;
@@ -68,6 +113,11 @@ SessionScore replay_and_score(const fs::path& session, const std::string& group,
   const int frames = std::min(static_cast<int>(colors.size()), still                 ? kStillFrames
                                                                : group == "changing" ? kChangingFrames
                                                                                      : kMovingFrames);
+  if (!defect.none()) {
+    fs::remove_all(seen);
+    write_defective(session, defect, seen);
+    session = seen;
+  }
   const std::string command = std::string(LUMIGRAFT_PROGRAM) + " replay " + session.string() + " --out " +
                               out.string() + " --frames " + std::to_string(frames) + options + " > /dev/null";
   SessionScore result;
@@ -82,7 +132,8 @@ SessionScore replay_and_score(const fs::path& session, const std::string& group,
     }
     char file[32];
     std::snprintf(file, sizeof file, "frame_%06d.png", frame);
-    const server::TruePictures wanted = server::read_true_pictures(truth, exposure);
+    server::TruePictures wanted = server::read_true_pictures(truth, exposure);
+    apply(defect, wanted);
     const capture::Image<std::uint8_t> camera = capture::read_encoded(session / colors[frame]);
     const server::Measures measures = server::measure_picture(capture::read_encoded(out / file), camera, wanted);
     result.worst_relight_error = std::max(result.worst_relight_error, measures.relight_error);
@@ -100,6 +151,7 @@ SessionScore replay_and_score(const fs::path& session, const std::string& group,
     *sum /= result.frames;
   }
   fs::remove_all(out);
+  fs::remove_all(seen);
   return result;
 }
 
@@ -112,9 +164,10 @@ std::optional<capture::ConfigTable> bound_of(const fs::path& session, const std:
 }
 
 /// Scores a session and checks its bound.
-void check(const fs::path& session, const std::string& group, const std::string& options = "") {
+void check(const fs::path& session, const std::string& group, const std::string& options = "",
+           const ColorDefect& defect = {}) {
   const std::string name = session.filename().string();
-  const SessionScore score = replay_and_score(session, group, options);
+  const SessionScore score = replay_and_score(session, group, options, defect);
   ASSERT_GT(score.frames, 0);
   std::printf(
       "TRUTH %-10s %-18s frames %2d  relight_error %.3f  object_error %.3f  worst %.3f %.3f  psnr %.2f dB  affected "
@@ -147,6 +200,21 @@ TEST(Truth, OwnRecordingLive) {
   check(fs::path(LUMIGRAFT_SOURCE_DIR) / "recordings/tabletop", "live",
         " --set plan.method=dvct --set plan.trace_scale=" + std::to_string(live.trace_scale) +
             " --set plan.rsm=" + std::to_string(live.rsm));
+}
+
+// The fish-eye shows how the colour camera differs from what the session says.
+TEST(Truth, OwnRecordingInAnotherWhiteBalance) {
+  check(fs::path(LUMIGRAFT_SOURCE_DIR) / "recordings/tabletop", "tinted", "", {.gain = {0.62f, 1, 1.45f}});
+}
+
+TEST(Truth, OwnRecordingWithDarkCorners) {
+  check(fs::path(LUMIGRAFT_SOURCE_DIR) / "recordings/tabletop", "dark-corners", "", {.corner_loss = 0.5f});
+}
+
+// On the GPU device: gain and vignetting are undone and applied by other code.
+TEST(Truth, OwnRecordingByConesWithDarkCorners) {
+  check(fs::path(LUMIGRAFT_SOURCE_DIR) / "recordings/tabletop", "dark-corners-cones", " --set plan.method=dvct",
+        {.gain = {0.8f, 1, 1.25f}, .corner_loss = 0.5f});
 }
 
 // On the GPU device.

@@ -4,8 +4,10 @@
 
 #include <cmath>
 #include <memory>
+#include <numbers>
 
 #include "capture/camera/srgb.h"
+#include "capture/camera/vignetting.h"
 #include "reconstruct/exposure/direct_irradiance.h"
 #include "tests/reconstruct/fusion/fusion_views.h"
 
@@ -22,15 +24,21 @@ double paint(const Vector3d& p) { return 0.3 + 0.05 * std::sin(20 * p.x()) * std
 
 class ColorGain : public testing::Test {
  protected:
-  /// One frame from a camera that moves, whose room shines as `radiance` and whose picture is `tint` times as bright.
+  /// One frame from a camera that moves, whose room shines as `radiance` and whose picture is `tint` times as bright,
+  /// and exp(-falloff) times in the corners.
   ColorGainStage::Result frame(const std::function<double(const Vector3d&)>& radiance, const Array3f& tint = {1, 1, 1},
-                               std::shared_ptr<const Illumination> light = nullptr) {
+                               std::shared_ptr<const Illumination> light = nullptr, double falloff = 0) {
     const Eigen::Isometry3d pose = view_from(-1.5 + 0.01 * static_cast<double>(index_));
     capture::FrameSet set = test::frame_of(test::ball_on_table, camera_, pose, index_++, {}, radiance);
     auto picture = std::make_shared<capture::Frame>(*set.color);
-    if (!tint.isOnes()) {
+    if (!tint.isOnes() || falloff != 0) {
+      capture::Vignetting lens;
+      lens.terms[0] = -falloff / std::pow(capture::corner_angle_rad(camera_), 2);
       for (std::size_t i = 0; i < picture->encoded.data.size(); ++i) {
-        const float linear = capture::srgb_table().linear[picture->encoded.data[i]];
+        const auto x = static_cast<int>(i / 3) % camera_.width, y = static_cast<int>(i / 3) / camera_.width;
+        const double angle_rad = std::acos(camera_.unproject({static_cast<double>(x), static_cast<double>(y)})->z());
+        const float linear =
+            static_cast<float>(lens.transmission(angle_rad)) * capture::srgb_table().linear[picture->encoded.data[i]];
         picture->encoded.data[i] = static_cast<std::uint8_t>(
             std::lround(255 * capture::linear_to_srgb(tint[static_cast<Eigen::Index>(i % 3)] * linear)));
       }
@@ -131,6 +139,56 @@ TEST_F(ColorGain, ALampWhoseDistanceIsNotKnownYetIsNotTheCamera) {
   for (std::uint64_t i = 4; i <= 8; ++i) {
     const auto brighter = [&](const Vector3d& p) { return (1 + 0.03 * static_cast<double>(i)) * paint(p); };
     EXPECT_EQ(frame(brighter, {1, 1, 1}, lamp_near(i, 0.05f * static_cast<float>(i), i % 2 == 0)).gain[1], 1);
+  }
+}
+
+/// A fish-eye above the ball that sees the table, of the frame's own colours.
+std::shared_ptr<const Illumination> fisheye_above() {
+  auto light = std::make_shared<Illumination>();
+  light->version = 1;
+  light->probe_position_m = {0, 0, 0.6f};
+  light->environment.radiance = capture::Image<float>(128, 64, 3);
+  for (int v = 0; v < 64; ++v) {
+    for (int u = 0; u < 128; ++u) {
+      const double phi = (2 * (u + 0.5) / 128 - 1) * std::numbers::pi, theta = (v + 0.5) / 64 * std::numbers::pi;
+      const Vector3d ray(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta));
+      const double radiance = ray.z() < 0 ? paint(Vector3d(0, 0, 0.6) - 0.6 / ray.z() * ray) : 1;
+      for (int c = 0; c < 3; ++c) light->environment.radiance.at(u, v, c) = static_cast<float>(radiance / (1 + c));
+    }
+  }
+  return light;
+}
+
+TEST_F(ColorGain, AWhiteBalanceOtherThanTheFisheyesIsFoundInTheFirstFrame) {
+  const Array3f tint(0.62f, 1, 1.4f);
+  for (int i = 0; i < 10; ++i) {
+    const ColorGainStage::Result result = frame(paint, tint, fisheye_above());
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(result.gain[c] / tint[c], 1, 0.03) << c;
+    EXPECT_EQ(result.correction > 0, i == 0);
+    EXPECT_FALSE(result.vignetting);
+    ASSERT_EQ(result.warnings.size(), 1u);
+    EXPECT_NE(result.warnings[0].find("times as bright as the fish-eye"), std::string::npos) << result.warnings[0];
+  }
+}
+
+TEST_F(ColorGain, VignettingIsFoundFromWhatTheFisheyeSees) {
+  const double falloff = 0.6;
+  for (int i = 0; i < 3; ++i) {
+    const ColorGainStage::Result result = frame(paint, {1, 1, 1}, fisheye_above(), falloff);
+    EXPECT_TRUE((result.gain == 1).all()) << result.gain.transpose();
+    ASSERT_TRUE(result.vignetting);
+    EXPECT_NEAR(std::log(result.vignetting->at(0, 0)), falloff, 0.1);
+    EXPECT_NEAR(result.vignetting->at(camera_.width / 2, camera_.height / 2), 1, 0.01);
+  }
+}
+
+TEST_F(ColorGain, AgreementWithTheFisheyeChangesNothing) {
+  for (int i = 0; i < 10; ++i) {
+    const ColorGainStage::Result result = frame(paint, {1, 1, 1}, fisheye_above());
+    EXPECT_TRUE((result.gain == 1).all());
+    EXPECT_EQ(result.correction, 0);
+    EXPECT_FALSE(result.vignetting);
+    EXPECT_TRUE(result.warnings.empty());
   }
 }
 
