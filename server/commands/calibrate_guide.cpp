@@ -4,7 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "reconstruct/calibrate/acceptance.h"
+#include "reconstruct/calibrate/parameters.h"
 #include "server/pipeline/json_text.h"
 #include "server/stream/page.h"
 
@@ -102,10 +102,10 @@ bool CalibrateGuide::finish_asked() const {
 bool CalibrateGuide::can_finish() const {
   int max_views = 0;
   for (const std::optional<Camera>& camera : cameras_) {
-    if (camera && camera->views > 0 && camera->views < reconstruct::kMinViews) return false;
+    if (camera && camera->views > 0 && camera->views < reconstruct::kCalibration.min_views) return false;
     max_views = std::max(max_views, camera ? camera->views : 0);
   }
-  return max_views >= reconstruct::kMinViews && !finish_asked_ && doing_ == std::string_view("looking");
+  return max_views >= reconstruct::kCalibration.min_views && !finish_asked_ && doing_ == std::string_view("looking");
 }
 
 std::string CalibrateGuide::json() const {
@@ -159,7 +159,8 @@ WebReply CalibrateGuide::ask(std::string_view path) {
   if (path != "/finish") return {404, "text/plain; charset=utf-8", "no such request\n"};
   if (!can_finish()) {
     return {409, "text/plain; charset=utf-8",
-            "too few views, allowed: at least " + std::to_string(reconstruct::kMinViews) + " of every camera\n"};
+            "too few views, allowed: at least " + std::to_string(reconstruct::kCalibration.min_views) +
+                " of every camera\n"};
   }
   finish_asked_ = true;
   return {200, "text/plain; charset=utf-8", "calculating\n"};
