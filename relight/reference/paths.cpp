@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "relight/tracing/parameters.h"
+
 namespace lumigraft::relight {
 namespace {
 
@@ -73,7 +75,7 @@ Rgb Paths::direct(const PathVertex& vertex, Counts counts) {
   const auto add = [&](const LightSample& s, const Vector3f& from_m, std::size_t lamp) {
     if (!(s.pdf > 0) || s.radiance.maxCoeff() <= 0) return;
     const Rgb f = vertex.response(s.w);
-    if (f.maxCoeff() <= 0 || !counts(from_m, s.w, s.distance_m - kBeforeLamp_m, lamp)) return;
+    if (f.maxCoeff() <= 0 || !counts(from_m, s.w, s.distance_m - kTracing.before_lamp_m, lamp)) return;
     sum += f * s.radiance * (balanced(s.pdf, vertex.pdf(s.w) + vertex.aim_pdf(s.w)) / s.pdf);
   };
   // Lamps are evaluated from the origin of the outgoing rays, so that both sampling strategies use the same densities.
