@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "relight/quality.h"
+#include "relight/upload/parameters.h"
 
 namespace lumigraft::relight {
 namespace {
@@ -54,7 +55,7 @@ bool near(const LightKey& a, const LightKey& b) {
 }
 
 void upload_environment(gpu::Device& device, const LightSet& lights, const Volumes& volumes) {
-  for (int mip = 0; mip < kEnvironmentMips; ++mip) {
+  for (int mip = 0; mip < kUpload.environment_mips; ++mip) {
     const capture::Image<float>& level = lights.environment[static_cast<std::size_t>(mip)];
     std::vector<Eigen::half> halves(level.data.size());
     std::transform(level.data.begin(), level.data.end(), halves.begin(),

@@ -18,6 +18,7 @@
 #include "relight/upload/light_set.h"
 #include "relight/upload/mirrors.h"
 #include "relight/upload/object_store.h"
+#include "relight/upload/parameters.h"
 
 namespace lumigraft::relight {
 namespace {
@@ -186,7 +187,7 @@ struct Relighter::State {
     p.sphere << placement.sphere.centre_m, placement.sphere.radius_m;
     p.counts << static_cast<int>(lights.lamps.size()), quality.delta_cones, quality.hemisphere_cones,
         quality.shadow_cones;
-    p.counts2 << quality.glossy_cones, kEnvironmentMips, static_cast<int>(known_surfaces.size()),
+    p.counts2 << quality.glossy_cones, kUpload.environment_mips, static_cast<int>(known_surfaces.size()),
         light.room().volumes.mips;
     std::copy(lights.lamps.begin(), lights.lamps.end(), p.lamps);
     for (std::size_t i = 0; i < known_surfaces.size(); ++i) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "relight/upload/light_set.h"
+#include "relight/upload/parameters.h"
 
 namespace lumigraft::relight {
 namespace {
@@ -34,9 +35,9 @@ Volumes::Volumes(gpu::Device& device, int edge_voxels)
   real_irradiance = device.create_texture(gpu::volume_desc("irradiance of real", edge / 2, edge / 2,
                                                            edge / 2 * shader::kCascades, gpu::Format::rgba16_float));
   environment = device.create_texture({.name = "environment",
-                                       .width = kEnvironmentEdge,
-                                       .height = kEnvironmentEdge,
-                                       .mips = kEnvironmentMips,
+                                       .width = kUpload.environment_px,
+                                       .height = kUpload.environment_px,
+                                       .mips = kUpload.environment_mips,
                                        .format = gpu::Format::rgba16_float});
   for (auto* texture : {&enclosure_response, &enclosure_lost, &enclosure_change, &enclosure_change_before}) {
     *texture = device.create_texture(
