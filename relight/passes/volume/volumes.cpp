@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "relight/passes/parameters.h"
 #include "relight/upload/light_set.h"
 #include "relight/upload/parameters.h"
 
@@ -40,8 +41,9 @@ Volumes::Volumes(gpu::Device& device, int edge_voxels)
                                        .mips = kUpload.environment_mips,
                                        .format = gpu::Format::rgba16_float});
   for (auto* texture : {&enclosure_response, &enclosure_lost, &enclosure_change, &enclosure_change_before}) {
+    const int edge_px = kPasses.enclosure_texels;
     *texture = device.create_texture(
-        {.name = "enclosure", .width = kEnclosureEdge, .height = kEnclosureEdge, .format = gpu::Format::rgba16_float});
+        {.name = "enclosure", .width = edge_px, .height = edge_px, .format = gpu::Format::rgba16_float});
   }
 }
 
