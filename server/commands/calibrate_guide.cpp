@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "reconstruct/calibrate/parameters.h"
+#include "server/commands/parameters.h"
 #include "server/pipeline/json_text.h"
 #include "server/stream/page.h"
 
@@ -81,7 +82,7 @@ void CalibrateGuide::done(const std::string& report, const std::string& refusal)
 bool CalibrateGuide::covered() const {
   const std::lock_guard lock(mutex_);
   return kept_ >= wanted_ && std::all_of(cameras_.begin(), cameras_.end(), [](const std::optional<Camera>& camera) {
-           return !camera || (camera->views >= kEnoughViews && camera->coverage.missing().empty());
+           return !camera || (camera->views >= kCommands.enough_views && camera->coverage.missing().empty());
          });
 }
 
@@ -89,7 +90,7 @@ void CalibrateGuide::go_on(const std::string& refusal) {
   const std::lock_guard lock(mutex_);
   finish_asked_ = false;
   doing_ = "looking";
-  wanted_ = kept_ + kMoreAfterRefusal;
+  wanted_ = kept_ + kCommands.more_after_refusal;
   refusal_ = refusal + ". Go on.";
 }
 
@@ -123,7 +124,7 @@ std::string CalibrateGuide::json() const {
                                {"picture", c == 0 ? "color.jpg" : "fisheye.jpg"},
                                {"corners_now", camera.view.points()},
                                {"views", camera.views},
-                               {"views_wanted", kEnoughViews},
+                               {"views_wanted", kCommands.enough_views},
                                {"rings", coverage.rings},
                                {"columns", coverage.columns},
                                {"rows", coverage.rows},
