@@ -4,17 +4,10 @@
 #include <cmath>
 
 #include "relight/quality.h"
+#include "relight/upload/parameters.h"
 
 namespace lumigraft::relight {
 namespace {
-
-constexpr int kSlices = 8;
-// Larger changes between two frames are jumps, which are shown at once instead of faded.
-constexpr float kMaxMove = 0.25f;          // of the object's radius
-constexpr float kMaxTurn_rad = 0.26f;      // 15°
-constexpr float kMaxLampMove = 0.1f;       // relative to its distance
-constexpr float kMaxLightChange = 0.25f;   // relative, of a lamp or of the residual environment
-constexpr std::uint64_t kYoungField = 64;  // publications; a younger field still changes much
 
 bool near(const PlacedObject& a, const PlacedObject& b) {
   if (a.stored != b.stored) return false;
@@ -24,11 +17,11 @@ bool near(const PlacedObject& a, const PlacedObject& b) {
   const Eigen::Matrix3f turn = a.T_tag_model.linear().inverse() * b.T_tag_model.linear();
   const float scale = std::cbrt(turn.determinant());
   const float cosine = 0.5f * (turn.trace() / scale - 1);
-  return std::abs(scale - 1) < 0.02f && cosine > std::cos(kMaxTurn_rad) &&
-         (a.bounds.sphere.centre_m - b.bounds.sphere.centre_m).norm() < kMaxMove * a.bounds.sphere.radius_m;
+  return std::abs(scale - 1) < kRelight.max_scale && cosine > std::cos(kRelight.max_turn_rad) &&
+         (a.bounds.sphere.centre_m - b.bounds.sphere.centre_m).norm() < kRelight.max_move * a.bounds.sphere.radius_m;
 }
 
-bool near(float a, float b) { return std::abs(a - b) <= kMaxLightChange * std::max(std::abs(a), std::abs(b)); }
+bool near(float a, float b) { return std::abs(a - b) <= kRelight.max_light * std::max(std::abs(a), std::abs(b)); }
 
 bool near(const reconstruct::Illumination& a, const reconstruct::Illumination& b) {
   if (&a == &b) return true;
@@ -38,9 +31,9 @@ bool near(const reconstruct::Illumination& a, const reconstruct::Illumination& b
     if (p.id != q.id || p.distance_known != q.distance_known || p.flat != q.flat) return false;
     if (!near(p.irradiance.maxCoeff(), q.irradiance.maxCoeff())) return false;
     if (p.distance_known && !near(p.intensity.maxCoeff(), q.intensity.maxCoeff())) return false;
-    if ((p.direction - q.direction).norm() > kMaxLampMove) return false;
+    if ((p.direction - q.direction).norm() > kRelight.max_lamp_move) return false;
     if (p.distance_known &&
-        (p.position_m - q.position_m).norm() > kMaxLampMove * (p.position_m - a.probe_position_m).norm())
+        (p.position_m - q.position_m).norm() > kRelight.max_lamp_move * (p.position_m - a.probe_position_m).norm())
       return false;
   }
   return near(a.environment_sh[0].maxCoeff(), b.environment_sh[0].maxCoeff());
@@ -48,13 +41,13 @@ bool near(const reconstruct::Illumination& a, const reconstruct::Illumination& b
 
 bool near(const LightKey& a, const LightKey& b) {
   return LightKey::same_light(a.plan, b.plan) && near(*a.illumination, *b.illumination) &&
-         ((a.field == b.field && a.enclosure == b.enclosure) || b.field->version >= kYoungField) &&
+         ((a.field == b.field && a.enclosure == b.enclosure) || b.field->version >= kRelight.young_field) &&
          std::equal(a.objects.begin(), a.objects.end(), b.objects.begin(), b.objects.end(),
                     [](const PlacedObject& p, const PlacedObject& q) { return near(p, q); });
 }
 
 void upload_environment(gpu::Device& device, const LightSet& lights, const Volumes& volumes) {
-  for (int mip = 0; mip < kEnvironmentMips; ++mip) {
+  for (int mip = 0; mip < kUpload.environment_mips; ++mip) {
     const capture::Image<float>& level = lights.environment[static_cast<std::size_t>(mip)];
     std::vector<Eigen::half> halves(level.data.size());
     std::transform(level.data.begin(), level.data.end(), halves.begin(),
@@ -114,15 +107,15 @@ AmortizedLightUpdate::Done AmortizedLightUpdate::advance(gpu::CommandList& list,
       }
     }
     done.recorded = running_ || fading_;
-    if (frame_ >= kRoundFrames && (!running_ || done_ == steps_.size())) end_round();
+    if (frame_ >= kRelight.round_frames && (!running_ || done_ == steps_.size())) end_round();
   }
-  if (!running_ && frame_ % kRoundFrames == 0 && !(*shown_->lit == now.key)) {
+  if (!running_ && frame_ % kRelight.round_frames == 0 && !(*shown_->lit == now.key)) {
     if (!next_ && !make_next()) return all_at_once(list, now, bricks);
     frame_ = 0;
     running_ = true;
     done_ = 0;
     next_key_ = now.key;
-    steps_ = begin(now, kSlices, bricks, *next_);
+    steps_ = begin(now, kRelight.slices, bricks, *next_);
   }
   if (fading_) fade(list, shown_->params);
   return done;
@@ -202,9 +195,9 @@ void AmortizedLightUpdate::record_part(gpu::CommandList& list) {
   float all = 0, before = 0;
   for (const LightStep& step : steps_) all += step.cost;
   for (std::size_t i = 0; i < done_; ++i) before += steps_[i].cost;
-  const float until = all * static_cast<float>(frame_) / kRoundFrames;
+  const float until = all * static_cast<float>(frame_) / kRelight.round_frames;
   bool recorded = false;
-  while (done_ < steps_.size() && (before < until || frame_ >= kRoundFrames)) {
+  while (done_ < steps_.size() && (before < until || frame_ >= kRelight.round_frames)) {
     const LightStep& step = steps_[done_];
     if (step.on_host) {
       if (recorded) return;  // the results it needs are computed by this frame's list

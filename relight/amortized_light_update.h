@@ -1,19 +1,18 @@
 #pragma once
 // Updates the light volumes when the room, its lamps or the objects change. The update runs at once, or, in the live
-// setting and for small changes, is amortized over rounds of kRoundFrames frames. A round takes a snapshot of objects,
+// setting and for small changes, is amortized over rounds of round_frames frames. A round takes a snapshot of objects,
 // lamps and room at its start and gathers their indirect light while frames are rendered; the result is faded in during
 // the next round. Indirect light is therefore one to three rounds old and changes without jumps; two rounds and one
 // fade after the last change it equals the result of an update at once. Rounds count frames, not time: the same input
 // gives the same output.
 #include "relight/light_volume_builder.h"
+#include "relight/parameters.h"
 #include "relight/upload/light_set.h"
 
 namespace lumigraft::relight {
 
 class AmortizedLightUpdate {
  public:
-  static constexpr int kRoundFrames = 24;
-
   explicit AmortizedLightUpdate(gpu::Device& device);
 
   struct Now {
@@ -48,7 +47,7 @@ class AmortizedLightUpdate {
   /// Light at the objects' vertices of the last two rounds, and the blend weight of the newer.
   const VertexLight& older() const { return older_gathered_; }
   const VertexLight& newer() const { return shown_->gathered; }
-  float newer_weight() const { return fading_ ? static_cast<float>(frame_) / kRoundFrames : 1.0f; }
+  float newer_weight() const { return fading_ ? static_cast<float>(frame_) / kRelight.round_frames : 1.0f; }
 
  private:
   bool make_next();

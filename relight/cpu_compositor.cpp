@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "capture/camera/srgb.h"
+#include "relight/passes/parameters.h"
 #include "relight/tracing/composer.h"
 
 namespace lumigraft::relight {
@@ -78,7 +79,7 @@ void CpuCompositor::read(gpu::Device& device, const Screen& screen, const std::v
   };
   std::vector<std::uint32_t> fine = tiles.shaded_alone_places();
   fine.insert(fine.end(), tiles.object_places().begin(), tiles.object_places().end());
-  take(*screen.gain, tiles.smooth_places(), kSmoothStep, 3, &smooth_);
+  take(*screen.gain, tiles.smooth_places(), kPasses.smooth_px, 3, &smooth_);
   take(*screen.live_gain, fine, fine_step_, 3, &fine_);
   for (const std::uint32_t place : fine) spread_fine(left_of(place), top_of(place));
   take(*screen.live_object, tiles.object_places(), 1, 4, &objects_);
@@ -119,11 +120,11 @@ capture::Image<std::uint8_t> CpuCompositor::over(const CameraUpload& camera) con
 }
 
 void CpuCompositor::over_smooth(int left, int top, capture::Image<std::uint8_t>* picture) const {
-  const int columns = (width_ + kSmoothStep - 1) / kSmoothStep;
+  const int columns = (width_ + kPasses.smooth_px - 1) / kPasses.smooth_px;
   for (int v = top; v < std::min(top + kTile_px, height_); ++v) {
-    for (int u = left; u < std::min(left + kTile_px, width_); u += kSmoothStep) {
-      const auto cell = static_cast<std::size_t>(v / kSmoothStep * columns + u / kSmoothStep);
-      multiply(&smooth_[3 * cell], &picture->at(u, v), std::min(kSmoothStep, width_ - u));
+    for (int u = left; u < std::min(left + kTile_px, width_); u += kPasses.smooth_px) {
+      const auto cell = static_cast<std::size_t>(v / kPasses.smooth_px * columns + u / kPasses.smooth_px);
+      multiply(&smooth_[3 * cell], &picture->at(u, v), std::min(kPasses.smooth_px, width_ - u));
     }
   }
 }

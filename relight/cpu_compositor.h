@@ -28,7 +28,7 @@ class CpuCompositor {
 
   int width_ = 0, height_ = 0, columns_ = 0, fine_step_ = 1;
   std::vector<Kind> kinds_;     ///< per block
-  std::vector<float> smooth_;   ///< gain^(1/2.4), one value per kSmoothStep × kSmoothStep pixels
+  std::vector<float> smooth_;   ///< gain^(1/2.4), one value per smooth_px × smooth_px pixels
   std::vector<float> fine_;     ///< gain, one value per fine_step_ × fine_step_ pixels
   std::vector<float> gain_;     ///< per pixel, interpolated from these
   std::vector<float> objects_;  ///< radiance times coverage, coverage

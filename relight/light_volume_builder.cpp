@@ -1,14 +1,9 @@
 #include "relight/light_volume_builder.h"
 
+#include "relight/parameters.h"
 #include "relight/quality.h"
 
 namespace lumigraft::relight {
-namespace {
-
-constexpr int kVertexCones = 9;  // over the hemisphere of an object's vertex
-
-}  // namespace
-
 LightVolumeBuilder::LightVolumeBuilder(gpu::Device& device)
     : device_(device),
       real_fill_(device),
@@ -39,7 +34,7 @@ std::vector<LightStep> LightVolumeBuilder::steps(const Work& work, const BrickPo
   if (surfaces) add_surfaces(work, bricks, room, &steps);
   steps.push_back({"volumes", 20, [this, work, &volumes](gpu::CommandList& list) {
                      virtual_fill_.areas(list, work.params, work.key.objects, volumes);
-                     bounce_.list_cells(list, work.params, kMinHemisphereFraction, volumes);
+                     bounce_.list_cells(list, work.params, kRelight.min_hemisphere, volumes);
                    }});
   steps.push_back({"inject", 5, [&volumes](gpu::CommandList& list) {
                      // The first resolve must not use bounces under other lamps.
@@ -86,8 +81,8 @@ std::vector<LightStep> LightVolumeBuilder::steps(const Work& work, const BrickPo
     for (int slice = 0; slice < work.slices; ++slice) {
       steps.push_back(
           {"object light", 90.0f / static_cast<float>(work.slices), [this, work, slice, &room](gpu::CommandList& list) {
-             object_light_.gather(list, work.params, kVertexCones, {slice, work.slices}, work.key.objects, *work.maps,
-                                  room.volumes, room.gathered);
+             object_light_.gather(list, work.params, kRelight.vertex_cones, {slice, work.slices}, work.key.objects,
+                                  *work.maps, room.volumes, room.gathered);
            }});
     }
   }
@@ -153,8 +148,8 @@ void LightVolumeBuilder::add_real_gather(const Work& work, const LightVolumeStat
   for (int slice = 0; slice < work.slices; ++slice) {
     steps->push_back({pass, 110.0f / static_cast<float>(work.slices),
                       [this, work, last, slice, &irradiance, &volumes](gpu::CommandList& list) {
-                        bounce_.gather_real(list, work.params, kChangeCones, !last || work.live, {slice, work.slices},
-                                            *work.maps, irradiance, volumes);
+                        bounce_.gather_real(list, work.params, kRelight.change_cones, !last || work.live,
+                                            {slice, work.slices}, *work.maps, irradiance, volumes);
                       }});
   }
   if (last) {

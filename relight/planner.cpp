@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "relight/parameters.h"
+
 namespace lumigraft::relight {
 namespace {
 
@@ -32,13 +34,14 @@ int Planner::Held::hold(const std::vector<float>& left_out) {
     const auto found = std::find_if(left_out.begin(), left_out.end(), [&](float part) { return part <= bound; });
     return std::min(static_cast<int>(found - left_out.begin()), static_cast<int>(left_out.size()) - 1);
   };
-  const int safe = smallest_within(0.5f * kLeftOut);
+  const int safe = smallest_within(0.5f * kRelight.max_left_out);
   if (value < 0) {
-    value = smallest_within(kLeftOut);
-  } else if (value >= static_cast<int>(left_out.size()) || left_out[static_cast<std::size_t>(value)] > kLeftOut) {
+    value = smallest_within(kRelight.max_left_out);
+  } else if (value >= static_cast<int>(left_out.size()) ||
+             left_out[static_cast<std::size_t>(value)] > kRelight.max_left_out) {
     value = safe;
     calm = 0;
-  } else if (safe < value && ++calm >= kCalmFrames) {
+  } else if (safe < value && ++calm >= kRelight.calm_frames) {
     value = safe;
     calm = 0;
   } else if (safe >= value) {

@@ -1,7 +1,7 @@
 #pragma once
 // Reduces the plan to what the scene needs: leaves out light whose contribution is too small to be visible.
 //
-// Energy criterion: what a choice leaves out is below kLeftOut of the irradiance, at the probe and at each visible
+// Energy criterion: what a choice leaves out is below max_left_out of the irradiance, at the probe and at each visible
 // object. Values set by the user stay (Plan::user_set), and no value exceeds the requested plan.
 // - max_lights: lamps rendered as lamps. The weakest are moved into the environment as long as their sum is below the
 //   bound: their light is kept, only their shadow edges are lost.
@@ -14,7 +14,7 @@
 // Methods that do not render on a device (Plan::on_device) read none of these: their plan is unchanged.
 //
 // Hysteresis: a value is raised at once when the bound is exceeded, and lowered only after the smaller value would have
-// kept to half the bound for kCalmFrames frames. The first scene's values are taken directly.
+// kept to half the bound for calm_frames frames. The first scene's values are taken directly.
 #include <memory>
 #include <string>
 #include <unordered_map>
@@ -38,9 +38,6 @@ struct PlanChoice {
 
 class Planner {
  public:
-  static constexpr float kLeftOut = 0.01f;
-  static constexpr int kCalmFrames = 60;
-
   explicit Planner(const Plan& asked) : asked_(asked) {}
 
   struct Decision {

@@ -40,11 +40,4 @@ inline Quality quality_of(const Plan& plan) {
 /// Whether the last bounce is gathered in cells by cones, whose noise is filtered between cells.
 inline bool smooths_cells(const Plan& plan) { return quality_of(plan).cells && plan.method != "dlpv"; }
 
-/// Over the hemisphere of real cells, for the change of other real surfaces.
-constexpr int kChangeCones = 9;
-
-/// Real cells whose hemisphere the objects cover by a smaller fraction do not gather: their change is below one pixel
-/// value (8 bit).
-constexpr float kMinHemisphereFraction = 0.004f;
-
 }  // namespace lumigraft::relight

@@ -1,11 +1,10 @@
 #include "relight/quality_warnings.h"
 
 #include "capture/message_text.h"
+#include "relight/parameters.h"
 
 namespace lumigraft::relight {
 namespace {
-
-constexpr float kMinVoxels = 6;  // along an object's longest edge
 
 std::string quoted(const VirtualObject& object) { return "object \"" + object.name + "\""; }
 
@@ -43,7 +42,7 @@ std::vector<std::string> quality_warnings(const Exhibit& exhibit, const std::vec
     }
     if (const auto line = left_out(object)) lines.push_back(*line);
     const float voxels = box.sizes().maxCoeff() / placement.cascade[0].w();
-    if (voxels < kMinVoxels) {
+    if (voxels < kRelight.min_object_voxels) {
       lines.push_back(quoted(object) + " is " + capture::formatted("%.2g", voxels) +
                       " voxels long, because objects are far apart: its light on nearby surfaces is coarse");
     }

@@ -18,22 +18,18 @@
 #include "relight/upload/light_set.h"
 #include "relight/upload/mirrors.h"
 #include "relight/upload/object_store.h"
+#include "relight/upload/parameters.h"
 
 namespace lumigraft::relight {
 namespace {
 
-constexpr int kMinVolume = 32;
 static_assert(reconstruct::kMaxSides == shader::kMaxSides);
-constexpr float kNearPlane_m = 0.02f;
-constexpr float kMinNearPlane_m = 0.05f;  // minimum distance at which camera motion is measured
-constexpr float kGlossyMargin_m = 0.03f;
-constexpr float kSharpGloss = 0.1f;  // of GGX's alpha: at smaller values the reflection must follow the objects at once
 
 GlossyBounds bounds_of(const Model& model, const capture::RealSurface& surface) {
   GlossyBounds bounds;
   for (const Eigen::Vector3f& p : model.positions_m) bounds.box.extend(p);
-  bounds.box.min().array() -= kGlossyMargin_m;
-  bounds.box.max().array() += kGlossyMargin_m;
+  bounds.box.min().array() -= kRelight.glossy_margin_m;
+  bounds.box.max().array() += kRelight.glossy_margin_m;
   bounds.alpha = surface.roughness * surface.roughness;
   return bounds;
 }
@@ -136,7 +132,7 @@ struct Relighter::State {
 
   /// Reduces the volumes' size for the next attempt; false if there is no smaller one.
   bool no_room_for(int volume, const gpu::GpuError& e) {
-    if (volume <= kMinVolume) return false;
+    if (volume <= kRelight.min_volume) return false;
     max_voxels = volume / 2;
     why_not_more = std::string(e.what()) + "; " + gpu::megabytes_text(device->holdings().max_bytes()) + " held";
     return true;
@@ -174,7 +170,7 @@ struct Relighter::State {
     p.pinhole << Eigen::Vector4d(model.fx, model.fy, model.cx, model.cy).cast<float>();
     const auto& k = model.distortion;
     p.distortion << Eigen::Vector4d(k[0], k[1], k[2], k[3]).cast<float>();
-    p.camera << static_cast<float>(k[4]), kNearPlane_m, 0, 0;
+    p.camera << static_cast<float>(k[4]), kRelight.near_plane_m, 0, 0;
     p.exposure << view.camera().exposure().matrix(), 0;
     p.lens << widest_tangent, 0, 0, 0;
     p.picture << model.width, model.height, plan.trace_scale, quality.supersampling;
@@ -186,7 +182,7 @@ struct Relighter::State {
     p.sphere << placement.sphere.centre_m, placement.sphere.radius_m;
     p.counts << static_cast<int>(lights.lamps.size()), quality.delta_cones, quality.hemisphere_cones,
         quality.shadow_cones;
-    p.counts2 << quality.glossy_cones, kEnvironmentMips, static_cast<int>(known_surfaces.size()),
+    p.counts2 << quality.glossy_cones, kUpload.environment_mips, static_cast<int>(known_surfaces.size()),
         light.room().volumes.mips;
     std::copy(lights.lamps.begin(), lights.lamps.end(), p.lamps);
     for (std::size_t i = 0; i < known_surfaces.size(); ++i) {
@@ -254,7 +250,7 @@ struct Relighter::State {
   /// Whether indirect light may lag behind: only if this is not visible on the objects themselves or in mirrors.
   bool may_lag(const shader::FrameParams& params, const std::vector<PlacedObject>& objects) const {
     return is_live(params) && ObjectLight::enough_for(objects) &&
-           std::all_of(glossy.begin(), glossy.end(), [](const GlossyBounds& g) { return g.alpha >= kSharpGloss; }) &&
+           std::all_of(glossy.begin(), glossy.end(), [](const GlossyBounds& g) { return g.alpha >= kRelight.sharp; }) &&
            std::all_of(params.lamps, params.lamps + params.counts.x(),
                        [](const shader::Lamp& lamp) { return lamp.intensity.w() > 0; });
   }
@@ -304,7 +300,7 @@ RelitPicture Relighter::relight(const capture::FrameSet& frame, const reconstruc
   const float nearest_m = (placement.sphere.centre_m - scene.pose->T_tag_camera.translation().cast<float>()).norm() -
                           placement.sphere.radius_m;
   shader::FrameParams params = s.frame_params(
-      scene, s.view.hold(scene.pose->T_tag_camera, std::max(nearest_m, kMinNearPlane_m), &moved), placement, plan);
+      scene, s.view.hold(scene.pose->T_tag_camera, std::max(nearest_m, kRelight.min_still_m), &moved), placement, plan);
 
   const LightKey key{objects, placement, scene.illumination, scene.enclosure, s.room.field(), s.room.albedo(), plan};
   const bool live = s.is_live(params);

@@ -3,11 +3,10 @@
 #include <algorithm>
 #include <cstdint>
 
+#include "relight/parameters.h"
+
 namespace lumigraft::relight {
 namespace {
-
-constexpr std::uint64_t kMaxBehind = 24, kMaxBehindFewChanged = 64;  // publications of the field
-constexpr double kFewChanged = 0.1;                                  // fraction of bricks
 
 /// Fraction of the bricks of `now` that differ from those of `before`. Bricks are immutable: the same pointer means
 /// unchanged.
@@ -28,10 +27,10 @@ void SceneUpdateThrottle::follow(const reconstruct::Scene& scene) {
   const std::uint64_t now = scene.field->version;
   const bool again = !field_ || now < field_->version;
   const std::uint64_t behind = again ? 0 : now - field_->version;
-  const bool due = again || behind >= kMaxBehindFewChanged ||
-                   (behind >= std::clamp<std::uint64_t>(field_->version / 4, 1, kMaxBehind) &&
-                    changed_fraction(field_, scene.field) > kFewChanged) ||
-                   changed_fraction(albedo_, scene.albedo) > kFewChanged;
+  const bool due = again || behind >= kRelight.max_behind_few_changed ||
+                   (behind >= std::clamp<std::uint64_t>(field_->version / 4, 1, kRelight.max_behind) &&
+                    changed_fraction(field_, scene.field) > kRelight.few_changed) ||
+                   changed_fraction(albedo_, scene.albedo) > kRelight.few_changed;
   if (!due) return;
   field_ = scene.field;
   albedo_ = scene.albedo;

@@ -11,13 +11,9 @@ namespace lumigraft::relight {
 
 class StaticViewCache {
  public:
-  /// A camera motion that moves the image by less counts as static. Objects are drawn with two samples per pixel or
-  /// more along each axis, so a silhouette error of this size changes a pixel's coverage by less than one sample.
-  static constexpr double kStill_px = 0.125;
-
   explicit StaticViewCache(const capture::CameraModel& camera) : camera_(camera) {}
 
-  /// The pose to render with: the previous one as long as no point at `nearest_m` or farther moves by kStill_px in the
+  /// The pose to render with: the previous one as long as no point at `nearest_m` or farther moves by still_px in the
   /// image. `moved`: whether it differs from the previous.
   const Eigen::Isometry3d& hold(const Eigen::Isometry3d& T_tag_camera, double nearest_m, bool* moved);
 

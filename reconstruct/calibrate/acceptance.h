@@ -11,9 +11,6 @@
 
 namespace lumigraft::reconstruct {
 
-constexpr int kMinViews = 8;
-constexpr int kMinMoments = 5;  ///< at which both cameras see the board
-
 /// Empty where the calibration is accepted.
 std::string rejection_reason(const CameraCalibration& calibration);
 std::string rejection_reason(const ExtrinsicsCalibration& extrinsics);

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "capture/message_text.h"
+#include "reconstruct/calibrate/parameters.h"
 #include "reconstruct/pose/planar_pose.h"
 
 namespace lumigraft::reconstruct {
@@ -10,8 +11,6 @@ namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-constexpr double kLargest_m = 10.0;
 
 int tags_in(const std::string& family) { return family == "tag36h11" ? 587 : family == "tag25h9" ? 35 : 30; }
 
@@ -64,14 +63,12 @@ Board read_board(const capture::ConfigTable& root) {
   Board board;
   const bool tags = root.choice("kind", {"tags", "chessboard"}, "tags") == "tags";
   board.kind = tags ? Board::Kind::tags : Board::Kind::chessboard;
-  board.rows = root.integer("rows", tags ? 1 : 3, 100);
-  board.columns = root.integer("columns", tags ? 1 : 3, 100);
-  board.size_m = root.number("size_m", 0.001, kLargest_m);
+  board.rows = root.integer("rows", tags ? 1 : 3, kCalibration.max_rows);
+  board.columns = root.integer("columns", tags ? 1 : 3, kCalibration.max_rows);
+  board.size_m = root.number("size_m", kCalibration.min_size_m, kCalibration.max_size_m);
   if (!tags) return board;
   board.family = root.choice("family", {"tag36h11", "tag25h9", "tag16h5"}, board.family);
-  // Default: the quiet border of a tag, which is one cell. With less paper, the blur of a neighbouring tag reaches into
-  // it.
-  board.spacing_m = root.number("spacing_m", 0.2 * board.size_m, kLargest_m);
+  board.spacing_m = root.number("spacing_m", kCalibration.min_spacing * board.size_m, kCalibration.max_size_m);
   board.first_id = root.integer("first_id", 0, tags_in(board.family) - 1, 0);
   if (board.first_id + board.tags() > tags_in(board.family)) {
     root.fail("rows", "found " + std::to_string(board.tags()) + " tags from number " + std::to_string(board.first_id) +

@@ -5,13 +5,9 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "reconstruct/calibrate/parameters.h"
+
 namespace lumigraft::reconstruct {
-namespace {
-
-/// 1σ of corner errors outside the fit's covariance: a lens whose blur is not a box, ink that spreads in print.
-constexpr double kUnknown_px = 0.02;
-
-}  // namespace
 
 BoardFinder::BoardFinder(const Board& board) : board_(board) {
   if (board_.kind == Board::Kind::tags) finder_ = std::make_unique<TagFinder>(board_.tag_list());
@@ -21,8 +17,8 @@ BoardFinder::~BoardFinder() = default;
 
 SeenPoints BoardFinder::tag(int tag, const PrintCorners& corners) const {
   const auto corners_m = board_.corners_m(tag);
-  const Eigen::Matrix<double, 8, 8> all =
-      corners.covariance + kUnknown_px * kUnknown_px * Eigen::Matrix<double, 8, 8>::Identity();
+  const Eigen::Matrix<double, 8, 8> all = corners.covariance + kCalibration.unmodelled_px * kCalibration.unmodelled_px *
+                                                                   Eigen::Matrix<double, 8, 8>::Identity();
   SeenPoints seen;
   seen.place = tag;
   seen.points_m.assign(corners_m.begin(), corners_m.end());

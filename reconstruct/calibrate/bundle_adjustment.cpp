@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 
+#include "reconstruct/calibrate/parameters.h"
 #include "reconstruct/math/median.h"
 #include "reconstruct/math/rotation_vector.h"
 
@@ -17,6 +18,7 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
+constexpr auto& kBundle = kCalibration.bundle_adjustment;
 using Pose = std::array<double, 6>;  // rotation as axis times angle, then translation
 
 Pose pose_of(const Isometry3d& T) {
@@ -59,9 +61,6 @@ struct PointsCost {
   }
 };
 
-/// Smaller errors are never outliers, however small the others are.
-constexpr double kMinOutlier_px = 0.2;
-
 /// The median of a sum of squares of independent unit normals (Wilson & Hilferty 1931).
 double chi_square_median(double count) { return count * std::pow(1 - 2 / (9 * count), 3); }
 
@@ -79,10 +78,10 @@ class Adjuster {
   std::optional<Adjustment> run() {
     if (!measure()) return std::nullopt;
     // A robust loss at the current error scale, which is re-estimated in every round.
-    for (int round = 0; round < 4; ++round) {
+    for (int round = 0; round < kBundle.robust_rounds; ++round) {
       const double before = scale_;
       if (!solve(false) || !measure()) return std::nullopt;
-      if (std::abs(scale_ - before) < 0.02 * scale_) break;
+      if (std::abs(scale_ - before) < kBundle.settled * scale_) break;
     }
     // Removes the outliers, then solves without a robust loss.
     mark_outliers();
@@ -133,7 +132,7 @@ class Adjuster {
 
   void mark_outliers() {
     for (Block& block : blocks_)
-      block.outlier = block.error > scale_ * (block.width() + 4) && block.error_px > kMinOutlier_px;
+      block.outlier = block.error > scale_ * (block.width() + kBundle.outlier) && block.error_px > kBundle.min_px;
   }
 
   bool solve(bool final) {
@@ -147,15 +146,15 @@ class Adjuster {
                     new PointsCost<4>{pinhole, block.seen}))
               : new ceres::AutoDiffCostFunction<PointsCost<1>, 2, kLensNumbers, 6, 6>(
                     new PointsCost<1>{pinhole, block.seen});
-      problem.AddResidualBlock(cost, final ? nullptr : new ceres::HuberLoss(scale_ * (block.width() + 1.5)),
+      problem.AddResidualBlock(cost, final ? nullptr : new ceres::HuberLoss(scale_ * (block.width() + kBundle.huber)),
                                lenses_[block.camera].data(), camera_poses_[block.camera].data(),
                                boards_[block.moment].data());
     }
     hold_still(problem);
     ceres::Solver::Options options;
     options.linear_solver_type = ceres::DENSE_SCHUR;
-    options.max_num_iterations = freedom_ == Freedom::poses ? 15 : 60;
-    options.function_tolerance = 1e-9;
+    options.max_num_iterations = freedom_ == Freedom::poses ? kBundle.pose_iterations : kBundle.iterations;
+    options.function_tolerance = kBundle.tolerance;
     options.num_threads = 1;
     options.logging_type = ceres::SILENT;
     ceres::Solver::Summary summary;
@@ -214,7 +213,7 @@ class Adjuster {
     const Eigen::VectorXd size = jtj.diagonal().cwiseSqrt();
     if (!(size.minCoeff() > 0) || j.num_rows <= j.num_cols) return false;
     const Eigen::LDLT<Eigen::MatrixXd> ldlt(size.cwiseInverse().asDiagonal() * jtj * size.cwiseInverse().asDiagonal());
-    if (!ldlt.isPositive() || !(ldlt.vectorD().minCoeff() > 1e-14)) return false;
+    if (!ldlt.isPositive() || !(ldlt.vectorD().minCoeff() > kBundle.min_pivot)) return false;
     const Eigen::Index count = static_cast<Eigen::Index>(row_of.size());
     Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(j.num_cols, count);
     for (Eigen::Index i = 0; i < count; ++i) unit(i, i) = 1 / size[i];

@@ -7,6 +7,7 @@
 
 #include "reconstruct/calibrate/acceptance.h"
 #include "reconstruct/calibrate/initial_guess.h"
+#include "reconstruct/calibrate/parameters.h"
 
 namespace lumigraft::reconstruct {
 namespace {
@@ -45,7 +46,7 @@ double place_sigma_px(const CameraCalibration& calibration, const Vector3d& dire
 /// Maximum over the whole picture of a pinhole, or the whole field of a fish-eye.
 double widest_sigma_px(const CameraCalibration& calibration) {
   const capture::CameraModel& model = calibration.model;
-  constexpr int kSteps = 12;
+  constexpr int kSteps = kCalibration.sigma_steps;
   double widest = 0;
   for (int i = 0; i <= kSteps; ++i)
     for (int k = 0; k <= kSteps; ++k) {
@@ -110,7 +111,7 @@ CameraCalibration calibrate_camera(const capture::CameraModel& camera, const Boa
     calibration.views += !picture.view.seen.empty();
   }
   calibration.refusal = rejection_reason(calibration);
-  if (calibration.views < kMinViews) return calibration;
+  if (calibration.views < kCalibration.min_views) return calibration;
 
   const auto start = start_camera(camera, views);
   auto adjusted = start ? adjust(*start, {views}, Freedom::all) : std::nullopt;

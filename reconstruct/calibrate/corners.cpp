@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "reconstruct/calibrate/linear_picture.h"
+#include "reconstruct/calibrate/parameters.h"
 #include "reconstruct/pose/gray_regions.h"
 #include "reconstruct/pose/planar_pose.h"
 #include "reconstruct/pose/tag_print.h"
@@ -19,6 +20,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
+constexpr auto& kFit = kCalibration.corners;
 constexpr double kPrintSize = 2;  // homographies map the print in half edges
 
 /// The plane in front of the camera that homographies map to; origin at the tag's centre, unit about one pixel.
@@ -47,7 +49,7 @@ class Chart {
     const auto direction = camera_->unproject(pixel);
     if (!direction) return std::nullopt;
     const Vector3d turned = turn_ * *direction;
-    if (turned.z() < 0.2) return std::nullopt;
+    if (turned.z() < kFit.min_cosine) return std::nullopt;
     return Vector2d(pixels_ * turned.head<2>() / turned.z());
   }
   std::optional<Vector2d> to_pixel(const Vector2d& q) const {
@@ -93,9 +95,6 @@ Vector2d mapped(const Homography& h, double x, double y) {
 constexpr int kCornerUnknowns = 13;
 using CornerVector = Eigen::Matrix<double, kCornerUnknowns, 1>;
 using CornerMatrix = Eigen::Matrix<double, kCornerUnknowns, kCornerUnknowns>;
-
-// As in pose_alignment for clipped paper.
-constexpr double kBlurHold = 0.04;
 
 // A pixel's footprint has the second moments of a box and the fourth moments of a Gaussian, built from two boxes of
 // these sizes, because lens blur is smooth. With a single box, small tags are estimated too small: by 0.04 px per
@@ -249,27 +248,27 @@ std::optional<PrintCorners> print_corners(const capture::Image<std::uint16_t>& l
   const auto h = square_homography(kPrintSize, q);
   if (!h) return std::nullopt;
   const std::vector<ChartPixel> pixels = pixels_on_print(light, pattern, start, *chart, *h);
-  if (pixels.size() < 100) return std::nullopt;
+  if (pixels.size() < kFit.min_print_px) return std::nullopt;
   const auto initial = initial_values(*h, pixels);
   if (!initial) return std::nullopt;
 
   const Problem problem(pixels, pattern);
   CornerVector p = *initial;
   const bool cut = std::any_of(pixels.begin(), pixels.end(), [](const ChartPixel& pixel) { return pixel.cut; });
-  const double contrast = p[9] - p[8], limit = 0.15 * contrast, hold = cut ? kBlurHold * contrast : 0;
+  const double contrast = p[9] - p[8], limit = kFit.huber * contrast, hold = cut ? kFit.blur_hold * contrast : 0;
   Fit fit = problem.linearise(p, limit, hold);
-  double damping = 1e-4;
-  for (int iteration = 0; iteration < 30 && !fit.folded; ++iteration) {
+  double damping = kFit.first_damping;
+  for (int iteration = 0; iteration < kFit.iterations && !fit.folded; ++iteration) {
     CornerMatrix damped = fit.jtj;
     damped.diagonal() *= 1 + damping;
     const CornerVector step = damped.ldlt().solve(-fit.jtr);
     if (!step.allFinite()) return std::nullopt;
     CornerVector next = p + step;
-    next[12] = std::clamp(next[12], 0.5, 4.0);
+    next[12] = std::clamp(next[12], kFit.min_blur_px, kFit.max_blur_px);
     const Fit next_fit = problem.linearise(next, limit, hold);
-    const bool settled = std::abs(fit.error - next_fit.error) < 1e-5 * fit.error;
+    const bool settled = std::abs(fit.error - next_fit.error) < kFit.settled * fit.error;
     if (next_fit.folded || !(next_fit.error < fit.error)) {
-      if (settled || damping > 1e6) break;
+      if (settled || damping > kFit.max_damping) break;
       damping *= 10;
       continue;
     }
@@ -285,11 +284,11 @@ std::optional<PrintCorners> print_corners(const capture::Image<std::uint16_t>& l
   if (fit.folded || !result || !result->covariance.allFinite()) return std::nullopt;
   result->paper = p[9];
   result->contrast_error = std::sqrt(variance) / (cut ? contrast : p[9] - p[8]);
-  if (!(p[9] > p[8]) || result->contrast_error > 0.25) return std::nullopt;
+  if (!(p[9] > p[8]) || result->contrast_error > kFit.max_error) return std::nullopt;
   // A corner that moved farther than the detector's error belongs to something else.
   const double edge = (start[1] - start[0]).norm();
   for (std::size_t i = 0; i < 4; ++i)
-    if ((result->pixels[i] - start[i]).norm() > std::max(2.0, 0.05 * edge)) return std::nullopt;
+    if ((result->pixels[i] - start[i]).norm() > std::max(kFit.far_px, kFit.far_edges * edge)) return std::nullopt;
   return result;
 }
 

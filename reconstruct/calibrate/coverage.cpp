@@ -5,13 +5,15 @@
 #include <cmath>
 #include <numbers>
 
+#include "reconstruct/calibrate/parameters.h"
+
 namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kPi = std::numbers::pi, kRing_rad = 10 * kPi / 180;
-constexpr int kSectors = 12;
+constexpr double kPi = std::numbers::pi;
+constexpr auto& kCells = kCalibration.coverage;
 
 double angle_of(const Eigen::Vector3d& direction) { return std::atan2(direction.head<2>().norm(), direction.z()); }
 
@@ -79,14 +81,14 @@ std::string Coverage::map() const {
 Coverage coverage_of(const capture::CameraModel& camera, const std::vector<Vector2d>& pixels) {
   Coverage coverage;
   coverage.rings = camera.kind != capture::CameraModel::Kind::pinhole;
-  coverage.columns = coverage.rings ? kSectors : 8;
-  coverage.rows = 6;
+  coverage.columns = coverage.rings ? kCells.sectors : kCells.columns;
+  coverage.rows = kCells.rows;
   for (const Vector2d& pixel : pixels)
     if (const auto direction = camera.unproject(pixel))
       coverage.widest_rad = std::max(coverage.widest_rad, angle_of(*direction));
   if (coverage.rings) {
     coverage.field_rad = half_field_rad(camera, coverage.widest_rad);
-    coverage.rows = std::max(1, static_cast<int>(std::ceil(coverage.field_rad / kRing_rad - 0.05)));
+    coverage.rows = std::max(1, static_cast<int>(std::ceil(coverage.field_rad / kCells.ring_rad - kCells.min_ring)));
   }
   const auto cells = static_cast<std::size_t>(coverage.columns) * static_cast<std::size_t>(coverage.rows);
   coverage.corners.assign(cells, 0);
@@ -94,8 +96,8 @@ Coverage coverage_of(const capture::CameraModel& camera, const std::vector<Vecto
   // Sectors outside the picture are not required.
   for (int row = 0; coverage.rings && row < coverage.rows; ++row)
     for (int column = 0; column < coverage.columns; ++column) {
-      const double theta = std::min((row + 0.5) * kRing_rad, coverage.field_rad),
-                   phi = (column + 0.5) * 2 * kPi / kSectors;
+      const double theta = std::min((row + 0.5) * kCells.ring_rad, coverage.field_rad),
+                   phi = (column + 0.5) * 2 * kPi / kCells.sectors;
       const auto pixel =
           camera.project({std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)});
       coverage.wanted[static_cast<std::size_t>(row * coverage.columns + column)] = pixel && camera.inside(*pixel);
@@ -108,8 +110,8 @@ Coverage coverage_of(const capture::CameraModel& camera, const std::vector<Vecto
     double row = (pixel.y() + 0.5) / camera.height * coverage.rows;
     if (coverage.rings) {
       const double phi = std::atan2(direction->y(), direction->x());
-      column = (phi < 0 ? phi + 2 * kPi : phi) / (2 * kPi) * kSectors;
-      row = theta / kRing_rad;
+      column = (phi < 0 ? phi + 2 * kPi : phi) / (2 * kPi) * kCells.sectors;
+      row = theta / kCells.ring_rad;
     }
     const int c = std::clamp(static_cast<int>(column), 0, coverage.columns - 1);
     const int r = std::clamp(static_cast<int>(row), 0, coverage.rows - 1);

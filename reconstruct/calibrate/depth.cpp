@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "reconstruct/calibrate/acceptance.h"
+#include "reconstruct/calibrate/parameters.h"
 #include "reconstruct/math/median.h"
 #include "reconstruct/math/pose_covariance.h"
 #include "reconstruct/math/rotation_vector.h"
@@ -19,11 +20,7 @@ using Eigen::Vector3d;
 using Row = Eigen::Matrix<double, 6, 1>;
 using Square = Eigen::Matrix<double, 6, 6>;
 
-constexpr double kInner = 0.9;         // fraction of the board that is used: depth at its rim mixes with the background
-constexpr double kFirstGate_m = 0.15;  // maximum distance from the board in the first round
-constexpr std::size_t kFewestPixels = 100;  // per view
-constexpr double kPixelsOfView = 400;
-constexpr double kNoise = 0.0015;  // 1σ over z², 1/m, by triangulation (Khoshelham & Elberink 2012); ratios count
+constexpr auto& kDepthFit = kCalibration.depth;
 
 struct Point {
   Vector3d depth_m;  ///< in the depth camera's frame
@@ -34,7 +31,7 @@ struct Point {
 class DepthFit {
  public:
   DepthFit(const capture::CameraModel& depth, const Board& board, const std::vector<BoardDepthView>& views)
-      : depth_(depth), half_(0.5 * kInner * board.extent_m()), views_(views) {
+      : depth_(depth), half_(0.5 * kDepthFit.used_edge * board.extent_m()), views_(views) {
     for (int v = 0; v < depth.height; ++v)
       for (int u = 0; u < depth.width; ++u) {
         const auto ray = depth.unproject({u, v});
@@ -57,10 +54,10 @@ class DepthFit {
         const Vector3d point = z * rays_[pixel], on_board = T_board_depth * point;
         if (std::abs(on_board.x()) > half_.x() || std::abs(on_board.y()) > half_.y() || std::abs(on_board.z()) > gate_m)
           continue;
-        here.push_back({point, i, on_board.z(), 1 / std::pow(kNoise * z * z, 2)});
+        here.push_back({point, i, on_board.z(), 1 / std::pow(kDepthFit.noise_per_m * z * z, 2)});
       }
-      if (here.size() < kFewestPixels) continue;
-      const double step = std::max(1.0, static_cast<double>(here.size()) / kPixelsOfView);
+      if (here.size() < kDepthFit.min_view_px) continue;
+      const double step = std::max(1.0, static_cast<double>(here.size()) / kDepthFit.max_view_px);
       for (double at = 0; at < static_cast<double>(here.size()); at += step)
         all.push_back(here[static_cast<std::size_t>(at)]);
     }
@@ -85,7 +82,7 @@ class DepthFit {
       const Vector3d p(corner & 1 ? half_.x() : -half_.x(), corner & 2 ? half_.y() : -half_.y(),
                        corner & 4 ? gate_m : -gate_m);
       const Vector3d there = T_depth_board * p;
-      const auto pixel = there.z() > 0.05 ? depth_.project(there) : std::nullopt;
+      const auto pixel = there.z() > kDepthFit.min_z_m ? depth_.project(there) : std::nullopt;
       if (!pixel) return {0, 0, depth_.width, depth_.height};
       box.extend(*pixel);
     }
@@ -128,13 +125,12 @@ NormalEquations normal_equations(const DepthFit& fit, const std::vector<Point>& 
 
 /// Whether the boards determine all six parameters: parallel boards leave three undetermined.
 bool well_posed(const Square& jtj) {
-  constexpr double kMinTilt = 1e-4;  // squared tilt between boards, rad²
-  Row size;                          // scales rotations to the translations that they cause
+  Row size;  // scales rotations to the translations that they cause
   size << Vector3d::Constant(std::sqrt(jtj.diagonal().head<3>().sum() / 3)),
       Vector3d::Constant(std::sqrt(jtj.diagonal().tail<3>().sum() / 3));
   const Square scaled = size.cwiseInverse().asDiagonal() * jtj * size.cwiseInverse().asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scaled, Eigen::EigenvaluesOnly);
-  return solver.eigenvalues()[0] > kMinTilt * solver.eigenvalues()[5];
+  return solver.eigenvalues()[0] > kDepthFit.min_tilt_rad2 * solver.eigenvalues()[5];
 }
 
 int views_in(const std::vector<Point>& points) {
@@ -150,16 +146,16 @@ DepthCalibration calibrate_depth(const capture::CameraModel& depth, const Isomet
   DepthCalibration result;
   result.T_color_depth = start;
   const DepthFit fit(depth, board, views);
-  double gate_m = kFirstGate_m, limit = 2;
+  double gate_m = kDepthFit.first_gate_m, limit = kDepthFit.huber_sigmas;
   std::vector<Point> points;
   NormalEquations normal;
-  for (int round = 0; round < 25; ++round) {
+  for (int round = 0; round < kDepthFit.max_rounds; ++round) {
     points = fit.points(result.T_color_depth, gate_m);
     result.views = views_in(points);
-    if (result.views < kMinViews) break;
+    if (result.views < kCalibration.min_views) break;
     std::vector<double> whitened;
     for (const Point& point : points) whitened.push_back(std::abs(point.distance_m) * std::sqrt(point.weight));
-    limit = 2 * median(whitened) / 0.6745;
+    limit = kDepthFit.huber_sigmas * median(whitened) / 0.6745;
     normal = normal_equations(fit, points, result.T_color_depth, limit, views.size());
     if (!well_posed(normal.jtj)) break;
     const Row step = solved(normal.jtj, -normal.jtr);
@@ -167,14 +163,14 @@ DepthCalibration calibrate_depth(const capture::CameraModel& depth, const Isomet
     T.linear() = rotation_by(step.head<3>());
     T.translation() = step.tail<3>();
     result.T_color_depth = T * result.T_color_depth;
-    gate_m = std::clamp(10 * median_distance_m(points), 0.02, gate_m);
-    if (step.norm() < 1e-7) break;
+    gate_m = std::clamp(kDepthFit.gate_medians * median_distance_m(points), kDepthFit.min_gate_m, gate_m);
+    if (step.norm() < kDepthFit.settled) break;
   }
-  if (result.views >= kMinViews) result.median_m = median_distance_m(points);
-  if (result.views >= kMinViews && !well_posed(normal.jtj)) {
+  if (result.views >= kCalibration.min_views) result.median_m = median_distance_m(points);
+  if (result.views >= kCalibration.min_views && !well_posed(normal.jtj)) {
     result.turn_sigma_rad.setConstant(std::numbers::pi);
     result.shift_sigma_m.setConstant(10);
-  } else if (result.views >= kMinViews) {
+  } else if (result.views >= kCalibration.min_views) {
     // Errors of neighbouring pixels are correlated, and all points of a board share the error of its pose. Views are
     // independent, so the covariance is cluster-robust (Liang & Zeger 1986).
     const Square inverse = information_of(normal.jtj);

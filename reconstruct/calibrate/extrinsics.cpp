@@ -4,6 +4,7 @@
 
 #include "reconstruct/calibrate/acceptance.h"
 #include "reconstruct/calibrate/initial_guess.h"
+#include "reconstruct/calibrate/parameters.h"
 #include "reconstruct/math/median.h"
 #include "reconstruct/math/rotation_vector.h"
 
@@ -53,7 +54,7 @@ ExtrinsicsCalibration calibrate_extrinsics(const capture::CameraModel& first, co
     if (poses.back()[0] && poses.back()[1]) guesses.push_back(*poses.back()[1] * poses.back()[0]->inverse());
   }
   extrinsics.moments = static_cast<int>(guesses.size());
-  if (extrinsics.moments >= kMinMoments) {
+  if (extrinsics.moments >= kCalibration.min_moments) {
     rig.T_camera_first[1] = middle_of(guesses);
     RigViews views(2);
     for (std::size_t i = 0; i < poses.size(); ++i) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "reconstruct/calibrate/parameters.h"
 #include "reconstruct/math/median.h"
 
 namespace lumigraft::reconstruct {
@@ -14,6 +15,7 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
+constexpr auto& kGuess = kCalibration.initial_guess;
 
 /// Median reprojection error in pixels of the board at this pose.
 double view_error_px(const BoardView& view, const capture::CameraModel& camera, const Isometry3d& T_camera_board) {
@@ -26,14 +28,13 @@ double view_error_px(const BoardView& view, const capture::CameraModel& camera, 
   return median(errors);
 }
 
-/// Mean of the views' median reprojection errors with this lens; views without a pose count as kNone_px.
+/// Mean of the views' median reprojection errors with this lens; views without a pose count as max_error_px.
 double fit_px(const capture::CameraModel& camera, const std::vector<BoardView>& views,
               const std::vector<std::size_t>& few) {
-  constexpr double kNone_px = 100;
   double sum = 0;
   for (const std::size_t i : few) {
     const auto pose = board_pose(views[i], camera);
-    sum += pose ? std::min(kNone_px, view_error_px(views[i], camera, *pose)) : kNone_px;
+    sum += pose ? std::min(kGuess.max_error_px, view_error_px(views[i], camera, *pose)) : kGuess.max_error_px;
   }
   return sum / static_cast<double>(few.size());
 }
@@ -96,27 +97,25 @@ std::optional<Isometry3d> refined_pose(const BoardView& view, const capture::Cam
 }
 
 std::optional<Rig> start_camera(const capture::CameraModel& camera, const std::vector<BoardView>& views) {
-  constexpr std::size_t kFew = 12;
   std::vector<std::size_t> few(views.size());
   std::iota(few.begin(), few.end(), 0u);
   std::stable_sort(few.begin(), few.end(),
                    [&](std::size_t a, std::size_t b) { return views[a].points() > views[b].points(); });
-  few.resize(std::min(few.size(), kFew));
+  few.resize(std::min(few.size(), kGuess.max_views));
   if (few.empty()) return std::nullopt;
 
   const bool pinhole = camera.kind == capture::CameraModel::Kind::pinhole;
   const double side = std::max(camera.width, camera.height);
-  // Fields of view from 136° to 13° for a pinhole; image circles from 0.5 to 3 picture widths for a fish-eye.
-  const double shortest = (pinhole ? 0.2 : 0.15) * side, longest = (pinhole ? 4.5 : 1.0) * side;
-  constexpr int kSteps = 16;
+  const double shortest = (pinhole ? kGuess.min_pinhole : kGuess.min_fisheye) * side;
+  const double longest = (pinhole ? kGuess.max_pinhole : kGuess.max_fisheye) * side;
   struct Guess {
     capture::CameraModel camera;
     double fit_px;
   };
   std::vector<Guess> guesses;
-  for (int i = 0; i < kSteps; ++i) {
+  for (int i = 0; i < kGuess.focal_steps; ++i) {
     LensNumbers lens{};
-    lens[0] = lens[1] = shortest * std::pow(longest / shortest, i / (kSteps - 1.0));
+    lens[0] = lens[1] = shortest * std::pow(longest / shortest, i / (kGuess.focal_steps - 1.0));
     lens[2] = 0.5 * (camera.width - 1);
     lens[3] = 0.5 * (camera.height - 1);
     capture::CameraModel guess = with_lens(camera, lens);

@@ -8,18 +8,14 @@
 #include "capture/camera/srgb.h"
 #include "capture/error.h"
 #include "capture/message_text.h"
+#include "reconstruct/calibrate/parameters.h"
 #include "reconstruct/math/median.h"
 
 namespace lumigraft::reconstruct {
 namespace {
 
 constexpr int kCodes = 256;
-constexpr double kFirstNoise = 2.5, kMinNoise = 0.3, kMaxNoise = 8;  // 1σ in pixel values
-// Minimum distance in σ of a reading from both ends of the scale, where noise is clipped: by its measured value (a
-// selection that is biased by noise), and by its fitted value.
-constexpr double kFromEnds = 5.0, kFitFromEnds = 2.5;
-constexpr double kLargestResidual = 0.05, kMinRatio = 4;
-constexpr int kFolds = 4, kFirstRounds = 3, kRounds = 8;
+constexpr auto& kCurve = kCalibration.response;
 
 using Codes = Eigen::VectorXd;   // one number per pixel value
 using Normal = Eigen::MatrixXd;  // one per pair of pixel values
@@ -37,7 +33,7 @@ Codes reference_ln() {
 /// interpolated linearly.
 class Noise {
  public:
-  Noise() { sigma_.fill(kFirstNoise); }
+  Noise() { sigma_.fill(kCurve.first_noise); }
   double at(double code) const {
     const double x = std::clamp(code / kBin - 0.5, 0.0, kBins - 1.0);
     const auto low = std::min(static_cast<std::size_t>(x), kBins - 2);
@@ -61,10 +57,10 @@ class Noise {
   };
   /// Bins with too few readings take the value of the nearest bin.
   void learn(const Sums& sums) {
-    constexpr double kEnough = 30;
     std::array<double, kBins> found{};
     for (std::size_t i = 0; i < kBins; ++i)
-      if (sums.left[i] > kEnough) found[i] = std::clamp(std::sqrt(sums.square[i] / sums.left[i]), kMinNoise, kMaxNoise);
+      if (sums.left[i] > kCurve.min_bin_readings)
+        found[i] = std::clamp(std::sqrt(sums.square[i] / sums.left[i]), kCurve.min_noise, kCurve.max_noise);
     if (*std::max_element(found.begin(), found.end()) == 0) return;
     for (std::size_t i = 0; i < kBins; ++i)
       for (std::size_t off = 0; off < kBins; ++off) {
@@ -105,14 +101,14 @@ struct Equations {
 /// Evaluates a curve from light to pixel values.
 class Forward {
  public:
-  /// Limits the slope to between 1/4 and 4 times that of sRGB, so that a bad initial curve cannot diverge.
   explicit Forward(const Codes& ln_linear) : ln_(ln_linear), slope_(kCodes) {
     static const Codes usual = reference_ln();
     ln_[0] = ln_[1] - 1;  // code 0 is no logarithm's
     for (int z = 1; z < kCodes; ++z) ln_[z] = std::max(ln_[z], ln_[z - 1] + 1e-6);
     for (int z = 1; z + 1 < kCodes; ++z) {
       const double usual_slope = 0.5 * (usual[z + 1] - usual[z - 1]);
-      slope_[z] = std::clamp(0.5 * (ln_[z + 1] - ln_[z - 1]), usual_slope / 4, usual_slope * 4);
+      slope_[z] = std::clamp(0.5 * (ln_[z + 1] - ln_[z - 1]), usual_slope / kCurve.max_slope_ratio,
+                             usual_slope * kCurve.max_slope_ratio);
     }
     slope_[0] = slope_[1];
     slope_[kCodes - 1] = slope_[kCodes - 2];
@@ -145,12 +141,12 @@ class Channel {
   Channel(const std::vector<ExposedPicture>& pictures, int channel) : pictures_(pictures), channel_(channel) {
     for (const ExposedPicture& picture : pictures) ln_exposure_.push_back(std::log(picture.exposure));
     const capture::Image<std::uint8_t>& first = pictures.front().encoded;
-    // 200 000 pixels are enough; the step does not follow rows or columns.
+    // The step does not follow rows or columns.
     pixels_ = static_cast<std::size_t>(first.width) * static_cast<std::size_t>(first.height);
-    step_ = std::max<std::size_t>(1, pixels_ / 200000);
+    step_ = std::max<std::size_t>(1, pixels_ / kCurve.max_pixels);
   }
 
-  /// Normal equations of one fold: every kFolds-th pixel, starting at `fold`.
+  /// Normal equations of one fold: every `folds`-th pixel, starting at `fold`.
   Equations equations(const Codes& g, const Noise& noise, Trust trust, std::size_t fold) const {
     Equations e;
     const Forward forward(g);
@@ -186,7 +182,7 @@ class Channel {
   double median_residual(const Codes& g, const Noise& noise) const {
     std::vector<float> residuals;
     const Forward forward(g);
-    for (std::size_t fold = 0; fold < kFolds; ++fold)
+    for (std::size_t fold = 0; fold < kCurve.folds; ++fold)
       for_each_pixel(forward, noise, Trust::fits, fold, [&](const std::vector<Reading>& readings, double sum) {
         const auto off = [&](const Reading& r) {
           return r.interpolation[0] * g[r.code] + r.interpolation[1] * g[r.code + 1] - r.constant;
@@ -211,14 +207,13 @@ class Channel {
   template <typename Function>
   void for_each_pixel(const Forward& forward, const Noise& noise, Trust trust, std::size_t fold,
                       const Function& function) const {
-    constexpr double kMinFromEnds = 3;
     std::vector<double> z(pictures_.size());
     std::vector<Reading> readings;
-    for (std::size_t pixel = fold * step_; pixel < pixels_; pixel += kFolds * step_) {
+    for (std::size_t pixel = fold * step_; pixel < pixels_; pixel += kCurve.folds * step_) {
       readings.clear();
       for (std::size_t i = 0; i < pictures_.size(); ++i) {
         z[i] = pictures_[i].encoded.data[3 * pixel + static_cast<std::size_t>(channel_)];
-        if (noise.is_within(z[i], kFromEnds, kMinFromEnds))
+        if (noise.is_within(z[i], kCurve.measured_sigmas, kCurve.min_measured_codes))
           readings.push_back(reading(forward, z[i], z[i], ln_exposure_[i], noise));
       }
       if (trust == Trust::fits && readings.size() >= 2) fit(forward, noise, z, readings);
@@ -248,8 +243,7 @@ class Channel {
     }
     light /= sum;
     const auto clipped = [&](std::size_t i) { return z[i] < 1 || z[i] > kCodes - 2; };
-    constexpr int kSteps = 3;
-    for (int step = 0; step < kSteps; ++step) {
+    for (int step = 0; step < kCurve.light_steps; ++step) {
       double all = 0, pull = 0;
       for (std::size_t i = 0; i < z.size(); ++i) {
         if (clipped(i)) continue;
@@ -263,7 +257,7 @@ class Channel {
     readings.clear();
     for (std::size_t i = 0; i < z.size(); ++i) {
       const double code = forward.code(light + ln_exposure_[i]);
-      if (!clipped(i) && noise.is_within(code, kFitFromEnds, 0))
+      if (!clipped(i) && noise.is_within(code, kCurve.fitted_sigmas, 0))
         readings.push_back(reading(forward, z[i], code, ln_exposure_[i], noise));
     }
   }
@@ -302,11 +296,10 @@ Eigen::LLT<Normal> solver_of(const Equations& e, double strength) {
 /// Selects the strongest smoothing whose error on the left-out pixels is within one standard error of the minimum
 /// (Breiman et al. 1984, "Classification and Regression Trees", §3.4.3): the minimum itself overfits noise at dark
 /// pixel values.
-double strength_by_cross_validation(const std::array<Equations, kFolds>& folds, const Equations& all) {
-  constexpr double kWeakest = 1e5, kStrongest = 1e11, kStep = 3.1622776601683795;
+double strength_by_cross_validation(const std::array<Equations, kCurve.folds>& folds, const Equations& all) {
   std::vector<std::pair<double, double>> tried;  // strength, misfit
   double min_misfit = std::numeric_limits<double>::infinity();
-  for (double strength = kWeakest; strength < 1.1 * kStrongest; strength *= kStep) {
+  for (double strength = kCurve.min_strength; strength < 1.1 * kCurve.max_strength; strength *= kCurve.strength_step) {
     double misfit = 0;
     for (const Equations& fold : folds) {
       Equations others = all;
@@ -317,7 +310,7 @@ double strength_by_cross_validation(const std::array<Equations, kFolds>& folds, 
     tried.emplace_back(strength, misfit);
     min_misfit = std::min(min_misfit, misfit);
   }
-  double smoothest = kWeakest;
+  double smoothest = kCurve.min_strength;
   for (const auto& [strength, misfit] : tried)
     if (misfit <= min_misfit * (1 + std::sqrt(2 / std::max(all.freedom, 1.0)))) smoothest = strength;
   return smoothest;
@@ -335,11 +328,11 @@ ResponseCalibration calibrate_response(const std::vector<ExposedPicture>& pictur
     shortest = shortest > 0 ? std::min(shortest, picture.exposure) : picture.exposure;
     longest = std::max(longest, picture.exposure);
   }
-  if (pictures.size() < 3 || !(longest >= kMinRatio * shortest)) {
+  if (pictures.size() < kCurve.min_pictures || !(longest >= kCurve.min_exposure_ratio * shortest)) {
     result.refusal = capture::formatted(
-        "exposures: found %zu pictures, the longest exposure %.1f times the shortest, allowed: at least 3 and "
+        "exposures: found %zu pictures, the longest exposure %.1f times the shortest, allowed: at least %zu and "
         "%.0f times",
-        pictures.size(), shortest > 0 ? longest / shortest : 0.0, kMinRatio);
+        pictures.size(), shortest > 0 ? longest / shortest : 0.0, kCurve.min_pictures, kCurve.min_exposure_ratio);
     return result;
   }
   result.darkest = 0;
@@ -348,22 +341,21 @@ ResponseCalibration calibrate_response(const std::vector<ExposedPicture>& pictur
     const Channel channel(pictures, c);
     Codes g = reference_ln();
     Noise noise;
-    std::array<Equations, kFolds> folds;
+    std::array<Equations, kCurve.folds> folds;
     Equations measured;
-    for (int round = 0; round < kRounds; ++round) {  // the equations depend on the curve and the noise
+    for (int round = 0; round < kCurve.rounds; ++round) {  // the equations depend on the curve and the noise
       measured = {};
-      for (std::size_t fold = 0; fold < kFolds; ++fold)
+      for (std::size_t fold = 0; fold < kCurve.folds; ++fold)
         measured += folds[fold] =
-            channel.equations(g, noise, round < kFirstRounds ? Trust::readings : Trust::fits, fold);
-      if (round + 1 == kRounds) break;
-      constexpr double kUsual = 1e8;
-      g = solver_of(measured, kUsual).solve(measured.b);
-      if (round >= kFirstRounds) noise.learn(channel.distances(g, noise));
+            channel.equations(g, noise, round < kCurve.first_rounds ? Trust::readings : Trust::fits, fold);
+      if (round + 1 == kCurve.rounds) break;
+      g = solver_of(measured, kCurve.usual_strength).solve(measured.b);
+      if (round >= kCurve.first_rounds) noise.learn(channel.distances(g, noise));
     }
     const auto solver = solver_of(measured, strength_by_cross_validation(folds, measured));
     g = solver.solve(measured.b);
     int low = kCodes - 1, high = 0;
-    const double enough = 1e-6 * measured.a.diagonal().maxCoeff();
+    const double enough = kCurve.min_information * measured.a.diagonal().maxCoeff();
     for (int z = 0; z < kCodes; ++z)
       if (measured.a(z, z) > enough) {
         low = std::min(low, z);
@@ -384,16 +376,16 @@ ResponseCalibration calibrate_response(const std::vector<ExposedPicture>& pictur
     linear[0] = std::max(0.0, 2 * linear[1] - linear[2]);
     for (std::size_t z = 1; z < kCodes; ++z) linear[z] = std::clamp(linear[z], linear[z - 1], 1.0);
   }
-  if (result.darkest > 24 || result.brightest < 235) {
+  if (result.darkest > kCurve.max_darkest || result.brightest < kCurve.min_brightest) {
     result.refusal = capture::formatted(
-        "coverage: found code values %d to %d alone at two exposures or more, allowed: at most 24 to at least "
-        "235; show dark and bright things, and more exposures",
-        result.darkest, result.brightest);
-  } else if (!(result.residual <= kLargestResidual)) {
+        "coverage: found code values %d to %d alone at two exposures or more, allowed: at most %d to at least "
+        "%d; show dark and bright things, and more exposures",
+        result.darkest, result.brightest, kCurve.max_darkest, kCurve.min_brightest);
+  } else if (!(result.residual <= kCurve.max_residual)) {
     result.refusal = capture::formatted(
         "residual: found exposures that differ by %.0f %% in the median from what they are said to be, allowed: "
         "at most %.0f %%; did something move, or is a control automatic?",
-        100 * result.residual, 100 * kLargestResidual);
+        100 * result.residual, 100 * kCurve.max_residual);
   }
   return result;
 }

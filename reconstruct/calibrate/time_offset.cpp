@@ -12,6 +12,7 @@
 #include "reconstruct/calibrate/acceptance.h"
 #include "reconstruct/calibrate/initial_guess.h"
 #include "reconstruct/calibrate/lens.h"
+#include "reconstruct/calibrate/parameters.h"
 #include "reconstruct/math/median.h"
 #include "reconstruct/math/rotation_vector.h"
 
@@ -22,10 +23,7 @@ using Eigen::Isometry3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kLongestGap_s = 0.25;  // between consecutive poses of one trajectory
-constexpr double kWidestOffset_s = 0.3, kStep_s = 0.01;
-constexpr double kRobust_px = 1.0;
-constexpr double kCubic_s = 1e-4;     // 1σ of the deviation of a hand's motion from a cubic, as time
+constexpr auto& kTime = kCalibration.time_offset;
 constexpr std::size_t kUnknowns = 7;  // the offset; rotation and translation of T_second_first
 
 struct TimedPose {
@@ -61,7 +59,7 @@ std::vector<Stretch> stretches_of(const std::vector<TimedPose>& path) {
     bool continuous = true;
     for (std::size_t k = i - 1; k < i + 2; ++k) {
       const double gap_s = path[k + 1].time_s - path[k].time_s;
-      continuous &= gap_s > 0 && gap_s <= kLongestGap_s;
+      continuous &= gap_s > 0 && gap_s <= kTime.max_gap_s;
     }
     if (!continuous) continue;
     Stretch& s = stretches.emplace_back();
@@ -140,15 +138,14 @@ class TimeFit {
     return pairs;
   }
 
-  /// Mean over pictures of their corners' distances, limited to kFar_px; infinite without pairs.
+  /// Mean over pictures of their corners' distances, limited to max_error_px; infinite without pairs.
   static double misfit_px(const std::vector<Pair>& pairs, const std::array<double, kUnknowns>& x) {
-    constexpr double kFar_px = 20;
     double sum = 0;
     for (const Pair& pair : pairs) {
       double of_picture = 0;
       for (const Cost& cost : pair.costs) {
         Vector2d error;
-        of_picture += cost(x.data(), error.data()) ? std::min(kFar_px, error.norm()) : kFar_px;
+        of_picture += cost(x.data(), error.data()) ? std::min(kTime.max_error_px, error.norm()) : kTime.max_error_px;
       }
       sum += of_picture / static_cast<double>(pair.costs.size());
     }
@@ -160,10 +157,10 @@ class TimeFit {
     for (const Pair& pair : pairs)
       for (const Cost& cost : pair.costs)
         problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Cost, 2, kUnknowns>(new Cost(cost)),
-                                 new ceres::HuberLoss(kRobust_px), x.data());
+                                 new ceres::HuberLoss(kTime.huber_px), x.data());
     ceres::Solver::Options options;
     options.linear_solver_type = ceres::DENSE_QR;
-    options.max_num_iterations = 30;
+    options.max_num_iterations = kTime.iterations;
     options.num_threads = 1;
     options.logging_type = ceres::SILENT;
     ceres::Solver::Summary summary;
@@ -195,7 +192,7 @@ void find_sigma(const std::vector<TimeFit::Pair>& pairs, const std::array<double
       const double* parameters[] = {x.data()};
       double* jacobians[] = {j.data()};
       if (!function.Evaluate(parameters, error.data(), jacobians)) continue;
-      const double weight = std::min(1.0, kRobust_px / std::max(error.norm(), 1e-12));
+      const double weight = std::min(1.0, kTime.huber_px / std::max(error.norm(), 1e-12));
       bread += weight * j.transpose() * j;
       pull += weight * j.transpose() * error;
       errors.push_back(error.norm());
@@ -209,7 +206,7 @@ void find_sigma(const std::vector<TimeFit::Pair>& pairs, const std::array<double
   const double count = static_cast<double>(pairs.size());
   const Matrix inverse = bread.ldlt().solve(Matrix::Identity());
   const Matrix covariance = inverse * meat * inverse * (count / std::max(1.0, count - kUnknowns));
-  result.sigma_s = std::hypot(std::sqrt(covariance(0, 0)), kCubic_s);
+  result.sigma_s = std::hypot(std::sqrt(covariance(0, 0)), kTime.cubic_sigma_s);
 }
 
 }  // namespace
@@ -233,13 +230,14 @@ TimeOffsetCalibration calibrate_time(const capture::CameraModel& first, const ca
   std::array<double, kUnknowns> x{0, w.x(), w.y(), w.z(), t.x(), t.y(), t.z()};
   const std::array<double, kUnknowns> start = x;
   double min_px = std::numeric_limits<double>::infinity();
-  const int steps = static_cast<int>(std::lround(kWidestOffset_s / kStep_s));
+  const int steps = static_cast<int>(std::lround(kTime.max_search_s / kTime.search_s));
   for (int i = -steps; i <= steps; ++i) {
     std::array<double, kUnknowns> guess = start;
-    guess[0] = i * kStep_s;
+    guess[0] = i * kTime.search_s;
     const auto pairs = fit.pairs(guess[0]);
-    const double px = static_cast<int>(pairs.size()) < kMinMoments ? std::numeric_limits<double>::infinity()
-                                                                   : TimeFit::misfit_px(pairs, guess);
+    const double px = static_cast<int>(pairs.size()) < kCalibration.min_moments
+                          ? std::numeric_limits<double>::infinity()
+                          : TimeFit::misfit_px(pairs, guess);
     if (px < min_px) {
       min_px = px;
       x = guess;
@@ -247,13 +245,13 @@ TimeOffsetCalibration calibrate_time(const capture::CameraModel& first, const ca
   }
   // The offset changes which pictures lie within the trajectory.
   std::vector<TimeFit::Pair> pairs;
-  for (int round = 0; round < 3 && std::isfinite(min_px); ++round) {
+  for (int round = 0; round < kTime.rounds && std::isfinite(min_px); ++round) {
     pairs = fit.pairs(x[0]);
-    if (static_cast<int>(pairs.size()) < kMinMoments || !TimeFit::refine(pairs, x)) break;
+    if (static_cast<int>(pairs.size()) < kCalibration.min_moments || !TimeFit::refine(pairs, x)) break;
   }
   result.pictures = static_cast<int>(pairs.size());
   result.offset_s = x[0];
-  if (result.pictures >= kMinMoments) find_sigma(pairs, x, result);
+  if (result.pictures >= kCalibration.min_moments) find_sigma(pairs, x, result);
   result.refusal = rejection_reason(result);
   return result;
 }

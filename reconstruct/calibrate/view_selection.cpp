@@ -10,12 +10,7 @@
 namespace lumigraft::reconstruct {
 namespace {
 
-constexpr double kMinInterval_s = 0.1;
-constexpr double kStill = 0.06;         ///< maximum speed of a still board, picture widths per second
-constexpr double kSequenceGap_s = 0.5;  ///< motion is not estimated across longer gaps
-constexpr std::size_t kLongestPath = 300;
-constexpr int kClipped = 250;  ///< as in radiance.cpp: pixel values from here on are lower bounds
-constexpr double kMaxClipped = 0.01;
+constexpr auto& kViews = kCalibration.view_selection;
 
 /// Mean image motion in pixels of the points in both views; infinite where fewer than half are in both.
 double moved_px(const BoardView& a, const BoardView& b) {
@@ -46,11 +41,11 @@ void forget_clipped_paper(const capture::Frame& picture, BoardView& view) {
     for (int v = low.y(); v <= box.max().y() && v < picture.encoded.height; ++v)
       for (int u = low.x(); u <= box.max().x() && u < picture.encoded.width; ++u, ++all)
         for (int c = 0; c < 3; ++c)
-          if (picture.encoded.at(u, v, c) >= kClipped) {
+          if (picture.encoded.at(u, v, c) >= kViews.clipped_code) {
             ++clipped;
             break;
           }
-    if (clipped > kMaxClipped * all) seen.paper = 0;
+    if (clipped > kViews.max_clipped_fraction * all) seen.paper = 0;
   }
 }
 
@@ -112,8 +107,8 @@ bool ViewSelector::somewhere_new(const BoardMoment& moment) const {
 
 /// Increases the minimum distance between board positions until half of the moments are removed.
 void ViewSelector::thin_out() {
-  while (2 * moments_.size() > kMaxMoments) {
-    apart_ *= 1.3;
+  while (2 * moments_.size() > kViews.max_moments) {
+    apart_ *= kViews.apart_step;
     std::vector<BoardMoment> all = std::move(moments_);
     moments_.clear();
     for (BoardMoment& moment : all)
@@ -128,7 +123,7 @@ ViewSelector::Seen ViewSelector::add(std::int64_t time_ns, const capture::Frame*
                                      const std::shared_ptr<const capture::DepthFrame>& depth) {
   const double passed_s = 1e-9 * static_cast<double>(time_ns - last_time_ns_);
   Seen seen;
-  if (any_ && passed_s >= 0 && passed_s < kMinInterval_s) return seen;
+  if (any_ && passed_s >= 0 && passed_s < kViews.min_interval_s) return seen;
   BoardMoment moment;
   moment.time_ns = time_ns;
   moment.depth = depth;
@@ -145,12 +140,12 @@ ViewSelector::Seen ViewSelector::add(std::int64_t time_ns, const capture::Frame*
     const BoardPicture& now = moment.by_camera[c];
     seen.corners[c] = now.view.points();
     const double moved = moved_px(last_[c], now.view);
-    moving |= any_ && passed_s > 0 && passed_s < kSequenceGap_s && seen.corners[c] > 0 &&
-              moved > kStill * passed_s * now.light.width;
+    moving |= any_ && passed_s > 0 && passed_s < kViews.max_gap_s && seen.corners[c] > 0 &&
+              moved > kViews.max_still_speed * passed_s * now.light.width;
     last_[c] = now.view;
     if (seen.corners[c] == 0) continue;
     std::vector<TimedView>& path = paths_[c];
-    if (path.size() == kLongestPath) path.erase(path.begin(), path.begin() + kLongestPath / 4);
+    if (path.size() == kViews.max_path_views) path.erase(path.begin(), path.begin() + kViews.max_path_views / 4);
     path.push_back({c == 0 ? color->stamp.time_ns : fisheye.front()->stamp.time_ns, now.view});
   }
   any_ = true;
@@ -158,7 +153,7 @@ ViewSelector::Seen ViewSelector::add(std::int64_t time_ns, const capture::Frame*
   if (!moving && somewhere_new(moment)) {
     seen.kept = true;
     moments_.push_back(std::move(moment));
-    if (moments_.size() > kMaxMoments) thin_out();
+    if (moments_.size() > kViews.max_moments) thin_out();
   }
   return seen;
 }

@@ -9,6 +9,7 @@
 #include "capture/camera/response.h"
 #include "capture/frame.h"
 #include "reconstruct/calibrate/camera.h"
+#include "reconstruct/calibrate/parameters.h"
 #include "reconstruct/calibrate/time_offset.h"
 
 namespace lumigraft::reconstruct {
@@ -45,8 +46,6 @@ class ViewSelector {
   /// All recent views of the board by one camera (0, 1), still or moving.
   const std::vector<TimedView>& path(std::size_t camera) const { return paths_[camera]; }
 
-  static constexpr std::size_t kMaxMoments = 60;
-
  private:
   bool somewhere_new(const BoardMoment& moment) const;
   void thin_out();
@@ -58,7 +57,7 @@ class ViewSelector {
   std::int64_t last_time_ns_ = 0;
   std::array<BoardView, 2> last_;  ///< of the previous moment, selected or not
   bool any_ = false;
-  double apart_ = 0.04;  ///< of the picture's width: minimum distance between board positions
+  double apart_ = kCalibration.view_selection.min_apart;  ///< picture widths between board positions, at least
 };
 
 }  // namespace lumigraft::reconstruct

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "reconstruct/calibrate/acceptance.h"
+#include "reconstruct/calibrate/parameters.h"
 
 namespace lumigraft::reconstruct {
 namespace {
@@ -16,10 +17,8 @@ using Eigen::VectorXd;
 constexpr int kTerms = 3;               // of the lens: θ², θ⁴, θ⁶
 constexpr int kSlopes = 2, kBends = 3;  // of the light on the board
 constexpr int kOwn = 1 + kSlopes + kBends;
-constexpr double kAlike = 4.0;        // moments with correlated illumination
-constexpr double kNoiseFloor = 1e-4;  // lower bound of the noise, for synthetic pictures
-constexpr double kNoVariance = 1e-8;
-constexpr double kOutlier = 4.0;  // σ; for example a finger's shadow or a highlight
+constexpr auto& kFalloff = kCalibration.vignetting;
+constexpr double kNoVariance = kFalloff.min_variance;
 
 Eigen::Matrix<double, 1, kTerms> lens_row(double angle_rad) {
   const double s = angle_rad * angle_rad;
@@ -62,7 +61,7 @@ std::vector<Moment> moments_of(const std::vector<WhiteSample>& samples, const st
 }
 
 struct Variances {
-  double noise = 1e-4, slope = 1e-2, bend = 1e-3;
+  double noise = 1e-4, slope = 1e-2, bend = 1e-3;  // at the start of the iteration
 };
 
 struct Solution {
@@ -121,18 +120,17 @@ Variances next_variances(const std::vector<Moment>& moments, const Solution& s) 
       (k < kSlopes ? sum.slope : sum.bend) += s.own[i][1 + k] * s.own[i][1 + k] + s.own_spread[i](1 + k, 1 + k);
   }
   const double count = static_cast<double>(moments.size());
-  return {std::max(sum.noise / samples, kNoiseFloor * kNoiseFloor),
+  return {std::max(sum.noise / samples, kFalloff.min_noise * kFalloff.min_noise),
           std::max(sum.slope / (kSlopes * count), kNoVariance), std::max(sum.bend / (kBends * count), kNoVariance)};
 }
 
 Solution fitted(const std::vector<Moment>& moments, Variances& v) {
-  constexpr int kMaxRounds = 200;
-  for (int round = 0; round < kMaxRounds; ++round) {
+  for (int round = 0; round < kFalloff.max_rounds; ++round) {
     const Variances next = next_variances(moments, solve(moments, v));
     const double change = std::abs(std::log(next.noise / v.noise)) + std::abs(std::log(next.slope / v.slope)) +
                           std::abs(std::log(next.bend / v.bend));
     v = next;
-    if (change < 1e-3) break;
+    if (change < kFalloff.settled) break;
   }
   return solve(moments, v);
 }
@@ -168,17 +166,17 @@ VignettingCalibration calibrate_vignetting(const std::vector<WhiteSample>& sampl
   for (int round = 0; round < 2; ++round) {
     const std::vector<Moment> moments = moments_of(samples, left_out);
     result.moments = static_cast<int>(moments.size());
-    if (result.moments < kMinViews) break;
+    if (result.moments < kCalibration.min_views) break;
     solution = fitted(moments, variances);
     const Eigen::Matrix3d by_noise = solve(moments, {variances.noise, kNoVariance, kNoVariance}).covariance;
-    covariance = by_noise + kAlike * (solution.covariance - by_noise);
+    covariance = by_noise + kFalloff.alike_moments * (solution.covariance - by_noise);
     result.samples = 0;
     for (std::size_t i = 0; i < moments.size(); ++i)
       for (std::size_t r = 0; r < moments[i].samples.size(); ++r) {
         const std::size_t at = moments[i].samples[r];
         if (round == 0)
-          left_out[at] =
-              std::abs(solution.residuals[i][static_cast<Eigen::Index>(r)]) > kOutlier * std::sqrt(variances.noise);
+          left_out[at] = std::abs(solution.residuals[i][static_cast<Eigen::Index>(r)]) >
+                         kFalloff.outlier_sigmas * std::sqrt(variances.noise);
         result.widest_rad = std::max(result.widest_rad, samples[at].angle_rad);
         ++result.samples;
       }
@@ -187,9 +185,8 @@ VignettingCalibration calibrate_vignetting(const std::vector<WhiteSample>& sampl
   result.edge = result.vignetting.transmission(field_rad);
   result.unevenness = 2 * std::sqrt(variances.slope);
   result.residual = std::sqrt(variances.noise);
-  constexpr int kSteps = 50;
-  for (int i = 1; i <= kSteps; ++i) {
-    const auto row = lens_row(field_rad * i / kSteps);
+  for (int i = 1; i <= kFalloff.sigma_steps; ++i) {
+    const auto row = lens_row(field_rad * i / kFalloff.sigma_steps);
     result.widest_sigma = std::max(result.widest_sigma, std::sqrt((row * covariance * row.transpose())(0)));
   }
   result.refusal = rejection_reason(result);

@@ -3,13 +3,14 @@
 #include <algorithm>
 #include <limits>
 
+#include "relight/gather/parameters.h"
+
 namespace lumigraft::relight {
 
 using Eigen::Vector3f;
 
 namespace {
 
-constexpr float kOff_m = 1e-4f;  // offset from the surface of origin
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 }  // namespace
@@ -156,7 +157,7 @@ Rgb DeltaLight::left_change(const SampledRay& ray, const MeshHit& hit, Sampler& 
     if (facet->albedo.maxCoeff() <= 0) return Rgb::Zero();
     const Vector3f normal = facet->normal.dot(ray.w) < 0 ? facet->normal : (-facet->normal).eval();
     const Vector3f p = ray.from_m + hit.t_m * ray.w;
-    return facet->albedo / kPi * (cells_.at(p, normal) - hidden_from(p + kOff_m * normal, normal, sampler));
+    return facet->albedo / kPi * (cells_.at(p, normal) - hidden_from(p + kGather.lift_m * normal, normal, sampler));
   }
   const RealPoint point = room_.point(hit, ray.w);
   const PathVertex vertex(point.surface, ray.w);

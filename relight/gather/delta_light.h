@@ -12,8 +12,6 @@
 
 namespace lumigraft::relight {
 
-constexpr int kMirrors = 2;  ///< further specular reflections that paths of objects and cells follow
-
 struct SampledRay {
   Eigen::Vector3f from_m, w;  ///< w unit
   /// 1/sr; lamps on the ray are weighted by multiple importance sampling against lamp samples (Veach & Guibas 1995); 0:

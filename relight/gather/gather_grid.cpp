@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "relight/gather/fast_exp.h"
+#include "relight/gather/parameters.h"
 #include "relight/tracing/parallel_for.h"
 
 namespace lumigraft::relight {
@@ -11,13 +12,9 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr int kSteps = 2;              // of the filter: spacing of one pixel, then two
-constexpr float kOffPlane_px = 1.5f;   // maximum distance from the other's plane, for the same surface
-constexpr float kNearFraction = 0.5f;  // of the distance to an object, within which its light changes little
-
 float alike(const SurfaceHit& a, const SurfaceHit& b, float pixel_m, float near_m) {
   const Vector3f apart = b.position_m - a.position_m;
-  const float turn = std::max(a.normal.dot(b.normal), 0.0f), off = a.normal.dot(apart) / (kOffPlane_px * pixel_m);
+  const float turn = std::max(a.normal.dot(b.normal), 0.0f), off = a.normal.dot(apart) / (kGather.off_px * pixel_m);
   const float far2 = apart.squaredNorm() / (near_m * near_m);
   return pow32(turn) * fast_exp(off * off + far2);
 }
@@ -99,7 +96,7 @@ void GatherGrid::gather(const DeltaLight& light, const std::vector<ChangeRegion>
     const auto number = static_cast<std::uint32_t>(i);
     cell.light = glossy ? radiance(number, vertex, &cell.near_m) : irradiance(number, vertex, &cell.near_m);
     // The width of a GGX lobe is about its alpha.
-    cell.near_m *= glossy ? std::min(pixel.surface.bsdf.alpha, kNearFraction) : kNearFraction;
+    cell.near_m *= glossy ? std::min(pixel.surface.bsdf.alpha, kGather.near_fraction) : kGather.near_fraction;
   });
 }
 
@@ -107,7 +104,7 @@ std::vector<Eigen::Array4f> GatherGrid::smoothed() const {
   constexpr std::array<float, 3> kernel = {3.0f / 8, 1.0f / 4, 1.0f / 16};
   std::vector<Eigen::Array4f> light;
   for (const Cell& cell : cells_) light.emplace_back(cell.light[0], cell.light[1], cell.light[2], 0);
-  for (int step = 0; step < kSteps; ++step) {
+  for (int step = 0; step < kGather.filter_steps; ++step) {
     const std::vector<Eigen::Array4f> from = light;
     for_each_pixel(width_, height_, kRows, [&](int x, int y) {
       const Cell& cell = cells_[at(x, y)];

@@ -2,12 +2,12 @@
 
 #include <array>
 
+#include "relight/gather/parameters.h"
+
 namespace lumigraft::relight {
 namespace {
 
 using Eigen::Vector3f;
-
-constexpr float kMinDetail = 0.2f, kMaxDetail = 4;  // of a pixel's radiance over its surroundings'
 
 /// `hit`: null if there is none. `radiance`: of the camera at this pixel.
 GBufferPixel pixel_of(const RayRoom& room, const Vector3f& w, const MeshHit* hit, const Rgb& radiance) {
@@ -28,7 +28,7 @@ GBufferPixel pixel_of(const RayRoom& room, const Vector3f& w, const MeshHit* hit
 }  // namespace
 
 Rgb detailed(const Rgb& albedo, const Rgb& radiance, const Rgb& radiance_similar) {
-  const Rgb detail = (radiance / radiance_similar.max(1e-5f)).max(kMinDetail).min(kMaxDetail);
+  const Rgb detail = (radiance / radiance_similar.max(1e-5f)).max(kGather.min_detail).min(kGather.max_detail);
   return (albedo * detail).min(1.0f);
 }
 

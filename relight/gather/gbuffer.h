@@ -14,8 +14,6 @@
 
 namespace lumigraft::relight {
 
-constexpr float kMinPlaneCosine = 0.05f;  ///< of a plane viewed from the camera
-
 struct GBufferPixel {
   bool known = false;   ///< a surface exists
   bool glossy = false;  ///< of known material with a directional (glossy) part

@@ -3,15 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "relight/gather/parameters.h"
 #include "relight/tracing/parallel_for.h"
 
 namespace lumigraft::relight {
 namespace {
 
 using Eigen::Vector3f;
-
-constexpr float kFinest = 8;       // cells along the radius of the objects' sphere
-constexpr int kPatchBlock = 4096;  // patches per thread and block
 
 }  // namespace
 
@@ -38,10 +36,10 @@ IrradianceChangeCache::IrradianceChangeCache(const std::vector<Patch>& patches, 
   auto layout = std::make_shared<Layout>();
   layout->sphere = sphere;
   for (std::size_t i = 0; i < layout->edge_m.size(); ++i) {
-    layout->edge_m[i] = std::ldexp(sphere.radius_m / kFinest, static_cast<int>(i));
+    layout->edge_m[i] = std::ldexp(sphere.radius_m / kGather.cells_across, static_cast<int>(i));
   }
   std::vector<std::uint64_t> keys(patches.size());
-  for_each_index(patches.size(), kPatchBlock, [&](std::size_t i) {
+  for_each_index(patches.size(), kGather.patch_block, [&](std::size_t i) {
     keys[i] = layout->key(patches[i].position_m, patches[i].normal, layout->level(patches[i].position_m));
   });
   const auto inside = [&](const Patch& patch) {

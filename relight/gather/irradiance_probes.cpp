@@ -5,6 +5,7 @@
 #include <limits>
 #include <unordered_map>
 
+#include "relight/gather/parameters.h"
 #include "relight/objects/mesh_refine.h"
 #include "relight/objects/placement.h"
 
@@ -12,10 +13,6 @@ namespace lumigraft::relight {
 namespace {
 
 using Eigen::Vector3f;
-
-constexpr float kAcross = 16;            // probes along the radius of the object's sphere
-constexpr float kNormalExponent = 4;     // exponent of the cosine in a vertex's weights of probes
-constexpr float kReach_spacings = 1.2f;  // times the spacing of probes
 
 struct VertexSide {
   Vector3f position_m, normal;
@@ -38,7 +35,7 @@ int facing(const Vector3f& normal) {
 IrradianceProbes place_probes(const Model& coarse) {
   IrradianceProbes found;
   const BoundingSphere sphere = bounding_sphere(coarse.positions_m);
-  const float edge_m = sphere.radius_m / kAcross;
+  const float edge_m = sphere.radius_m / kGather.probes_across;
   found.model = refine_model(coarse, edge_m);
   found.tree = std::make_shared<const ModelTree>(found.model);
   found.closed = is_closed(coarse);
@@ -93,9 +90,9 @@ IrradianceProbes place_probes(const Model& coarse) {
         if (place < 0) continue;
         const auto& p = found.places[static_cast<std::size_t>(place)];
         const float turn = p.normal.dot(side.normal),
-                    off = (p.position_m - side.position_m).norm() / (kReach_spacings * edge_m);
+                    off = (p.position_m - side.position_m).norm() / (kGather.probe_reach * edge_m);
         if (turn <= 0 || off >= 1) continue;
-        const float weight = std::pow(turn, kNormalExponent) * (1 - off) * (1 - off);
+        const float weight = std::pow(turn, kGather.probe_exponent) * (1 - off) * (1 - off);
         found.weights.push_back({place, weight});
         sum += weight;
       }

@@ -4,18 +4,15 @@
 #include <cmath>
 
 #include "relight/gather/fast_exp.h"
+#include "relight/gather/parameters.h"
 #include "relight/tracing/parallel_for.h"
 
 namespace lumigraft::relight {
 namespace {
 
-constexpr float kOffPlane_blocks = 1.5f;  // maximum distance from the other's plane, for the same surface
-constexpr float kAlike = 0.95f;           // similarity from which two count as one surface
-constexpr float kUnlike = 1e-6f;          // weight of blocks of other surfaces: effective only if there are no others
-
 float alike_blocks(const SurfaceHit& a, const GBufferPixel& b, float block_m) {
   const float turn = std::max(a.normal.dot(b.surface.normal), 0.0f);
-  const float off = a.normal.dot(b.surface.position_m - a.position_m) / (kOffPlane_blocks * block_m);
+  const float off = a.normal.dot(b.surface.position_m - a.position_m) / (kGather.block_off_plane * block_m);
   return pow32(turn) * fast_exp(off * off);
 }
 
@@ -43,7 +40,7 @@ bool LowResView::is_even(std::size_t first) const {
   const GBufferPixel& own = seen_[first];
   for (std::size_t other : {first, first + right_, first + below_, first + right_ + below_}) {
     if (other >= seen_.size() || !seen_[other].known) return false;
-    if (alike_blocks(own.surface, seen_[other], block_m(own)) < kAlike) return false;
+    if (alike_blocks(own.surface, seen_[other], block_m(own)) < kGather.block_alike) return false;
   }
   return true;
 }
@@ -62,12 +59,14 @@ BlockMix LowResView::mix(int u, int v, const SurfaceHit& surface) const {
   float sum = 0;
   const auto first = static_cast<std::size_t>(mix.first);
   // If the four blocks and the pixel are in one plane, they are all alike.
-  const bool even = even_[first] && alike_blocks(surface, seen_[first], block_m(seen_[first])) > kAlike;
+  const bool even = even_[first] && alike_blocks(surface, seen_[first], block_m(seen_[first])) > kGather.block_alike;
   for (std::size_t k = 0; k < 4; ++k) {
     const GBufferPixel& other = seen_[first + (k & 1 ? right_ : 0) + (k >> 1 ? below_ : 0)];
     if (!other.known) continue;
     const float bilinear = (k & 1 ? right_weight : 1 - right_weight) * (k >> 1 ? bottom_weight : 1 - bottom_weight);
-    weight[k] = even ? bilinear : (bilinear + kUnlike) * (alike_blocks(surface, other, block_m(other)) + kUnlike);
+    weight[k] = even ? bilinear
+                     : (bilinear + kGather.block_unlike) *
+                           (alike_blocks(surface, other, block_m(other)) + kGather.block_unlike);
     sum += weight[k];
   }
   if (!(sum > 0)) return mix;

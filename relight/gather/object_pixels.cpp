@@ -9,6 +9,7 @@
 
 #include "relight/gather/low_res_view.h"
 #include "relight/gather/object_window.h"
+#include "relight/gather/parameters.h"
 #include "relight/tracing/parallel_for.h"
 
 namespace lumigraft::relight {
@@ -18,10 +19,6 @@ using Eigen::Vector3f;
 
 constexpr int kMaxRays = RayFan::kMaxRays, kMaxInside = 4;  // rays per pixel
 constexpr std::uint32_t kCameraSeed = 21, kLightSeed = 22;
-constexpr float kSharedOffPlane_px = 1.0f,
-                kSharedCosine = 0.7f;    // cosine; for surfaces that share the shadows of a pixel
-constexpr float kSurelyFarther = 1.02f;  // times the object's distance
-constexpr float kJump_px = 8;            // depth step in pixels, above which it is another surface
 
 /// Object hits of a pixel's interior rays.
 struct Found {
@@ -116,7 +113,7 @@ class ObjectView {
     for (int y = top; y <= bottom; ++y) {
       for (int x = left; x <= right; ++x) {
         const GBufferPixel& room = room_at(x, y);
-        if (room.known && room.depth_m < kSurelyFarther * t_m) return true;
+        if (room.known && room.depth_m < kGather.surely_farther * t_m) return true;
       }
     }
     return false;
@@ -206,7 +203,7 @@ class ObjectView {
       if (x < 0 || y < 0 || x >= window_.width || y >= window_.height) return false;
       const GBufferPixel& other = first_[index(x, y)];
       const float apart_px = std::abs(own.depth_m - other.depth_m) * static_cast<float>(model_.fx);
-      return own.known != other.known || (own.known && apart_px > kJump_px * own.depth_m);
+      return own.known != other.known || (own.known && apart_px > kGather.jump_px * own.depth_m);
     };
     return ends(u - 1, v) || ends(u + 1, v) || ends(u, v - 1) || ends(u, v + 1);
   }
@@ -254,8 +251,8 @@ class ObjectView {
   bool goes_on(const GBufferPixel& first, const SurfaceHit& surface) const {
     const float pixel_m = first.depth_m / static_cast<float>(eye_.camera.model.fx);
     return std::abs(first.surface.normal.dot(surface.position_m - first.surface.position_m)) <
-               kSharedOffPlane_px * pixel_m &&
-           first.surface.normal.dot(surface.normal) > kSharedCosine;
+               kGather.shared_off_plane_px * pixel_m &&
+           first.surface.normal.dot(surface.normal) > kGather.shared_cosine;
   }
 
   /// Irradiance of lamps over π.
@@ -298,7 +295,7 @@ class ObjectView {
     if (!surface.bsdf.mirrors()) return sum;
     const PathVertex lobe(mirror_of(surface), w);
     Rgb mirrored = Rgb::Zero();
-    for (int k = 0; k < mirror_rays; ++k) mirrored += light_.mirrored_by_object(lobe, sampler, kMirrors);
+    for (int k = 0; k < mirror_rays; ++k) mirrored += light_.mirrored_by_object(lobe, sampler, kGather.mirrors);
     return sum + mirrored / static_cast<float>(mirror_rays);
   }
 

@@ -3,13 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "relight/gather/parameters.h"
+
 namespace lumigraft::relight {
 namespace {
 
 using Eigen::Vector3f;
-
-constexpr int kEdge = 16;              // edge of squares that are tested as one
-constexpr float kMargin_rad = 0.002f;  // margin for the curvature between the test points
 
 float angle(const Vector3f& a, const Vector3f& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
 
@@ -29,13 +28,14 @@ PixelWindow window_of(const std::vector<Eigen::Vector4f>& spheres, const CameraR
     return std::any_of(spheres.begin(), spheres.end(), [&](const Eigen::Vector4f& sphere) {
       const Vector3f to = sphere.head<3>() - eye_m;
       const float far = to.norm();
-      return far <= sphere.w() || angle(middle, to) <= std::asin(sphere.w() / far) + reach + kMargin_rad;
+      return far <= sphere.w() || angle(middle, to) <= std::asin(sphere.w() / far) + reach + kGather.window_margin_rad;
     });
   };
   int left = camera.width, top = camera.height, right = 0, bottom = 0;
-  for (int v = 0; v < camera.height; v += kEdge) {
-    for (int u = 0; u < camera.width; u += kEdge) {
-      const int end_u = std::min(u + kEdge, camera.width), end_v = std::min(v + kEdge, camera.height);
+  for (int v = 0; v < camera.height; v += kGather.window_px) {
+    for (int u = 0; u < camera.width; u += kGather.window_px) {
+      const int end_u = std::min(u + kGather.window_px, camera.width),
+                end_v = std::min(v + kGather.window_px, camera.height);
       if (!may_see(u, v, end_u - 1, end_v - 1)) continue;
       left = std::min(left, u);
       top = std::min(top, v);

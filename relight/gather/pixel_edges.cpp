@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "capture/camera/srgb.h"
+#include "relight/gather/parameters.h"
 #include "relight/tracing/parallel_for.h"
 
 namespace lumigraft::relight {
@@ -14,14 +15,6 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr float kRound_voxels = 1.5f;    // distance from an edge within which the fused normals turn
-constexpr float kReach_voxels = 6;       // search distance to the next plane, and limit of its depth difference
-constexpr float kFlat = 0.96f;           // cosine of 16°: the turn of a sphere of six voxels radius over that distance
-constexpr float kTurn = 0.87f;           // cosine of 30°: smaller angles are the same plane with noise
-constexpr float kOff_voxels = 1.5f;      // maximum distance of the plane from the measurement
-constexpr float kUnlikeColor = 0.1f;     // in coded colour from 0 to 1: this colour difference to a side ...
-constexpr float kUnlike_voxels = 0.25f;  // ... is as unlikely as this distance from the side's plane
-constexpr float kLift_voxels = 0.1f;     // offset above the plane, whose noise would occlude lamps for points on it
 constexpr std::array<std::array<int, 2>, 8> kWays = {
     {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, 1}, {1, -1}, {-1, -1}}};
 
@@ -48,7 +41,7 @@ class Edges {
     const int r = round_px(p);
     return std::any_of(kWays.begin(), kWays.begin() + 4, [&](const auto& way) {
       const GBufferPixel* q = neighbour_of(p, u + r * way[0], v + r * way[1]);
-      return q && q->surface.normal.dot(p.surface.normal) < kTurn;
+      return q && q->surface.normal.dot(p.surface.normal) < kGather.edge_turn;
     });
   }
 
@@ -70,7 +63,7 @@ class Edges {
       const float t = convex ? std::max(*t_a, *t_b) : std::min(*t_a, *t_b);
       const int own = v * width_ + u;
       const auto cost = [&](float t_side, int pixel) {
-        return std::abs(t_side - t) / (kUnlike_voxels * voxel_m_) + unlike(own, pixel) / kUnlikeColor;
+        return std::abs(t_side - t) / (kGather.edge_unlike * voxel_m_) + unlike(own, pixel) / kGather.edge_unlike_color;
       };
       takes_a = cost(*t_a, a.pixel) <= cost(*t_b, b.pixel);
     }
@@ -83,13 +76,13 @@ class Edges {
   float reach_px(const GBufferPixel& p, float voxels) const { return voxels * voxel_m_ * focal_px_ / p.depth_m; }
 
   int round_px(const GBufferPixel& p) const {
-    return std::max(static_cast<int>(std::lround(reach_px(p, kRound_voxels))), 1);
+    return std::max(static_cast<int>(std::lround(reach_px(p, kGather.edge_round))), 1);
   }
 
   const GBufferPixel* neighbour_of(const GBufferPixel& p, int u, int v) const {
     if (u < 0 || v < 0 || u >= width_ || v >= height_) return nullptr;
     const GBufferPixel& q = at(u, v);
-    return is_even(q) && std::abs(q.depth_m - p.depth_m) < kReach_voxels * voxel_m_ ? &q : nullptr;
+    return is_even(q) && std::abs(q.depth_m - p.depth_m) < kGather.edge_reach * voxel_m_ ? &q : nullptr;
   }
 
   /// Over the distance within which an edge is rounded.
@@ -97,13 +90,13 @@ class Edges {
     const GBufferPixel& p = at(u, v);
     const int r = round_px(p);
     const GBufferPixel* on = neighbour_of(p, u + r * way[0], v + r * way[1]);
-    return on && on->surface.normal.dot(p.surface.normal) > kFlat;
+    return on && on->surface.normal.dot(p.surface.normal) > kGather.edge_flat;
   }
 
   /// The nearest plane next to a pixel, and the nearest different one; pixel -1: none.
   std::array<Side, 2> sides(int u, int v, const std::vector<std::uint8_t>& turns) const {
     const GBufferPixel& p = at(u, v);
-    const int reach = static_cast<int>(std::ceil(reach_px(p, kReach_voxels)));
+    const int reach = static_cast<int>(std::ceil(reach_px(p, kGather.edge_reach)));
     std::array<Side, kWays.size()> found;
     for (std::size_t i = 0; i < kWays.size(); ++i) {
       const auto& [x, y] = kWays[i];
@@ -123,7 +116,7 @@ class Edges {
       if (s.pixel >= 0 && (two[0].pixel < 0 || s.steps < two[0].steps)) two[0] = s;
     }
     for (const Side& s : found) {
-      if (s.pixel < 0 || !(normal(s).dot(normal(two[0])) < kTurn)) continue;
+      if (s.pixel < 0 || !(normal(s).dot(normal(two[0])) < kGather.edge_turn)) continue;
       if (two[1].pixel < 0 || s.steps < two[1].steps) two[1] = s;
     }
     return two;
@@ -131,7 +124,7 @@ class Edges {
 
   std::optional<float> intersection(const Vector3f& w, const GBufferPixel& side) const {
     const float fall = side.surface.normal.dot(w);
-    if (fall > -kMinPlaneCosine) return std::nullopt;
+    if (fall > -kGather.grazing) return std::nullopt;
     return side.surface.normal.dot(side.surface.position_m - eye_m_) / fall;
   }
 
@@ -147,12 +140,12 @@ class Edges {
 
   /// The pixel moved to a side's plane, at distance `t` along its ray.
   std::optional<GBufferPixel> on(const GBufferPixel& p, const GBufferPixel& side, int own, int of_side, float t) const {
-    if (!(std::abs(t - p.depth_m) < kOff_voxels * voxel_m_)) return std::nullopt;
+    if (!(std::abs(t - p.depth_m) < kGather.edge_off * voxel_m_)) return std::nullopt;
     GBufferPixel sharp = p;
     sharp.surface.normal = sharp.surface.face = side.surface.normal;
     // Neither below the fused surface nor below the plane, either of which would occlude everything from there.
     const float below = std::max(side.surface.normal.dot(eye_m_ + t * p.w - p.surface.position_m), 0.0f);
-    sharp.surface.position_m += (below + kLift_voxels * voxel_m_) * side.surface.normal;
+    sharp.surface.position_m += (below + kGather.edge_lift * voxel_m_) * side.surface.normal;
     sharp.albedo = detailed(side.albedo, pixel(own), pixel(of_side));
     return sharp;
   }

@@ -3,16 +3,13 @@
 #include <algorithm>
 
 #include "relight/gather/gather_quality.h"
+#include "relight/gather/parameters.h"
 #include "relight/objects/mesh_simplify.h"
 #include "relight/tracing/world.h"
 
 namespace lumigraft::relight {
 namespace {
 
-constexpr int kMaxTriangles = 200000;  // per object
-constexpr int kLampPoints = 8;         // per lamp, at a probe of an object
-constexpr int kBouncesAnew = 8, kBouncesOn = 2;
-constexpr int kProbeRaysPerCellRay = 4;  // number of rays of a probe per ray of each kind of a cell
 constexpr std::uint32_t kLampSeed = 1, kObjectSeed = 2, kCellSeed = 3;
 
 bool same_models(const std::vector<ReferenceMesh>& a, const std::vector<ReferenceMesh>& b) {
@@ -52,7 +49,7 @@ const std::shared_ptr<const IrradianceProbes>& RayLight::places_of(const std::sh
     if (known.model == model) return known.places;
   }
   prepared_.push_back(
-      {model, std::make_shared<const IrradianceProbes>(place_probes(*simplify_model(*model, kMaxTriangles)))});
+      {model, std::make_shared<const IrradianceProbes>(place_probes(*simplify_model(*model, kGather.max_triangles)))});
   return prepared_.back().places;
 }
 
@@ -102,10 +99,10 @@ void RayLight::solve(const Plan& plan, const std::function<void(const char*)>& d
   std::vector<Rgb>& irradiance = world_->cells.irradiance;
   do {
     bounces.begin(irradiance);
-    if (bounces.round() <= plan.bounces) gather_on_objects(kBouncesAnew, plan, done);
+    if (bounces.round() <= plan.bounces) gather_on_objects(kGather.first_bounces, plan, done);
     gather_in_cells(plan, done);
   } while (bounces.goes_on(irradiance, plan.bounces));
-  gather_on_objects(kBouncesAnew, plan, done);  // with all bounces
+  gather_on_objects(kGather.first_bounces, plan, done);  // with all bounces
   outstanding_ = 0;
   solved_ = true;
 }
@@ -115,7 +112,7 @@ void RayLight::go_on(int rounds, const Plan& plan, const std::function<void(cons
   turn_ = {rounds, (turn_.now + 1) % rounds};
   if (bounces_ && outstanding_ == rounds) bounces_->begin(irradiance);
   const bool any_new = !world_->objects.all_have_light();
-  gather_on_objects(any_new ? kBouncesAnew : rounds > 1 ? 1 : kBouncesOn, plan, done);
+  gather_on_objects(any_new ? kGather.first_bounces : rounds > 1 ? 1 : kGather.later_bounces, plan, done);
   gather_in_cells(plan, done);
   if (--outstanding_ > 0 || !bounces_) return;
   if (bounces_->goes_on(irradiance, plan.bounces)) {
@@ -147,7 +144,7 @@ void RayLight::place(std::shared_ptr<const RayRoom> room, const std::vector<Refe
 
 void RayLight::gather_on_objects(int bounces, const Plan& plan, const std::function<void(const char*)>& done) {
   World& w = *world_;
-  gather_lamps(w.light, kLampPoints, kLampSeed, turn_, w.objects);
+  gather_lamps(w.light, kGather.lamp_points, kLampSeed, turn_, w.objects);
   done("object lamps");
   gather_objects(w.light, plan.rays, bounces, kObjectSeed, turn_, w.objects);
   done("objects");
@@ -155,7 +152,7 @@ void RayLight::gather_on_objects(int bounces, const Plan& plan, const std::funct
 
 void RayLight::gather_in_cells(const Plan& plan, const std::function<void(const char*)>& done) {
   World& w = *world_;
-  gather_cells(w.light, w.places, std::max(plan.rays / kProbeRaysPerCellRay, 1), kCellSeed, turn_, w.cells);
+  gather_cells(w.light, w.places, std::max(plan.rays / kGather.probe_rays, 1), kCellSeed, turn_, w.cells);
   done("cells");
 }
 

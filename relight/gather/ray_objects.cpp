@@ -2,14 +2,13 @@
 
 #include <limits>
 
+#include "relight/gather/parameters.h"
 #include "relight/tracing/parallel_for.h"
 
 namespace lumigraft::relight {
 namespace {
 
 using Eigen::Vector3f;
-
-constexpr int kBlock = 1024;  // vertices or triangles per thread and block
 
 std::vector<ReferenceMesh> meshes_of(const std::vector<PlacedModel>& objects) {
   std::vector<ReferenceMesh> meshes;
@@ -59,7 +58,7 @@ void RayObjects::spread() {
     const IrradianceProbes& places = *objects_[o].places;
     const Model& model = *places.model;
     const std::size_t vertices = model.positions_m.size(), sides = places.closed ? 1 : 2;
-    for_each_index(sides * vertices, kBlock, [&](std::size_t side) {
+    for_each_index(sides * vertices, kGather.mesh_block, [&](std::size_t side) {
       Irradiance sum;
       for (std::uint32_t i = places.first[side]; i < places.first[side + 1]; ++i) {
         const std::size_t place = first_[o] + static_cast<std::size_t>(places.weights[i].place);
@@ -68,7 +67,7 @@ void RayObjects::spread() {
       }
       irradiance_[o][side] = sum;
     });
-    for_each_index(radiance_[o].size(), kBlock, [&](std::size_t t) {
+    for_each_index(radiance_[o].size(), kGather.mesh_block, [&](std::size_t t) {
       std::array<Rgb, 2>& radiance = radiance_[o][t];
       for (std::size_t side = 0; side < sides; ++side) {
         Rgb e = Rgb::Zero();

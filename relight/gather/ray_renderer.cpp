@@ -9,6 +9,7 @@
 #include "relight/gather/hole_fill.h"
 #include "relight/gather/low_res_view.h"
 #include "relight/gather/object_pixels.h"
+#include "relight/gather/parameters.h"
 #include "relight/gather/pixel_edges.h"
 #include "relight/gather/ray_light.h"
 #include "relight/quality_warnings.h"
@@ -20,7 +21,6 @@
 namespace lumigraft::relight {
 namespace {
 
-constexpr double kMinNearest_m = 0.05;  // minimum distance to the objects, if the camera is among them
 constexpr std::uint32_t kPixelSeed = 4, kGlossSeed = 5;
 
 class Clock {
@@ -102,7 +102,7 @@ struct RayRenderer::State {
       nearest_m = std::min(nearest_m, far_m - static_cast<double>(sphere.w()));
     }
     bool moved = false;
-    return still.hold(T, std::max(nearest_m, kMinNearest_m), &moved);
+    return still.hold(T, std::max(nearest_m, kGather.min_nearest_m), &moved);
   }
 
   /// Updates the G-buffer of the room, unless the view is unchanged.

@@ -6,23 +6,22 @@
 #include <utility>
 
 #include "reconstruct/math/tag_family.h"
+#include "relight/gather/parameters.h"
 
 namespace lumigraft::relight {
 namespace {
 
 using Eigen::Vector3f;
 
-constexpr float kPaperNear_m = 0.005f;  // distance to the tag's plane
-constexpr float kPatch_m = 0.02f;       // between patches of surfaces with known material
-
-bool is_flat_enough(const Vector3f& p_m) { return std::abs(p_m.z()) < kPaperNear_m; }
+bool is_flat_enough(const Vector3f& p_m) { return std::abs(p_m.z()) < kGather.paper_m; }
 
 void add_patches(const Model& model, std::vector<Patch>& patches) {
   for (std::size_t t = 0; t + 2 < model.indices.size(); t += 3) {
     const Vector3f &a = model.positions_m[model.indices[t]], &b = model.positions_m[model.indices[t + 1]],
                    &c = model.positions_m[model.indices[t + 2]];
     const Vector3f n = (b - a).cross(c - a).stableNormalized();
-    const int steps = std::clamp(static_cast<int>(std::max((b - a).norm(), (c - a).norm()) / kPatch_m) + 1, 1, 200);
+    const int steps =
+        std::clamp(static_cast<int>(std::max((b - a).norm(), (c - a).norm()) / kGather.patch_m) + 1, 1, 200);
     for (int i = 0; i < steps; ++i) {
       for (int j = 0; i + j < steps; ++j) {
         const float u = (static_cast<float>(i) + 0.33f) / static_cast<float>(steps),

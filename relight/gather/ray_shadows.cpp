@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "relight/gather/fast_exp.h"
+#include "relight/gather/parameters.h"
 #include "relight/tracing/lamps.h"
 #include "relight/tracing/parallel_for.h"
 
@@ -15,11 +16,7 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr float kFar = std::numeric_limits<float>::infinity();
-constexpr float kOfPenumbra = 0.35f;  // standard deviation of the filter over penumbra width
-constexpr float kFilterOffPlane_px = 1.5f;
-constexpr float kWide_px = 4;    // penumbra width from which visibility counts as constant over a pixel
-constexpr float kSparse_px = 6;  // penumbra width from which one of 2 × 2 pixels suffices
-constexpr int kFilterReach = 2;  // filter radius, pixels
+constexpr int kReach = kGather.penumbra_reach_px;
 constexpr std::uint32_t kShadowSeed = 31;
 
 enum class On { room, objects };
@@ -126,7 +123,7 @@ class LampShadow {
 
   bool is_wide(int u, int v) const {
     const std::size_t pixel = at(std::min(u, width_ - 1), std::min(v, height_ - 1));
-    return shadows_[pixel].penumbra_m * focal_px_ > kSparse_px * seen_[pixel].depth_m;
+    return shadows_[pixel].penumbra_m * focal_px_ > kGather.sparse_px * seen_[pixel].depth_m;
   }
 
   void fill(int from_u, int from_v, int step, std::uint8_t around, bool sparse) {
@@ -159,11 +156,10 @@ class LampShadow {
     std::vector<std::uint8_t> rows(shadows_.size()), out(shadows_.size());
     for_each_pixel(width_, height_, kRows, [&](int u, int v) {
       if (!is_edge(u, v)) return;
-      std::fill(&rows[at(std::max(u - kFilterReach, 0), v)], &rows[at(std::min(u + kFilterReach, width_ - 1), v)] + 1,
-                1);
+      std::fill(&rows[at(std::max(u - kReach, 0), v)], &rows[at(std::min(u + kReach, width_ - 1), v)] + 1, 1);
     });
     for_each_index(height_, kRows, [&](int v) {
-      for (int y = std::max(v - kFilterReach, 0); y <= std::min(v + kFilterReach, height_ - 1); ++y) {
+      for (int y = std::max(v - kReach, 0); y <= std::min(v + kReach, height_ - 1); ++y) {
         for (int u = 0; u < width_; ++u) out[at(u, v)] |= rows[at(u, y)];
       }
     });
@@ -176,8 +172,8 @@ class LampShadow {
     const GBufferPixel& own = seen_[at(u, v)];
     const float pixel_m = own.depth_m / focal_px_;
     float mean = 0, weights = 0, narrowest_m = kFar;
-    for (int y = std::max(v - kFilterReach, 0); y <= std::min(v + kFilterReach, height_ - 1); ++y) {
-      for (int x = std::max(u - kFilterReach, 0); x <= std::min(u + kFilterReach, width_ - 1); ++x) {
+    for (int y = std::max(v - kReach, 0); y <= std::min(v + kReach, height_ - 1); ++y) {
+      for (int x = std::max(u - kReach, 0); x <= std::min(u + kReach, width_ - 1); ++x) {
         const GBufferPixel& other = seen_[at(x, y)];
         const Shadow& shadow = shadows_[at(x, y)];
         if (!shadow.known || !is_wanted(other)) continue;
@@ -185,8 +181,8 @@ class LampShadow {
         const float turn = own.surface.normal.dot(other.surface.normal);
         if (turn <= 0) continue;
         const Vector3f apart = other.surface.position_m - own.surface.position_m;
-        const float within_m = kOfPenumbra * std::min(shadows_[at(u, v)].penumbra_m, shadow.penumbra_m);
-        const float off = own.surface.normal.dot(apart) / (kFilterOffPlane_px * pixel_m);
+        const float within_m = kGather.penumbra_sigma * std::min(shadows_[at(u, v)].penumbra_m, shadow.penumbra_m);
+        const float off = own.surface.normal.dot(apart) / (kGather.off_px * pixel_m);
         const float w = kernel[static_cast<std::size_t>(std::abs(x - u))] *
                         kernel[static_cast<std::size_t>(std::abs(y - v))] * turn * turn *
                         fast_exp(off * off + 0.5f * apart.squaredNorm() / (within_m * within_m + 1e-12f));
@@ -246,7 +242,7 @@ std::vector<std::vector<LampVisibility>> open_to_lamps(const DeltaLight& light,
     shadow.compute(detail.step);
     std::vector<LampVisibility>& by_pixel = open.emplace_back(seen.size());
     shadow.smoothed([&](std::size_t pixel, float hidden, float narrowest_px) {
-      by_pixel[pixel] = {1 - hidden, narrowest_px > kWide_px};
+      by_pixel[pixel] = {1 - hidden, narrowest_px > kGather.wide_px};
     });
   }
   return open;

@@ -1,5 +1,6 @@
 #include "relight/gather/surface_gather.h"
 
+#include "relight/gather/parameters.h"
 #include "relight/tracing/parallel_for.h"
 
 namespace lumigraft::relight {
@@ -7,8 +8,6 @@ namespace lumigraft::relight {
 using Eigen::Vector3f;
 
 namespace {
-
-constexpr int kProbeBlock = 64;  // probes or cells per thread and block
 
 PathVertex white_vertex(const Vector3f& position_m, const Vector3f& normal) {
   SurfaceHit s;
@@ -22,7 +21,7 @@ template <typename Gather>
 std::vector<Rgb> at_places(const RayObjects& objects, int samples, std::uint32_t seed, const UpdateSubset& turn,
                            const std::vector<Rgb>& kept, Gather gather) {
   std::vector<Rgb> found = kept;
-  for_each_index(static_cast<int>(found.size()), kProbeBlock, [&](int i) {
+  for_each_index(static_cast<int>(found.size()), kGather.probe_block, [&](int i) {
     if (!turn.is_of(i) && objects.has_light(i)) return;
     const auto& place = objects.places()[static_cast<std::size_t>(i)];
     const PathVertex vertex = white_vertex(place.position_m, place.normal);
@@ -51,7 +50,7 @@ void gather_objects(const DeltaLight& light, int rays, int bounces, std::uint32_
   const std::vector<Rgb> first = at_places(
       objects, rays, seed, turn, objects.indirect(), [&](const PathVertex& vertex, Sampler& sampler, std::size_t ray) {
         const Vector3f w = vertex.sample(sampler);
-        return light.with_objects_unless({vertex.leave(w), w, 0}, sampler, kMirrors, &ends[ray]);
+        return light.with_objects_unless({vertex.leave(w), w, 0}, sampler, kGather.mirrors, &ends[ray]);
       });
   for (int bounce = 0; bounce < bounces; ++bounce) {
     std::vector<Rgb> all = first;
@@ -65,7 +64,7 @@ void gather_objects(const DeltaLight& light, int rays, int bounces, std::uint32_
 void gather_cells(const DeltaLight& light, const std::vector<ChangeRegion>& places, int rays, std::uint32_t seed,
                   const UpdateSubset& turn, IrradianceChangeCache& cells) {
   std::vector<Rgb> found = cells.irradiance;
-  for_each_index(static_cast<int>(found.size()), kProbeBlock, [&](int i) {
+  for_each_index(static_cast<int>(found.size()), kGather.probe_block, [&](int i) {
     if (!turn.is_of(i)) return;
     const Patch& cell = cells.cells()[static_cast<std::size_t>(i)];
     PathVertex vertex = white_vertex(cell.position_m, cell.normal);
@@ -81,7 +80,7 @@ Rgb changed_radiance(const DeltaLight& light, const PathVertex& vertex, Sampler&
     const float pdf = vertex.pdf(w) + vertex.aim_pdf(w);
     const Rgb response = vertex.response(w);
     if (!(response.maxCoeff() > 0 && pdf > 0)) return Rgb::Zero();
-    return light.change({vertex.leave(w), w, pdf}, sampler, kMirrors, to_object_m) * response / pdf;
+    return light.change({vertex.leave(w), w, pdf}, sampler, kGather.mirrors, to_object_m) * response / pdf;
   };
   Rgb sum = towards(vertex.sample(sampler)) - light.hidden(vertex, sampler);
   if (vertex.has_aim()) sum += towards(vertex.aim(sampler));
@@ -100,7 +99,7 @@ Rgb changed_irradiance(const DeltaLight& light, const PathVertex& vertex, const 
     const float pdf =
         static_cast<float>(rays.hemisphere) * vertex.pdf(w) + static_cast<float>(aimed) * vertex.aim_pdf(w);
     const float weight = vertex.response(w)[0] / pdf;
-    if (weight > 0) sum += weight * light.change({vertex.leave(w), w, 0}, sampler, kMirrors, to_object_m);
+    if (weight > 0) sum += weight * light.change({vertex.leave(w), w, 0}, sampler, kGather.mirrors, to_object_m);
   }
   return sum * kPi;
 }

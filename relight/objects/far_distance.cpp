@@ -4,19 +4,13 @@
 #include <cmath>
 
 #include "relight/objects/nearest_cells.h"
+#include "relight/objects/parameters.h"
 
 namespace lumigraft::relight {
-namespace {
-
-constexpr float kSeedVoxels = 0.75f;  // voxels nearer than this are seeds; bounds the error of the result
-constexpr float kMaxSquared = 1e6f;   // voxels; also where there is no seed
-
-}  // namespace
-
 std::vector<float> full_distances(const ObjectField& field) {
   std::vector<NearestCell> seeds(field.distance_m.size());
   for (std::size_t i = 0; i < seeds.size(); ++i) {
-    if (std::abs(field.distance_m[i]) <= kSeedVoxels * field.voxel_m) seeds[i].point = static_cast<int>(i);
+    if (std::abs(field.distance_m[i]) <= kObjects.seed_voxels * field.voxel_m) seeds[i].point = static_cast<int>(i);
   }
   spread_nearest(seeds, Eigen::Vector3i::Map(field.size.data()));
 
@@ -24,8 +18,8 @@ std::vector<float> full_distances(const ObjectField& field) {
   for (std::size_t i = 0; i < full.size(); ++i) {
     const float near = field.distance_m[i];
     const bool found = seeds[i].point != NearestCell::kNone;
-    const float squared = found ? std::min(static_cast<float>(seeds[i].squared), kMaxSquared) : kMaxSquared;
-    const float far = (std::sqrt(squared) - kSeedVoxels) * field.voxel_m;
+    const float squared = found ? std::min(static_cast<float>(seeds[i].squared), kObjects.max_far2) : kObjects.max_far2;
+    const float far = (std::sqrt(squared) - kObjects.seed_voxels) * field.voxel_m;
     full[i] = std::copysign(std::max(std::abs(near), far), near);
     if (std::abs(near) < 2.5f * field.voxel_m) full[i] = near;
   }

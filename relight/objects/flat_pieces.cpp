@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "relight/objects/parameters.h"
 #include "relight/shaders/common/interop.h"
 
 namespace lumigraft::relight {
@@ -11,13 +12,6 @@ namespace {
 
 using Eigen::Vector2f;
 using Eigen::Vector3f;
-
-constexpr float kSameNormal = 0.9995f;     // cosine, of triangles of one piece: 1.8°
-constexpr float kSameOffset_m = 1e-3f;     // maximum offset between their planes
-constexpr float kFlatCorner = 0.98f;       // cosine between a triangle and its vertices' normals
-constexpr float kMinArea_m2 = 2.5e-3f;     // 5 cm × 5 cm
-constexpr float kMinAreaFraction = 0.02f;  // of the model
-constexpr float kClosed = 1e-3f;           // |sum of area-weighted normals| of a closed surface, relative
 
 struct Triangle {
   Vector3f a, b, c, normal;
@@ -39,7 +33,7 @@ std::vector<Triangle> triangles_of(const Model& model) {
     t.normal = cross.normalized();
     const Vector3f mean = model.normals[v[0]] + model.normals[v[1]] + model.normals[v[2]];
     if (t.normal.dot(mean) < 0) t.normal = -t.normal;
-    t.flat = std::all_of(v, v + 3, [&](std::uint32_t k) { return model.normals[k].dot(t.normal) > kFlatCorner; });
+    t.flat = std::all_of(v, v + 3, [&](std::uint32_t k) { return model.normals[k].dot(t.normal) > kObjects.flat; });
     triangles.push_back(t);
   }
   return triangles;
@@ -49,16 +43,15 @@ float cross2(const Vector2f& a, const Vector2f& b) { return a.x() * b.y() - a.y(
 
 bool inside(const Vector2f& p, const Vector2f& a, const Vector2f& b, const Vector2f& c) {
   const float u = cross2(b - a, p - a), v = cross2(c - b, p - b), w = cross2(a - c, p - c);
-  constexpr float kEdge = 1e-6f;  // tolerance, so that neighbours leave no seam
-  return (u >= -kEdge && v >= -kEdge && w >= -kEdge) || (u <= kEdge && v <= kEdge && w <= kEdge);
+  constexpr float e = kObjects.seam;
+  return (u >= -e && v >= -e && w >= -e) || (u <= e && v <= e && w <= e);
 }
 
 /// The rectangle of minimum area around a shape has an edge along one of the shape's edges (Freeman & Shapira 1975);
 /// those of the largest triangles are tested.
 void fit_rectangle(const std::vector<Triangle>& members, FlatPiece& piece) {
-  constexpr std::size_t kTried = 64;
   float min_area = std::numeric_limits<float>::infinity();
-  for (std::size_t i = 0; i < std::min(members.size(), kTried); ++i) {
+  for (std::size_t i = 0; i < std::min(members.size(), kObjects.tried); ++i) {
     const Triangle& tried = members[i];
     for (const Vector3f& edge :
          {Vector3f(tried.b - tried.a), Vector3f(tried.c - tried.b), Vector3f(tried.a - tried.c)}) {
@@ -110,7 +103,7 @@ std::vector<FlatPiece> flat_pieces(const Model& model) {
     sum += t.area_m2 * t.normal;
     area += t.area_m2;
   }
-  const bool sheet = sum.norm() > kClosed * area;
+  const bool sheet = sum.norm() > kObjects.closed * area;
   std::stable_sort(triangles.begin(), triangles.end(),
                    [](const Triangle& a, const Triangle& b) { return a.area_m2 > b.area_m2; });
 
@@ -119,17 +112,16 @@ std::vector<FlatPiece> flat_pieces(const Model& model) {
     FlatPiece piece;
     std::vector<Triangle> members;
   };
-  constexpr std::size_t kMaxClusters = 256;  // on a finely curved model all further ones are as small
   std::vector<Cluster> clusters;
   for (const Triangle& t : triangles) {
     if (!t.flat) continue;
     const auto found = std::find_if(clusters.begin(), clusters.end(), [&](const Cluster& cluster) {
       const FlatPiece& p = cluster.piece;
-      const auto near = [&](const Vector3f& at) { return std::abs(p.normal.dot(at) - p.offset_m) < kSameOffset_m; };
-      return p.normal.dot(t.normal) > kSameNormal && near(t.a) && near(t.b) && near(t.c);
+      const auto near = [&](const Vector3f& at) { return std::abs(p.normal.dot(at) - p.offset_m) < kObjects.near_m; };
+      return p.normal.dot(t.normal) > kObjects.same_normal && near(t.a) && near(t.b) && near(t.c);
     });
     const bool is_new = found == clusters.end();
-    if (is_new && clusters.size() == kMaxClusters) continue;
+    if (is_new && clusters.size() == kObjects.max_pieces) continue;
     Cluster& cluster = is_new ? clusters.emplace_back() : *found;
     if (is_new) {
       cluster.piece.normal = t.normal;
@@ -145,7 +137,7 @@ std::vector<FlatPiece> flat_pieces(const Model& model) {
   std::vector<FlatPiece> pieces;
   for (Cluster& cluster : clusters) {
     if (pieces.size() == shader::kMaxMirrors) break;
-    if (cluster.piece.area_m2 < std::max(kMinArea_m2, kMinAreaFraction * area)) break;
+    if (cluster.piece.area_m2 < std::max(kObjects.min_area_m2, kObjects.min_area * area)) break;
     fit_rectangle(cluster.members, cluster.piece);
     draw_outline(cluster.members, cluster.piece);
     pieces.push_back(std::move(cluster.piece));

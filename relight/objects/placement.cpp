@@ -1,11 +1,9 @@
 #include "relight/objects/placement.h"
 
+#include "relight/objects/parameters.h"
+
 namespace lumigraft::relight {
 namespace {
-
-constexpr float kInnerEdge = 2.6f;  // times the sphere's radius
-constexpr float kOuterEdge = 3.5f;  // times the inner edge
-constexpr int kMargin = 3;          // voxels of the virtual volume on each side
 
 shader::vec4 centred(const Eigen::Vector3f& centre_m, float edge_m, int voxels) {
   const float voxel = edge_m / static_cast<float>(voxels);
@@ -47,15 +45,15 @@ Placement place_volumes(const std::vector<PlacedBounds>& objects, int voxels) {
   const BoundingSphere around_box{box.center(), 0.5f * box.diagonal().norm()};
   placement.sphere = around_box.radius_m < sphere.radius_m ? around_box : sphere;
 
-  const float edge = kInnerEdge * sphere.radius_m;
+  const float edge = kObjects.inner_edge * sphere.radius_m;
   placement.cascade[0] = centred(placement.sphere.centre_m, edge, voxels);
-  placement.cascade[1] = centred(placement.sphere.centre_m, kOuterEdge * edge, voxels);
+  placement.cascade[1] = centred(placement.sphere.centre_m, kObjects.outer_edge * edge, voxels);
 
-  const float voxel = box.sizes().maxCoeff() / static_cast<float>(voxels - 2 * kMargin - 1);
-  const Eigen::Vector3f low = ((box.min() / voxel).array().floor() - kMargin).matrix() * voxel;
+  const float voxel = box.sizes().maxCoeff() / static_cast<float>(voxels - 2 * kObjects.margin - 1);
+  const Eigen::Vector3f low = ((box.min() / voxel).array().floor() - kObjects.margin).matrix() * voxel;
   placement.virtual_grid << low, voxel;
   placement.virtual_size =
-      (((box.max() - low) / voxel).array().ceil() + kMargin + 1).matrix().cast<int>().cwiseMin(voxels + 2);
+      (((box.max() - low) / voxel).array().ceil() + kObjects.margin + 1).matrix().cast<int>().cwiseMin(voxels + 2);
   return placement;
 }
 

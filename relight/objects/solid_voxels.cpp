@@ -7,10 +7,10 @@
 #include <cmath>
 #include <numeric>
 
+#include "relight/objects/parameters.h"
+
 namespace lumigraft::relight {
 namespace {
-
-constexpr double kMaxConeFraction = 0.05;
 
 class UnionFind {
  public:
@@ -139,7 +139,7 @@ ObjectSolid::ObjectSolid(const Model& model) {
     component.volume_m3 += t[0].cast<double>().dot(t[1].cast<double>().cross(t[2].cast<double>())) / 6;
   }
   for (Component& component : components_) {
-    component.solid = component.cone_area_m2 <= kMaxConeFraction * component.area_m2;
+    component.solid = component.cone_area_m2 <= kObjects.max_cone_fraction * component.area_m2;
     component.orientation = component.volume_m3 < 0 ? -1.0f : 1.0f;
   }
   for (const auto& [index, face] : faces) {

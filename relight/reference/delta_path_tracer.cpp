@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "relight/reference/parameters.h"
 #include "relight/reference/paths.h"
 #include "relight/tracing/parallel_for.h"
 
@@ -31,26 +32,19 @@ void for_each_sample(const TraceWorld& world, const PosedCamera& camera, std::ui
   }
 }
 
-constexpr int kSamplesPerPilot = 8;     // one of this many samples is a pilot sample
-constexpr int kMinPilot = 4;            // samples
-constexpr int kMaxReduction = 8;        // minimum count: the mean divided by this
-constexpr float kMaxIncrease = 32;      // maximum count: the mean times this
-constexpr double kObjectWeight = 0.25;  // weight of noise on objects, which the object's own radiance masks
-constexpr int kAround_px = 4;           // averaging radius of the noise estimate, poor for a single pixel
-
 /// Adaptive sample counts that minimise the image's error for `per_pixel` on average: proportional to the standard
 /// deviation of a sample in the neighbourhood, estimated by pilot samples. These are not reused, so that counts and
 /// values are independent and the result is unbiased.
 std::vector<int> sample_counts(const TraceWorld& world, const PosedCamera& camera, const ReferenceSamples& samples) {
-  const int width = camera.model.width, height = camera.model.height, pilot = samples.per_pixel / kSamplesPerPilot;
+  const int width = camera.model.width, height = camera.model.height, pilot = samples.per_pixel / kPaths.per_pilot;
   std::vector<int> counts(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), samples.per_pixel);
-  if (pilot < kMinPilot) return counts;
+  if (pilot < kPaths.min_pilot) return counts;
   capture::Image<double> variance(width, height, 1);
   for_each_pixel(width, height, 1, [&](int u, int v) {
     double sum = 0, sum2 = 0;
     for_each_sample(world, camera, ~samples.seed, pilot, u, v, [&](const PathRay& ray, Paths& paths) {
       const CameraSample s = paths.change(ray);
-      const double light = (s.on_object ? kObjectWeight : 1) * luminance(s.light);
+      const double light = (s.on_object ? kPaths.object_weight : 1) * luminance(s.light);
       sum += light;
       sum2 += light * light;
     });
@@ -62,8 +56,8 @@ std::vector<int> sample_counts(const TraceWorld& world, const PosedCamera& camer
     for (int u = 0; u < width; ++u) {
       double sum = 0;
       int pixels = 0;
-      for (int y = std::max(v - kAround_px, 0); y <= std::min(v + kAround_px, height - 1); ++y) {
-        for (int x = std::max(u - kAround_px, 0); x <= std::min(u + kAround_px, width - 1); ++x, ++pixels) {
+      for (int y = std::max(v - kPaths.near_px, 0); y <= std::min(v + kPaths.near_px, height - 1); ++y) {
+        for (int x = std::max(u - kPaths.near_px, 0); x <= std::min(u + kPaths.near_px, width - 1); ++x, ++pixels) {
           sum += variance.at(x, y);
         }
       }
@@ -73,7 +67,7 @@ std::vector<int> sample_counts(const TraceWorld& world, const PosedCamera& camer
   const double mean = total / static_cast<double>(counts.size());
   if (!(mean > 0)) return counts;
   for (std::size_t i = 0; i < counts.size(); ++i) {
-    const double ratio = std::clamp<double>(deviation[i] / mean, 1.0 / kMaxReduction, kMaxIncrease);
+    const double ratio = std::clamp<double>(deviation[i] / mean, 1.0 / kPaths.max_fall, kPaths.max_rise);
     counts[i] = std::max(static_cast<int>(std::lround(ratio * samples.per_pixel)), 1);
   }
   return counts;

@@ -3,17 +3,15 @@
 #include <algorithm>
 #include <limits>
 
+#include "relight/reference/parameters.h"
+#include "relight/tracing/parameters.h"
+
 namespace lumigraft::relight {
 namespace {
 
 using Eigen::Vector3f;
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr int kSureBounces = 3;        // without Russian roulette
-constexpr float kMaxSurvival = 0.95f;  // maximum survival probability of Russian roulette
-constexpr int kAimedBounces = 2;       // that also sample towards regions of changed light
-constexpr float kSureOn = 0.5f;        // throughput below which a branch is subject to Russian roulette
-constexpr float kSureSplit = 0.05f;    // the same for a branch that has hit an object, where the change originates
 constexpr std::size_t kNoLamp = std::numeric_limits<std::size_t>::max();
 
 }  // namespace
@@ -73,7 +71,7 @@ Rgb Paths::direct(const PathVertex& vertex, Counts counts) {
   const auto add = [&](const LightSample& s, const Vector3f& from_m, std::size_t lamp) {
     if (!(s.pdf > 0) || s.radiance.maxCoeff() <= 0) return;
     const Rgb f = vertex.response(s.w);
-    if (f.maxCoeff() <= 0 || !counts(from_m, s.w, s.distance_m - kBeforeLamp_m, lamp)) return;
+    if (f.maxCoeff() <= 0 || !counts(from_m, s.w, s.distance_m - kTracing.before_lamp_m, lamp)) return;
     sum += f * s.radiance * (balanced(s.pdf, vertex.pdf(s.w) + vertex.aim_pdf(s.w)) / s.pdf);
   };
   // Lamps are evaluated from the origin of the outgoing rays, so that both sampling strategies use the same densities.
@@ -86,7 +84,7 @@ Rgb Paths::direct(const PathVertex& vertex, Counts counts) {
 }
 
 float Paths::Past::chance_to_go_on() const {
-  return bounces < kSureBounces ? 1 : std::min(throughput.maxCoeff(), kMaxSurvival);
+  return bounces < kPaths.sure_bounces ? 1 : std::min(throughput.maxCoeff(), kPaths.max_survival);
 }
 
 bool Paths::lives(Past& past, float chance) {
@@ -122,7 +120,7 @@ Rgb Paths::changed(const PathRay& ray, const Arrival& a, Past past) {
   if (a.at == Arrival::At::object) return followed(ray, past, true) - followed(ray, past, false);
   if (a.at != Arrival::At::real) return Rgb::Zero();  // a lamp or the sky, equal in both scenes
   PathVertex vertex(world_.real.surface(a.hit, ray.w), ray.w);
-  if (past.bounces < kAimedBounces) vertex.aim_at(world_.places);
+  if (past.bounces < kPaths.aimed_bounces) vertex.aim_at(world_.places);
   const auto lost = [&](const Vector3f& from, const Vector3f& w, float limit, std::size_t lamp) {
     return world_.objects.blocked(from, w, limit) && !blocked_by_room(from, w, limit, lamp);
   };
@@ -142,9 +140,9 @@ Rgb Paths::changed_towards(const PathVertex& vertex, const Vector3f& w, Past pas
   const PathRay ray{vertex.leave(w), w};
   const Arrival a = arrival(ray, true);
   if (a.at == Arrival::At::object) {
-    if (!lives(past, past.throughput.maxCoeff() / kSureSplit)) return Rgb::Zero();
+    if (!lives(past, past.throughput.maxCoeff() / kPaths.sure_split)) return Rgb::Zero();
   } else if (vertex.has_aim()) {
-    if (!lives(past, past.throughput.maxCoeff() / kSureOn)) return Rgb::Zero();
+    if (!lives(past, past.throughput.maxCoeff() / kPaths.sure_on)) return Rgb::Zero();
   }
   return changed(ray, a, past);
 }

@@ -7,15 +7,13 @@
 #include "relight/objects/closest_point.h"
 #include "relight/tracing/bsdf.h"
 #include "relight/tracing/enclosure_mesh.h"
+#include "relight/tracing/parameters.h"
 #include "relight/upload/lamp_emitter.h"
 
 namespace lumigraft::relight {
 namespace {
 
 using Eigen::Vector3f;
-
-constexpr float kSameSurface_voxels = 2.0f;
-constexpr int kSkyWidth = 128, kSkyHeight = 64;  // of spherical harmonics as an image
 
 bool lies_on(const Vector3f& p_m, const std::vector<std::unique_ptr<ObjectSurface>>& surfaces, float within_m) {
   return std::any_of(surfaces.begin(), surfaces.end(),
@@ -36,7 +34,7 @@ std::shared_ptr<const Model> field_model(const reconstruct::DistanceField& field
   std::vector<bool> replaced;
   for (const Vector3f& p : mesh.vertices_m) {
     model->colors.push_back(albedo ? albedo_near(*albedo, p) : Vector3f::Zero());
-    replaced.push_back(lies_on(p, surfaces, kSameSurface_voxels * field.voxel_m));
+    replaced.push_back(lies_on(p, surfaces, kTracing.same_surface_voxels * field.voxel_m));
   }
   for (const auto& [a, b, c] : mesh.triangles) {
     if (replaced[static_cast<std::size_t>(a)] && replaced[static_cast<std::size_t>(b)] &&
@@ -65,11 +63,11 @@ ReferenceLamp lamp_of(const reconstruct::PointLight& light, const Vector3f& prob
 }
 
 reconstruct::EnvironmentMap picture_of(const reconstruct::Sh9& sh) {
-  reconstruct::EnvironmentMap picture{capture::Image<float>(kSkyWidth, kSkyHeight, 3), {}};
-  for (int y = 0; y < kSkyHeight; ++y) {
-    const float theta = kPi * (static_cast<float>(y) + 0.5f) / kSkyHeight;
-    for (int x = 0; x < kSkyWidth; ++x) {
-      const float phi = 2 * kPi * (static_cast<float>(x) + 0.5f) / kSkyWidth - kPi;
+  reconstruct::EnvironmentMap picture{capture::Image<float>(kTracing.sky_width, kTracing.sky_height, 3), {}};
+  for (int y = 0; y < kTracing.sky_height; ++y) {
+    const float theta = kPi * (static_cast<float>(y) + 0.5f) / kTracing.sky_height;
+    for (int x = 0; x < kTracing.sky_width; ++x) {
+      const float phi = 2 * kPi * (static_cast<float>(x) + 0.5f) / kTracing.sky_width - kPi;
       const Vector3f w(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta));
       const Vector3f radiance = reconstruct::sh_radiance(sh, w).cwiseMax(0.0f);
       for (int c = 0; c < 3; ++c) picture.radiance.at(x, y, c) = radiance[c];

@@ -4,17 +4,13 @@
 #include <cmath>
 
 #include "relight/tracing/meshes.h"
+#include "relight/tracing/parameters.h"
 
 namespace lumigraft::relight {
 namespace {
 
 using Eigen::Vector3f;
 using Polygon = std::vector<Vector3f>;
-
-constexpr int kCells = 12;  // along a side's edge
-constexpr int kRays = 96;   // over the hemisphere of a cell
-constexpr float kBehind_voxels = 3, kOff_m = 1e-3f;
-constexpr float kMaxAlbedo = 1.0f;  // the centre of the range over which enclosure_light.comp fades out
 
 /// The part in front of a plane (Sutherland & Hodgman 1974).
 Polygon cut(const Polygon& polygon, const reconstruct::Enclosure::Side& side) {
@@ -51,7 +47,7 @@ class Lighting {
 
   Vector3f irradiance(const Vector3f& p, const Vector3f& n) const {
     Vector3f e = Vector3f::Zero();
-    const Vector3f from = p + kOff_m * n;
+    const Vector3f from = p + kTracing.cell_offset_m * n;
     for (const reconstruct::PointLight& lamp : scene_.illumination->lights) {
       const Vector3f to = lamp.distance_known ? (lamp.position_m - from).eval() : lamp.direction;
       const float far = to.norm(), cosine = n.dot(to) / far;
@@ -61,10 +57,10 @@ class Lighting {
            (lamp.distance_known ? (lamp.intensity * (lamp.emission(-to / far) / (far * far))).eval() : lamp.irradiance);
     }
     const Vector3f x = n.unitOrthogonal(), y = n.cross(x);
-    for (int i = 0; i < kRays; ++i) {  // cosine distributed
-      const float s2 = (static_cast<float>(i) + 0.5f) / kRays, phi = 2.39996323f * static_cast<float>(i);
+    for (int i = 0; i < kTracing.cell_rays; ++i) {  // cosine distributed
+      const float s2 = (static_cast<float>(i) + 0.5f) / kTracing.cell_rays, phi = 2.39996323f * static_cast<float>(i);
       const Vector3f w = std::sqrt(s2) * (std::cos(phi) * x + std::sin(phi) * y) + std::sqrt(1 - s2) * n;
-      e += kPi / kRays * arriving(from, w);
+      e += kPi / kTracing.cell_rays * arriving(from, w);
     }
     return e;
   }
@@ -115,7 +111,7 @@ Vector3f fisheye_radiance(const reconstruct::Illumination& light, const Vector3f
 std::optional<ReferenceMesh> enclosure_mesh(const reconstruct::Scene& scene, const std::vector<ReferenceMesh>& known) {
   if (!scene.enclosure || !scene.illumination) return std::nullopt;
   reconstruct::Enclosure room = *scene.enclosure;
-  for (reconstruct::Enclosure::Side& side : room.sides) side.offset_m += kBehind_voxels * scene.field->voxel_m;
+  for (reconstruct::Enclosure::Side& side : room.sides) side.offset_m += kTracing.behind_voxels * scene.field->voxel_m;
 
   const Lighting lighting(scene, room, known);
   auto model = std::make_shared<Model>();
@@ -130,17 +126,17 @@ std::optional<ReferenceMesh> enclosure_mesh(const reconstruct::Scene& scene, con
     Eigen::AlignedBox2f extent;
     for (const Vector3f& p : side) extent.extend(Eigen::Vector2f(x.dot(p - middle), y.dot(p - middle)));
     if (extent.isEmpty() || extent.sizes().maxCoeff() > max_m) continue;
-    const Eigen::Vector2f step = extent.sizes() / kCells;
-    for (int j = 0; j < kCells * kCells; ++j) {
+    const Eigen::Vector2f step = extent.sizes() / kTracing.cells;
+    for (int j = 0; j < kTracing.cells * kTracing.cells; ++j) {
       const Eigen::Vector2f low =
-          extent.min() + step.cwiseProduct(Eigen::Vector2i(j % kCells, j / kCells).cast<float>());
+          extent.min() + step.cwiseProduct(Eigen::Vector2i(j % kTracing.cells, j / kTracing.cells).cast<float>());
       const Eigen::Vector2f high = low + step;
       const Polygon cell = cut_by_others(
           {at(low.x(), low.y()), at(high.x(), low.y()), at(high.x(), high.y()), at(low.x(), high.y())}, room, i);
       if (cell.size() < 3) continue;
       const Vector3f p = mean_of(cell);
       const Vector3f albedo = kPi * lighting.seen_towards(p).cwiseQuotient(lighting.irradiance(p, n).cwiseMax(1e-6f));
-      if (albedo.maxCoeff() < kMaxAlbedo) add_cell(cell, n, albedo, *model);
+      if (albedo.maxCoeff() < kTracing.max_albedo) add_cell(cell, n, albedo, *model);
     }
   }
   add_part_of_vertex_colors(*model);

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "reconstruct/shading/parameters.h"
+#include "relight/tracing/parameters.h"
 #include "relight/tracing/trace_scene.h"
 
 namespace lumigraft::relight {
@@ -21,15 +22,13 @@ std::optional<LampHit> nearest_lamp(const std::vector<ReferenceLamp>& lamps, con
 /// Whether another occluding lamp is in front of the given one, nearer than `limit_m`.
 bool behind_other_lamp(const std::vector<ReferenceLamp>& lamps, std::size_t lamp, const Eigen::Vector3f& from_m,
                        const Eigen::Vector3f& w, float limit_m);
-/// Shadow rays towards a lamp end at this distance before it.
-constexpr float kBeforeLamp_m = 1e-4f;
 /// End of a shadow ray towards a lamp of a reconstructed room. `distance_m`: along the ray to the lamp's surface. The
 /// distance field contains the lamp's body with the errors of depth, and the lamp's position has its own; rays to a
 /// bulb end as far before it as in reconstruction, so that the body does not occlude the lamp.
 inline float before_lamp_body_m(const ReferenceLamp& lamp, float distance_m) {
   const bool bulb = lamp.shape == ReferenceLamp::Shape::sphere;
   const float body_m = bulb ? (reconstruct::kShadingParameters.lamp_radii_clear - 1) * lamp.radius_m : 0;
-  return std::max(distance_m - std::max(body_m, kBeforeLamp_m), 0.0f);
+  return std::max(distance_m - std::max(body_m, kTracing.before_lamp_m), 0.0f);
 }
 
 /// Veach & Guibas 1995, the balance heuristic.

@@ -8,13 +8,12 @@
 #include "relight/objects/embree_scene.h"
 #include "relight/objects/placement.h"
 #include "relight/objects/surface_color.h"
+#include "relight/tracing/parameters.h"
 
 namespace lumigraft::relight {
 namespace {
 
 using Eigen::Vector3f;
-
-constexpr float kSameDepth = 0.004f;  // relative depth difference up to which a pixel shows the point
 
 struct Placed {
   ReferenceMesh mesh;
@@ -39,7 +38,7 @@ std::optional<BsdfParams> seen_bsdf(const SeenMaterials& seen, const Vector3f& p
   if (!ray) return std::nullopt;
   const Vector3f w = (*ray / ray->z()).cast<float>();
   const float z = n.dot(p) / n.dot(w), depth = seen.depth_m.at(u, v);
-  if (!(depth > 0 && std::abs(depth - z) < kSameDepth * depth)) return std::nullopt;
+  if (!(depth > 0 && std::abs(depth - z) < kTracing.same_depth * depth)) return std::nullopt;
   return bsdf_params_of(pixel(seen.diffuse, u, v), pixel(seen.f0, u, v), seen.alpha.at(u, v));
 }
 

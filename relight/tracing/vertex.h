@@ -3,14 +3,14 @@
 #include <cmath>
 #include <vector>
 
+#include "relight/tracing/parameters.h"
 #include "relight/tracing/world.h"
 
 namespace lumigraft::relight {
 
 /// Origin of a ray along w, offset from the surface.
 inline Eigen::Vector3f ray_origin(const SurfaceHit& surface, const Eigen::Vector3f& w) {
-  constexpr float kLift = 3e-5f;  // m, for points within 1 m of the origin
-  const float lift = kLift * (1 + surface.position_m.cwiseAbs().maxCoeff());
+  const float lift = kTracing.lift * (1 + surface.position_m.cwiseAbs().maxCoeff());
   return surface.position_m + std::copysign(lift, surface.face.dot(w)) * surface.face;
 }
 

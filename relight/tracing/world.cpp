@@ -4,14 +4,12 @@
 #include <limits>
 
 #include "relight/objects/placement.h"
+#include "relight/tracing/parameters.h"
 
 namespace lumigraft::relight {
 namespace {
 
 using Eigen::Vector3f;
-
-constexpr int kRaysAround = 8;
-constexpr float kWider = 1.1f;  // margin on the region found by the rays
 
 /// The lamp's centre and extremal points.
 std::array<Vector3f, 5> points_of(const ReferenceLamp& lamp, const Vector3f& towards_m) {
@@ -33,8 +31,8 @@ void add_shadow(const ReferenceLamp& lamp, const Eigen::Vector4f& sphere, const 
     if (distance <= sphere.w()) continue;
     const Vector3f axis = (middle - from) / distance;
     const float rim = cone_of_sphere(sphere.w(), distance);
-    for (int i = 0; i <= kRaysAround; ++i) {
-      const float turn = static_cast<float>(i) / kRaysAround;
+    for (int i = 0; i <= kTracing.rays_around; ++i) {
+      const float turn = static_cast<float>(i) / kTracing.rays_around;
       const Vector3f w = i == 0 ? axis : in_cone(axis, rim, {1, turn});
       const auto hit = real.hit(from + (distance - sphere.w()) * w, w, std::numeric_limits<float>::infinity());
       if (hit) found_m.push_back(from + (distance - sphere.w() + hit->t_m) * w);
@@ -55,7 +53,7 @@ std::vector<ChangeRegion> change_regions(const std::vector<ReferenceLamp>& lamps
     for (const Eigen::Vector4f& sphere : objects.spheres()) add_shadow(lamp, sphere, real, shadow_m);
     if (shadow_m.empty()) continue;
     const BoundingSphere around = bounding_sphere(shadow_m);
-    places.push_back({around.centre_m, kWider * around.radius_m, 1 / static_cast<float>(lamps.size())});
+    places.push_back({around.centre_m, kTracing.wider * around.radius_m, 1 / static_cast<float>(lamps.size())});
   }
   return places;
 }

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "relight/upload/coarse_distance_grid.h"
+#include "relight/upload/parameters.h"
 
 namespace lumigraft::relight {
 namespace {
@@ -24,8 +25,6 @@ std::uint16_t half_below(float x) {
 }
 
 constexpr int kHalf = reconstruct::kBrickEdge / 2;  // voxels along a cell of the coarse distance grid
-constexpr float kMaxClearance_m = 10;
-constexpr double kMaxBricks = 2e6;  // entries of the dense index: 40 MB including clearances
 
 struct Slot {
   int number = 0;
@@ -66,7 +65,7 @@ std::pair<Eigen::Vector3i, Eigen::Vector3i> bricks_of(const Eigen::AlignedBox3f&
 /// Large or distant objects may require more than a dense index can hold: then uses the known part of the field inside,
 /// and of that the centre.
 Eigen::AlignedBox3f held_of(Eigen::AlignedBox3f region, const reconstruct::DistanceField& field, float brick_m) {
-  const auto fits = [&] { return bricks_of(region, brick_m).second.cast<double>().prod() <= kMaxBricks; };
+  const auto fits = [&] { return bricks_of(region, brick_m).second.cast<double>().prod() <= kUpload.max_bricks; };
   if (fits()) return region;
   Eigen::AlignedBox3f known;
   for (const auto& [key, brick] : field.bricks) {
@@ -176,7 +175,7 @@ struct BrickPool::State {
     // Voxel positions are their centres: the lowest cell begins half a voxel before.
     const Eigen::Vector3f corner_m =
         voxel_m * (reconstruct::kBrickEdge * low.cast<float>() - Eigen::Vector3f::Constant(0.5f));
-    const std::vector<float> metres = lattice_distances(points, 2 * size, corner_m, kHalf * voxel_m, kMaxClearance_m);
+    const std::vector<float> metres = lattice_distances(points, 2 * size, corner_m, kHalf * voxel_m, kUpload.far_m);
     std::vector<std::uint32_t> words((metres.size() + 1) / 2);
     for (std::size_t i = 0; i < metres.size(); ++i) {
       words[i / 2] |= static_cast<std::uint32_t>(half_below(metres[i])) << 16 * (i % 2);

@@ -4,29 +4,23 @@
 #include <cmath>
 #include <numbers>
 
+#include "relight/upload/parameters.h"
+
 namespace lumigraft::relight {
-namespace {
-
-// Minimum size of point lamps.
-constexpr float kMinRadius_m = 1e-3f, kMinAngle_rad = 1e-3f;
-constexpr float kMaxAngle_rad = 1;
-
-}  // namespace
-
 Eigen::Vector3f LampEmitter::radiance() const {
   return intensity * ahead / (std::numbers::pi_v<float> * radius_m * radius_m);
 }
 
 LampEmitter lamp_emitter(const reconstruct::PointLight& light, const Eigen::Vector3f& probe_m) {
   if (!light.distance_known) {
-    const float d = kUnknownLampDistance_m;
+    const float d = kUpload.unknown_distance_m;
     return {.centre_m = probe_m + d * light.direction,
-            .radius_m = d * std::tan(std::clamp(light.angular_radius_rad, kMinAngle_rad, kMaxAngle_rad)),
+            .radius_m = d * std::tan(std::clamp(light.angular_radius_rad, kUpload.min_rad, kUpload.max_rad)),
             .intensity = light.irradiance * d * d,
             .flat = false};
   }
   LampEmitter lamp{.centre_m = light.position_m,
-                   .radius_m = std::max(light.radius_m, kMinRadius_m),
+                   .radius_m = std::max(light.radius_m, kUpload.min_radius_m),
                    .intensity = light.intensity,
                    .flat = light.flat};
   if (light.flat) {

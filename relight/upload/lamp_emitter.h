@@ -7,9 +7,6 @@
 
 namespace lumigraft::relight {
 
-/// Assumed distance of a lamp whose distance is unknown: far enough that parallax across a room is below a degree.
-constexpr float kUnknownLampDistance_m = 100.0f;
-
 /// A sphere of uniform radiance, or a one-sided disc that is a Lambert emitter.
 struct LampEmitter {
   Eigen::Vector3f centre_m;

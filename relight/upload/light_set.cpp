@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "relight/upload/lamp_emitter.h"
+#include "relight/upload/parameters.h"
 
 namespace lumigraft::relight {
 namespace {
@@ -72,7 +73,7 @@ LightSet make_light_set(const reconstruct::Illumination& illumination, int max_l
   }
 
   // Four bilinear samples per texel.
-  capture::Image<float> map(kEnvironmentEdge, kEnvironmentEdge, 4, 1.0f);
+  capture::Image<float> map(kUpload.environment_px, kUpload.environment_px, 4, 1.0f);
   for (int y = 0; y < map.height; ++y) {
     for (int x = 0; x < map.width; ++x) {
       Eigen::Vector3f sum = Eigen::Vector3f::Zero();
@@ -90,7 +91,7 @@ LightSet make_light_set(const reconstruct::Illumination& illumination, int max_l
   for (std::size_t i = drawn; i < lamps.size(); ++i) add_disc(map, lamps[i]);
 
   set.environment.push_back(std::move(map));
-  while (set.environment.size() < kEnvironmentMips) set.environment.push_back(half(set.environment.back()));
+  while (set.environment.size() < kUpload.environment_mips) set.environment.push_back(half(set.environment.back()));
   return set;
 }
 

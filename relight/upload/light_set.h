@@ -17,9 +17,6 @@ struct LightSet {
   std::vector<capture::Image<float>> environment;
 };
 
-constexpr int kEnvironmentEdge = 128;
-constexpr int kEnvironmentMips = 6;
-
 /// Unit square [0, 1]² to unit direction; the inverse of octahedral() in volume.glsl.
 Eigen::Vector3f octahedral_direction(const Eigen::Vector2f& uv);
 

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "relight/upload/parameters.h"
+
 namespace lumigraft::relight {
 namespace {
 
 using Eigen::Vector3f;
-
-constexpr float kMinImage = 2e-3f;  // minimum fraction of all lamps' light at the objects: less is not visible
 
 float towards(const shader::Lamp& lamp, const Vector3f& w) {
   return lamp.facing.w() > 0 ? lamp.facing.w() * std::max(lamp.facing.head<3>().dot(w), 0.0f) : 1.0f;
@@ -102,7 +102,7 @@ void Mirrors::describe(shader::FrameParams& params) const {
   std::stable_sort(images.begin(), images.end(), [](const Image& a, const Image& b) { return a.brings > b.brings; });
   for (const Image& image : images) {
     int& count = params.mirror_counts.y();
-    if (count == shader::kMaxImages || image.brings < kMinImage * direct) break;
+    if (count == shader::kMaxImages || image.brings < kUpload.min_image * direct) break;
     params.images[count / 4][count % 4] = image.lamp + 8 * image.mirror;
     ++count;
   }

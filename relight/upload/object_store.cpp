@@ -9,16 +9,10 @@
 #include "relight/objects/far_distance.h"
 #include "relight/objects/mesh_refine.h"
 #include "relight/objects/mesh_simplify.h"
+#include "relight/upload/parameters.h"
 
 namespace lumigraft::relight {
 namespace {
-
-constexpr int kFieldVoxels = 128;       // along a model's longest edge
-constexpr int kSurfaceSamples = 60000;  // a sample's area is then smaller than a voxel face of the finest usual volume
-constexpr int kRoughTriangles = 2000;
-constexpr int kSimpleTriangles = 9000;  // the vertex stage of software devices is serial
-// Light is stored per vertex: maximum edge length is that of this number of equal triangles.
-constexpr int kEvenTriangles = 1500;
 
 std::uint8_t to_byte(float x) { return static_cast<std::uint8_t>(std::clamp(x, 0.0f, 1.0f) * 255.0f + 0.5f); }
 
@@ -56,11 +50,11 @@ double surface_area_m2(const Model& model) {
   return sum;
 }
 
-/// Subdivides so that no edge is longer than those of kEvenTriangles equal triangles of the same total area.
+/// Subdivides so that no edge is longer than those of even_triangles equal triangles of the same total area.
 std::shared_ptr<const Model> evenly_divided(const Model& model) {
   Eigen::AlignedBox3f box;
   for (const auto& p : model.positions_m) box.extend(p);
-  const double edge_m = std::sqrt(surface_area_m2(model) / (kEvenTriangles * std::sqrt(3.0) / 4));
+  const double edge_m = std::sqrt(surface_area_m2(model) / (kUpload.even_triangles * std::sqrt(3.0) / 4));
   const float min_edge_m = box.diagonal().norm() / 200;  // for models of nearly zero area
   return refine_model(model, std::max(static_cast<float>(edge_m), min_edge_m));
 }
@@ -143,7 +137,7 @@ const StoredModel& ObjectStore::stored(const std::shared_ptr<const Model>& model
   if (entry) return *entry;
   entry = std::make_unique<StoredModel>();
   entry->model = model;
-  const std::shared_ptr<const Model> simple = evenly_divided(*simplify_model(*model, kSimpleTriangles));
+  const std::shared_ptr<const Model> simple = evenly_divided(*simplify_model(*model, kUpload.simple_triangles));
   entry->simple = upload_mesh(*simple);
   try {
     entry->full = upload_mesh(*model);
@@ -154,7 +148,7 @@ const StoredModel& ObjectStore::stored(const std::shared_ptr<const Model>& model
     entry->why_simple = e.what();
   }
   entry->simple.closed = is_closed(*simple);
-  entry->rough = upload_mesh(*simplify_model(*model, kRoughTriangles));
+  entry->rough = upload_mesh(*simplify_model(*model, kUpload.rough_triangles));
   std::map<const capture::Image<std::uint8_t>*, const gpu::Texture*> textures;
   for (std::size_t i = 0; i < model->parts.size(); ++i) {
     const auto& picture = model->parts[i].base_color_texture;
@@ -169,12 +163,12 @@ const StoredModel& ObjectStore::stored(const std::shared_ptr<const Model>& model
   }
   entry->sphere = bounding_sphere(model->positions_m);
 
-  const std::vector<float> samples = surface_samples(*model, surface_area_m2(*model) / kSurfaceSamples);
+  const std::vector<float> samples = surface_samples(*model, surface_area_m2(*model) / kUpload.samples);
   entry->sample_count = static_cast<int>(samples.size() / 8);
   entry->samples = device_.create_buffer(samples.size() * sizeof(float), "surface samples");
   device_.upload(*entry->samples, 0, std::as_bytes(std::span(samples)));
 
-  const auto field = compute_object_field(*model, kFieldVoxels);
+  const auto field = compute_object_field(*model, kUpload.field_voxels);
   entry->grid_origin_m = field->origin_m;
   entry->grid_voxel_m = field->voxel_m;
   const auto make = [&](const char* name, gpu::Format format) {

@@ -42,7 +42,7 @@ FrameCost measure_moving(bool hardware, const relight::Plan& plan,
   frame(0);
   // Emissive objects and sharp mirrors need all light gathered in every frame.
   const bool slow = clock.elapsed().wall_ms > kEnough_ms;
-  const int round = plan.in_cells() && !slow ? relight::AmortizedLightUpdate::kRoundFrames : 0;
+  const int round = plan.in_cells() && !slow ? relight::kRelight.round_frames : 0;
   for (int i = 1; i <= round; ++i) frame(i);
   return measure_cost(hardware, std::max(round, 1), [&](int i) { return frame(round + 1 + i); });
 }

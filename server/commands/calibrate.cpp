@@ -30,14 +30,13 @@
 #include "reconstruct/calibrate/vignetting.h"
 #include "server/commands/calibrate_guide.h"
 #include "server/commands/calibrate_text.h"
+#include "server/commands/parameters.h"
 
 namespace lumigraft::server {
 namespace {
 
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
-
-constexpr std::chrono::milliseconds kTick{50};
 
 /// Camera models and serial numbers known before calibration.
 struct Input {
@@ -92,7 +91,7 @@ bool read_views(capture::FrameReader& reader, const std::function<bool()>& late,
                 std::ostream& report) {
   while (!interrupted && !reader.finished() && !(reader.live() && late())) {
     if (guide != nullptr && (guide->finish_asked() || (reader.live() && guide->covered()))) return true;
-    const std::optional<capture::FrameSet> frame = reader.next(kTick);
+    const std::optional<capture::FrameSet> frame = reader.next(kCommands.tick);
     if (!frame) continue;
     const capture::Response none = capture::Response::srgb();
     const auto seen = collector.add(frame->time_ns, frame->color.get(), session.color.response, frame->fisheye,
@@ -362,7 +361,7 @@ void find_lenses_guided(const CalibrateCommand& command, const reconstruct::Boar
   report << found.str() << std::flush;
   guide.done(found.str(), refusal);
   while (!interrupted) {
-    std::this_thread::sleep_for(kTick);
+    std::this_thread::sleep_for(kCommands.tick);
   }
   web.stop();
   if (failure) std::rethrow_exception(failure);

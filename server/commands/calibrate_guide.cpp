@@ -4,7 +4,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "reconstruct/calibrate/acceptance.h"
+#include "reconstruct/calibrate/parameters.h"
+#include "server/commands/parameters.h"
 #include "server/pipeline/json_text.h"
 #include "server/stream/page.h"
 
@@ -81,7 +82,7 @@ void CalibrateGuide::done(const std::string& report, const std::string& refusal)
 bool CalibrateGuide::covered() const {
   const std::lock_guard lock(mutex_);
   return kept_ >= wanted_ && std::all_of(cameras_.begin(), cameras_.end(), [](const std::optional<Camera>& camera) {
-           return !camera || (camera->views >= kEnoughViews && camera->coverage.missing().empty());
+           return !camera || (camera->views >= kCommands.enough_views && camera->coverage.missing().empty());
          });
 }
 
@@ -89,7 +90,7 @@ void CalibrateGuide::go_on(const std::string& refusal) {
   const std::lock_guard lock(mutex_);
   finish_asked_ = false;
   doing_ = "looking";
-  wanted_ = kept_ + kMoreAfterRefusal;
+  wanted_ = kept_ + kCommands.more_after_refusal;
   refusal_ = refusal + ". Go on.";
 }
 
@@ -102,10 +103,10 @@ bool CalibrateGuide::finish_asked() const {
 bool CalibrateGuide::can_finish() const {
   int max_views = 0;
   for (const std::optional<Camera>& camera : cameras_) {
-    if (camera && camera->views > 0 && camera->views < reconstruct::kMinViews) return false;
+    if (camera && camera->views > 0 && camera->views < reconstruct::kCalibration.min_views) return false;
     max_views = std::max(max_views, camera ? camera->views : 0);
   }
-  return max_views >= reconstruct::kMinViews && !finish_asked_ && doing_ == std::string_view("looking");
+  return max_views >= reconstruct::kCalibration.min_views && !finish_asked_ && doing_ == std::string_view("looking");
 }
 
 std::string CalibrateGuide::json() const {
@@ -123,7 +124,7 @@ std::string CalibrateGuide::json() const {
                                {"picture", c == 0 ? "color.jpg" : "fisheye.jpg"},
                                {"corners_now", camera.view.points()},
                                {"views", camera.views},
-                               {"views_wanted", kEnoughViews},
+                               {"views_wanted", kCommands.enough_views},
                                {"rings", coverage.rings},
                                {"columns", coverage.columns},
                                {"rows", coverage.rows},
@@ -159,7 +160,8 @@ WebReply CalibrateGuide::ask(std::string_view path) {
   if (path != "/finish") return {404, "text/plain; charset=utf-8", "no such request\n"};
   if (!can_finish()) {
     return {409, "text/plain; charset=utf-8",
-            "too few views, allowed: at least " + std::to_string(reconstruct::kMinViews) + " of every camera\n"};
+            "too few views, allowed: at least " + std::to_string(reconstruct::kCalibration.min_views) +
+                " of every camera\n"};
   }
   finish_asked_ = true;
   return {200, "text/plain; charset=utf-8", "calculating\n"};

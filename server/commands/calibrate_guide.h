@@ -39,9 +39,6 @@ class CalibrateGuide {
   WebReply ask(std::string_view path);
 
  private:
-  static constexpr int kEnoughViews = 15;
-  static constexpr std::size_t kMoreAfterRefusal = 5;  ///< additional moments required before the next attempt
-
   struct Camera {
     capture::CameraModel model;
     std::shared_ptr<const capture::Frame> picture;

@@ -11,12 +11,12 @@
 
 #include "capture/record/recording_lanes.h"
 #include "capture/sync/pairing_reader.h"
+#include "server/commands/parameters.h"
 
 namespace lumigraft::server {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr std::chrono::milliseconds kPollInterval{50};
 
 /// Time span of a stream in its own time.
 struct Span {
@@ -41,15 +41,13 @@ class Recording {
     for (capture::Source* source : distinct_) {
       readers.emplace_back([this, source] { read(*source); });
     }
-    // A live camera that delivers no frames never reaches the limit.
-    constexpr std::chrono::seconds kGrace{2};
     const bool limited = sources_.live && seconds_;
     const Clock::time_point deadline =
-        Clock::now() + kGrace +
+        Clock::now() + kCommands.grace +
         std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds_.value_or(0)));
     while (reading_ > 0 && !interrupted && !stop_ && !lanes_.failure() && (!limited || Clock::now() < deadline)) {
       print_faults();
-      std::this_thread::sleep_for(kPollInterval);
+      std::this_thread::sleep_for(kCommands.tick);
     }
     stop_ = true;
     if (lanes_.failure()) {
@@ -113,7 +111,7 @@ class Recording {
   void read(capture::Source& source) {
     try {
       while (!stop_ && !source.finished() && !all_over(source)) {
-        std::optional<capture::SourceItem> item = source.next(kPollInterval);
+        std::optional<capture::SourceItem> item = source.next(kCommands.tick);
         if (!item) continue;
         Span& span = spans_[static_cast<std::size_t>(capture::stream_of(*item))];
         if (within(span, capture::stamp_of(*item).time_ns)) lanes_.put(std::move(*item), sources_.live);

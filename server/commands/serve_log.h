@@ -11,9 +11,6 @@ namespace lumigraft::server {
 
 class ServeLog {
  public:
-  static constexpr std::chrono::seconds kWarningAgain{60};  ///< minimum interval between repetitions of a warning
-  static constexpr std::chrono::seconds kDropsEvery{30};
-
   using Clock = std::chrono::steady_clock;
   /// Call about once a second with the newest frame's warnings and the drops since the start, by the slow stage.
   void tick(const std::vector<std::string>& warnings, const std::map<std::string, std::uint64_t>& drops) {

@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "server/commands/parameters.h"
 #include "server/metrics/version.h"
 #include "server/pipeline/json_text.h"
 
@@ -9,7 +10,6 @@ namespace lumigraft::server {
 namespace {
 
 using Json = nlohmann::ordered_json;
-constexpr double kStaleAfter_s = 5.0;
 
 Json recording_json(const RecordButton::State& state) {
   constexpr const char* kDoing[] = {"nothing", "recording", "finishing", "compressing"};
@@ -74,7 +74,7 @@ std::string stats_text(const Pipeline::Record& record, const Metrics& metrics, c
 Health health(const Metrics& metrics) {
   Health health;
   const double age_s = metrics.age_of_last_frame_s();
-  health.ok = age_s >= 0 && age_s < kStaleAfter_s;
+  health.ok = age_s >= 0 && age_s < kCommands.stale_after_s;
   health.json = json_line({{"ok", health.ok},
                            {"frames", metrics.frames()},
                            {"age_of_last_frame_s", age_s < 0 ? Json() : Json(age_s)},

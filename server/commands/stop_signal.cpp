@@ -5,6 +5,8 @@
 #include <csignal>
 #include <thread>
 
+#include "server/commands/parameters.h"
+
 namespace lumigraft::server {
 
 StopSignal::StopSignal() {
@@ -18,9 +20,9 @@ StopSignal::StopSignal() {
     int number = 0;
     sigwait(&set, &number);
     came();
-    // A second signal ends the process at once. The first waits only kPatience: a solver or a software GPU may be in a
-    // call that cannot be interrupted, and its result is not needed.
-    const timespec patience{0, std::chrono::nanoseconds(kPatience).count()};
+    // A second signal ends the process at once. The first waits only stop_patience: a solver or a software GPU may be
+    // in a call that cannot be interrupted, and its result is not needed.
+    const timespec patience{0, std::chrono::nanoseconds(kCommands.stop_patience).count()};
     sigtimedwait(&set, nullptr, &patience);
     _exit(0);
   }).detach();

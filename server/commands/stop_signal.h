@@ -8,12 +8,10 @@ namespace lumigraft::server {
 
 /// Construct before any other thread: threads inherit the signal mask. Lives as long as the process. Before arm(), a
 /// signal ends the process at once with exit code 0: nothing needs an orderly shutdown at start-up, and compiling
-/// shaders or loading models cannot be interrupted otherwise. After arm(), a signal allows `kPatience` for an orderly
-/// shutdown and then ends the process, also with exit code 0.
+/// shaders or loading models cannot be interrupted otherwise. After arm(), a signal allows `stop_patience` for an
+/// orderly shutdown and then ends the process, also with exit code 0.
 class StopSignal {
  public:
-  static constexpr std::chrono::milliseconds kPatience{250};
-
   StopSignal();
 
   void arm();

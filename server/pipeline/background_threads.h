@@ -7,6 +7,8 @@
 #include <mutex>
 #include <vector>
 
+#include "server/pipeline/parameters.h"
+
 namespace lumigraft::server {
 
 /// Threads of lower priority than rendering.
@@ -17,7 +19,7 @@ class BackgroundThreads {
     const auto thread = static_cast<id_t>(syscall(SYS_gettid));
     std::lock_guard lock(mutex_);
     threads_.push_back(thread);
-    setpriority(PRIO_PROCESS, thread, kBackgroundNiceness);
+    setpriority(PRIO_PROCESS, thread, kPipeline.background_niceness);
   }
   /// Restores the normal priority where the system permits it. The last thread of a process frees its memory when it
   /// ends, which on a busy machine takes seconds at low priority.
@@ -30,8 +32,6 @@ class BackgroundThreads {
   }
 
  private:
-  static constexpr int kBackgroundNiceness = 10;
-
   std::mutex mutex_;
   std::vector<id_t> threads_;
 };

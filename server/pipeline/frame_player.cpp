@@ -9,10 +9,6 @@
 namespace lumigraft::server {
 namespace {
 
-constexpr std::chrono::milliseconds kPatience{100};
-/// A recording that is later than this continues at its rate from now on, instead of playing faster to catch up.
-constexpr std::chrono::milliseconds kTooLate{500};
-
 std::size_t bytes_of(const capture::Frame& picture) {
   return picture.encoded.data.size() + sizeof(float) * picture.radiance.data.size() +
          (picture.original ? picture.original->bytes.size() : 0);
@@ -37,7 +33,7 @@ FramePlayer::FramePlayer(std::unique_ptr<capture::FrameReader> reader, std::size
 
 std::shared_ptr<const capture::FrameSet> FramePlayer::read() {
   if (from_memory_) return position_ < kept_.size() ? kept_[position_] : nullptr;
-  std::optional<capture::FrameSet> set = reader_->next(kPatience);
+  std::optional<capture::FrameSet> set = reader_->next(kPipeline.patience);
   if (!set) return nullptr;
   auto frame = std::make_shared<const capture::FrameSet>(std::move(*set));
   if (!reader_->live() && all_kept_) {
@@ -93,7 +89,7 @@ void FramePlayer::set_due(const capture::FrameSet& frame) {
     due_ += usual_gap_;
   }
   last_time_ns_ = frame.time_ns;
-  if (now > due_ + kTooLate) due_ = now;
+  if (now > due_ + kPipeline.too_late) due_ = now;
 }
 
 /// The newest frame again, with a later time.

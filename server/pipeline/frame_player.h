@@ -12,6 +12,7 @@
 
 #include "capture/recorded/seekable_reader.h"
 #include "capture/source.h"
+#include "server/pipeline/parameters.h"
 #include "server/pipeline/playback.h"
 
 namespace lumigraft::server {
@@ -24,11 +25,9 @@ struct PlayedFrame {
 
 class FramePlayer {
  public:
-  static constexpr std::size_t kMemory_bytes = std::size_t{512} << 20;
+  explicit FramePlayer(std::unique_ptr<capture::FrameReader> reader, std::size_t memory_bytes = kPipeline.memory_bytes);
 
-  explicit FramePlayer(std::unique_ptr<capture::FrameReader> reader, std::size_t memory_bytes = kMemory_bytes);
-
-  /// Waits until the next frame is due. Empty: stopped, or no frame arrived within kPatience and the caller retries.
+  /// Waits until the next frame is due. Empty: stopped, or no frame arrived within `patience` and the caller retries.
   /// `orders` apply to recordings only.
   std::optional<PlayedFrame> next(const std::stop_token& stop, const Playback::Orders& orders = {});
 

@@ -5,6 +5,7 @@
 
 #include "relight/relighter.h"
 #include "server/pipeline/camera_picture.h"
+#include "server/pipeline/parameters.h"
 
 namespace lumigraft::server {
 
@@ -37,7 +38,6 @@ void LiveRelighter::prepare(const reconstruct::Scene& scene) {
 
 LiveRelighter::Result LiveRelighter::relight(const capture::FrameSet& frame, const reconstruct::Scene& scene,
                                              const relight::Exhibit& exhibit, const relight::Plan& plan) {
-  constexpr std::chrono::seconds kFirstPause{1}, kLongestPause{30};  // the first attempt is made at the next frame
   Result result;
   try {
     if (!renderer_ && std::chrono::steady_clock::now() >= next_try_) make();
@@ -54,7 +54,7 @@ LiveRelighter::Result LiveRelighter::relight(const capture::FrameSet& frame, con
   } catch (const relight::gpu::GpuError& e) {
     renderer_.reset();  // frees the device before another is created
     next_try_ = std::chrono::steady_clock::now() + pause_;
-    pause_ = std::clamp(2 * pause_, kFirstPause, kLongestPause);
+    pause_ = std::clamp(2 * pause_, kPipeline.first_pause, kPipeline.longest_pause);
     failure_ = std::string("the GPU device failed and is created again: ") + e.what();
   } catch (const std::exception& e) {
     failure_ = std::string("relight: ") + e.what();

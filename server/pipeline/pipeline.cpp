@@ -18,13 +18,6 @@ namespace lumigraft::server {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr std::chrono::milliseconds kTick{100};
-constexpr std::chrono::milliseconds kGeometryEvery{100}, kLightEvery{100}, kRoomEvery{1000};
-constexpr std::int64_t kSameMoment_ns = 250'000'000;  // between a colour and a fish-eye frame: light changes slowly
-constexpr std::chrono::milliseconds kKeepAlive{1000};
-// Rest after a turn, as a multiple of its processor time: each uses a third of a core while the room is unknown, later
-// geometry and room use a tenth. For albedo see RestingPace.
-constexpr int kRest = 2, kGeometryRestLater = 9, kRoomRestLater = 9;
 
 struct PosedFrame {
   PlayedFrame played;
@@ -34,7 +27,7 @@ struct PosedFrame {
 /// Input of the light stage.
 struct FisheyeView {
   capture::FisheyeFrames frames;
-  std::shared_ptr<const capture::Frame> color;  ///< captured within kSameMoment_ns; may be null
+  std::shared_ptr<const capture::Frame> color;  ///< captured within moment_ns; may be null
 };
 
 }  // namespace
@@ -64,7 +57,8 @@ struct Pipeline::State {
   Mailbox<std::shared_ptr<const PosedFrame>> to_lamp_tags{"lamp tags"};
   Mailbox<FisheyeView> to_light{"light"};
   Mailbox<ShownFrame> to_encode{"encode"};
-  DutyCycle geometry_rest{kGeometryEvery}, lamp_tags_rest{kLightEvery}, light_rest{kLightEvery}, room_rest{kRoomEvery};
+  DutyCycle geometry_rest{kPipeline.geometry_every}, lamp_tags_rest{kPipeline.light_every},
+      light_rest{kPipeline.light_every}, room_rest{kPipeline.room_every};
 
   mutable std::mutex newest_mutex;
   ShownFrame newest;
@@ -110,7 +104,7 @@ struct Pipeline::State {
           turn();
         } catch (const std::exception& e) {
           store.publish_warnings(stage + " stage", {stage + ": " + e.what()});
-          sleep_until(Clock::now() + kTick);
+          sleep_until(Clock::now() + kPipeline.tick);
         }
       }
     });
@@ -149,7 +143,7 @@ void Pipeline::State::capture_turn() {
   if (!played) {
     if (frames.gone() && !stopping.stop_requested()) {
       store.publish_warnings("camera", {"the recording delivers no frames and is opened again every second"});
-      sleep_until(Clock::now() + 10 * kTick);
+      sleep_until(Clock::now() + 10 * kPipeline.tick);
       frames = FramePlayer(open_again().frames);
     }
     return;
@@ -165,9 +159,9 @@ void Pipeline::State::capture_turn() {
   if (to_pose.put(*played)) metrics.drop(pose_waits_for_relight ? "relight" : "pose");
 }
 
-/// Light is limited to kLightEvery by design: fish-eye frames that it skips are not counted as dropped.
+/// Light is limited to light_every by design: fish-eye frames that it skips are not counted as dropped.
 void Pipeline::State::fisheye_turn() {
-  std::optional<capture::FisheyeReader::Result> seen = fisheye->next(kTick);
+  std::optional<capture::FisheyeReader::Result> seen = fisheye->next(kPipeline.tick);
   if (!seen) return;
   store.publish_warnings("fish-eye", std::move(seen->warnings));
   if (seen->frames.empty()) return;
@@ -176,7 +170,7 @@ void Pipeline::State::fisheye_turn() {
     std::lock_guard lock(newest_color_mutex);
     view.color = newest_color;
   }
-  if (view.color && std::abs(view.color->stamp.time_ns - view.frames.front()->stamp.time_ns) > kSameMoment_ns) {
+  if (view.color && std::abs(view.color->stamp.time_ns - view.frames.front()->stamp.time_ns) > kPipeline.moment_ns) {
     view.color = nullptr;
   }
   to_light.put(std::move(view));
@@ -210,9 +204,9 @@ PosedFrame Pipeline::State::pose_of(const PlayedFrame& played) {
 
 void Pipeline::State::pose_turn(std::uint64_t& round) {
   pose_waits_for_relight = true;
-  if (!to_relight.wait_until_taken(kTick) || !sleep_until(just_in_time.pose_begins())) return;
+  if (!to_relight.wait_until_taken(kPipeline.tick) || !sleep_until(just_in_time.pose_begins())) return;
   pose_waits_for_relight = false;
-  const std::optional<PlayedFrame> played = to_pose.take(kTick);
+  const std::optional<PlayedFrame> played = to_pose.take(kPipeline.tick);
   if (!played) return;
   if (played->round != round) {
     round = played->round;
@@ -223,15 +217,15 @@ void Pipeline::State::pose_turn(std::uint64_t& round) {
   just_in_time.pose_took(Clock::now() - begin);
   const std::optional<reconstruct::Pose>& where = posed->located.pose;
   if (where && where->age_ns == 0 && posed->played.frame->depth &&
-      geometry_rest.over(builder.learning() ? kRest : kGeometryRestLater)) {
+      geometry_rest.over(builder.learning() ? kPipeline.rest : kPipeline.geometry_rest_later)) {
     put(to_geometry, posed);
   }
-  if (!session.lamps.empty() && lamp_tags_rest.over(kRest)) put(to_lamp_tags, posed);
+  if (!session.lamps.empty() && lamp_tags_rest.over(kPipeline.rest)) put(to_lamp_tags, posed);
   put(to_relight, posed);
 }
 
 void Pipeline::State::relight_turn() {
-  const std::shared_ptr<const PosedFrame> posed = to_relight.take(kTick).value_or(nullptr);
+  const std::shared_ptr<const PosedFrame> posed = to_relight.take(kPipeline.tick).value_or(nullptr);
   if (!posed) return;
   just_in_time.relight_begins();
   const Clock::time_point begin = Clock::now();
@@ -282,7 +276,7 @@ void Pipeline::State::relight_turn() {
 }
 
 void Pipeline::State::geometry_turn() {
-  if (const std::shared_ptr<const PosedFrame> posed = to_geometry.take(kTick).value_or(nullptr)) {
+  if (const std::shared_ptr<const PosedFrame> posed = to_geometry.take(kPipeline.tick).value_or(nullptr)) {
     const ScopedWork work(geometry_rest);
     const StageTimer timer(metrics, "fuse");
     builder.fuse_depth(*posed->played.frame, *posed->located.pose);
@@ -291,7 +285,7 @@ void Pipeline::State::geometry_turn() {
 }
 
 void Pipeline::State::lamp_tags_turn() {
-  if (const std::shared_ptr<const PosedFrame> posed = to_lamp_tags.take(kTick).value_or(nullptr)) {
+  if (const std::shared_ptr<const PosedFrame> posed = to_lamp_tags.take(kPipeline.tick).value_or(nullptr)) {
     const ScopedWork work(lamp_tags_rest);
     const StageTimer timer(metrics, "lamp tags");
     builder.locate_lamp_tags(*posed->played.frame, posed->located.pose);
@@ -301,8 +295,8 @@ void Pipeline::State::lamp_tags_turn() {
 
 /// Extracts light from the newest fish-eye frame; if there is none, only moves lamps to their newest tag poses.
 void Pipeline::State::light_turn() {
-  if (!sleep_until(light_rest.ends(kRest))) return;
-  if (const std::optional<FisheyeView> view = to_light.take(kTick)) {
+  if (!sleep_until(light_rest.ends(kPipeline.rest))) return;
+  if (const std::optional<FisheyeView> view = to_light.take(kPipeline.tick)) {
     const ScopedWork work(light_rest);
     const StageTimer timer(metrics, "light");
     builder.extract_light(view->frames, view->color.get());
@@ -314,7 +308,7 @@ void Pipeline::State::light_turn() {
 
 void Pipeline::State::albedo_turn() {
   if (!builder.solve_albedo()) {
-    sleep_until(Clock::now() + kTick / 2);
+    sleep_until(Clock::now() + kPipeline.tick / 2);
     return;
   }
   metrics.decided("albedo_patience", builder.albedo_patience());
@@ -323,8 +317,9 @@ void Pipeline::State::albedo_turn() {
 
 void Pipeline::State::room_turn() {
   const reconstruct::Scene scene = store.newest();
-  if (!relighter.wants_prepared(scene) || !room_rest.over(builder.learning() ? kRest : kRoomRestLater)) {
-    sleep_until(Clock::now() + kTick / 2);
+  if (!relighter.wants_prepared(scene) ||
+      !room_rest.over(builder.learning() ? kPipeline.rest : kPipeline.room_rest_later)) {
+    sleep_until(Clock::now() + kPipeline.tick / 2);
     return;
   }
   const ScopedWork work(room_rest);
@@ -334,10 +329,10 @@ void Pipeline::State::room_turn() {
 }
 
 void Pipeline::State::encode_turn() {
-  std::optional<ShownFrame> picture = to_encode.take(kTick);
+  std::optional<ShownFrame> picture = to_encode.take(kPipeline.tick);
   if (picture) {
     last_encoded = Clock::now();
-  } else if (Clock::now() - last_encoded > kKeepAlive) {
+  } else if (Clock::now() - last_encoded > kPipeline.keep_alive) {
     // While the camera is disconnected its last image is sent again, also for viewers that connect now.
     std::lock_guard lock(newest_mutex);
     if (!faults.empty() && newest.srgb) {

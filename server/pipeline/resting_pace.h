@@ -7,6 +7,7 @@
 #include "reconstruct/albedo_schedule.h"
 #include "server/metrics/metrics.h"
 #include "server/pipeline/pacing.h"
+#include "server/pipeline/parameters.h"
 
 namespace lumigraft::server {
 
@@ -15,11 +16,11 @@ class RestingPace : public reconstruct::AlbedoPace {
   explicit RestingPace(Metrics& metrics) : metrics_(metrics) {}
 
   bool waited(reconstruct::AlbedoWork work, int periods, bool learning) const override {
-    return rests(work).over(learning ? kRestWhileLearning : periods * kRest);
+    return rests(work).over(learning ? kPipeline.rest : periods * kPipeline.albedo_rest_later);
   }
   bool may_compare() override {
     const PaceClock::time_point now = PaceClock::now();
-    if (now < compared_ + kEvery) return false;
+    if (now < compared_ + kPipeline.albedo_every) return false;
     compared_ = now;
     return true;
   }
@@ -34,16 +35,12 @@ class RestingPace : public reconstruct::AlbedoPace {
   }
 
  private:
-  static constexpr std::chrono::milliseconds kEvery{1000};
-  static constexpr int kRestWhileLearning = 2;  ///< a third of a core
-  static constexpr int kRest = 19;  ///< a twentieth of a core: later solutions differ little from the previous ones
-
   const DutyCycle& rests(reconstruct::AlbedoWork work) const {
     return work == reconstruct::AlbedoWork::everything ? everything_ : incremental_;
   }
 
   Metrics& metrics_;
-  DutyCycle incremental_{kEvery}, everything_{kEvery};
+  DutyCycle incremental_{kPipeline.albedo_every}, everything_{kPipeline.albedo_every};
   DutyCycle* at_work_ = nullptr;
   std::optional<StageTimer> timer_;
   PaceClock::time_point compared_{};

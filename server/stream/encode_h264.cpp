@@ -9,11 +9,11 @@ extern "C" {
 
 #include "capture/formats/libav_pointers.h"
 #include "capture/message_text.h"
+#include "server/stream/parameters.h"
 
 namespace lumigraft::server {
 namespace {
 
-constexpr std::int64_t kKeyEvery_ns = 2'000'000'000;
 constexpr int kTicksPerSecond = 90'000;  // usual video clock; x264 rejects finer ones at high levels
 
 /// Throws if libav reports an error.
@@ -88,7 +88,7 @@ H264Encoder::AccessUnit H264Encoder::encode(const capture::Image<std::uint8_t>& 
   State& s = *state_;
   const bool first = s.last_pts < 0;
   if (first) s.first_time_ns = time_ns;
-  key = key || first || time_ns - s.last_key_ns >= kKeyEvery_ns;
+  key = key || first || time_ns - s.last_key_ns >= kStream.key_every_ns;
   if (key) s.last_key_ns = time_ns;
   check("no picture", av_frame_make_writable(s.frame.get()));
   const std::uint8_t* rows[] = {srgb.data.data()};

@@ -2,14 +2,12 @@
 
 #include <string>
 
+#include "server/stream/parameters.h"
+
 namespace lumigraft::server {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-/// Minimum interval of requested key frames: a viewer that requests them continuously must not reduce the other
-/// viewers' picture quality.
-constexpr std::chrono::milliseconds kKeysApart{500};
 
 std::span<const std::uint8_t> bytes(const std::string& text) {
   return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
@@ -42,7 +40,7 @@ void EncodeStage::encode_h264(const ShownFrame& frame, std::vector<std::shared_p
     h264_.emplace(width_, height_);
   }
   bool key = false;
-  if (demand_.key && now - last_asked_key_ >= kKeysApart) {
+  if (demand_.key && now - last_asked_key_ >= kStream.keys_apart) {
     demand_.key = false;
     key = true;
     last_asked_key_ = now;

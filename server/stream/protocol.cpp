@@ -5,12 +5,12 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "server/stream/parameters.h"
+
 namespace lumigraft::server {
 namespace {
 
 constexpr std::array<std::uint8_t, 4> kMagic{'L', 'U', 'M', 'I'};
-constexpr double kFarthest_m = 100.0;
-constexpr std::size_t kLongestName = 200;
 
 template <typename T>
 void put(std::vector<std::uint8_t>& out, std::size_t offset, T value) {
@@ -78,13 +78,13 @@ ObjectCommand object(const nlohmann::json& message) {
       command.object = static_cast<std::size_t>(number(value, key, 0, 1e6));
       named = true;
     } else if (key == "name") {
-      if (!value.is_string() || value.get_ref<const std::string&>().size() > kLongestName) {
-        throw Refused{"name: a text of at most " + std::to_string(kLongestName) + " bytes"};
+      if (!value.is_string() || value.get_ref<const std::string&>().size() > kStream.max_name_bytes) {
+        throw Refused{"name: a text of at most " + std::to_string(kStream.max_name_bytes) + " bytes"};
       }
       command.object = value.get<std::string>();
       named = true;
     } else if (key == "position_m") {
-      command.position_m = vector<3>(value, key, -kFarthest_m, kFarthest_m);
+      command.position_m = vector<3>(value, key, -kStream.max_position_m, kStream.max_position_m);
     } else if (key == "rotation_wxyz") {
       const auto q = vector<4>(value, key, -1e3, 1e3);
       if (q.norm() < 1e-6) throw Refused{"rotation_wxyz: a quaternion other than zero"};
@@ -106,11 +106,10 @@ ObjectCommand object(const nlohmann::json& message) {
 }
 
 PlaybackCommand playback(const nlohmann::json& message) {
-  constexpr double kLongest_s = 1e7;
   PlaybackCommand command;
   for (const auto& [key, value] : message.items()) {
     if (key == "at_s") {
-      command.at_s = number(value, key, 0, kLongest_s);
+      command.at_s = number(value, key, 0, kStream.max_at_s);
     } else if (key == "paused" && value.is_boolean()) {
       command.paused = value.get<bool>();
     } else if (key == "step" && value.is_boolean()) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <chrono>
 
+#include "server/stream/parameters.h"
+
 namespace lumigraft::server {
 
 void ViewerHub::add(std::shared_ptr<Viewer> viewer) {
@@ -26,9 +28,8 @@ void ViewerHub::publish(const std::shared_ptr<const StreamMessage>& message) {
   if (message->header.kind == StreamKind::config) {
     config_ = message;
   } else {
-    constexpr std::size_t kRememberedFrames = 256;
     capture_times_ns_.emplace_back(message->header.sequence, message->header.capture_time_ns);
-    if (capture_times_ns_.size() > kRememberedFrames) capture_times_ns_.pop_front();
+    if (capture_times_ns_.size() > kStream.remembered_frames) capture_times_ns_.pop_front();
   }
   for (const auto& viewer : std::set(viewers_)) {  // a copy: offer() may remove a viewer
     viewer->offer(message);

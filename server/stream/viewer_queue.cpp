@@ -12,8 +12,8 @@ void ViewerQueue::want(Codec codec) {
 }
 
 bool ViewerQueue::offer(std::shared_ptr<const StreamMessage> message) {
-  // A viewer that loses frames on its side never acknowledges them: after kMaxInFlight more frames the count restarts.
-  if (owes_acknowledgements() && ++held_back_ >= kMaxInFlight) {
+  // A viewer that loses frames on its side never acknowledges them: after max_in_flight more frames the count restarts.
+  if (owes_acknowledgements() && ++held_back_ >= kStream.max_in_flight) {
     under_way_.clear();
     held_back_ = 0;
   }
@@ -36,7 +36,7 @@ bool ViewerQueue::offer_frame(std::shared_ptr<const StreamMessage> message) {
     return dropped;
   }
   if (needs_key_) return true;
-  if (frames_.size() >= kLongestRun) {
+  if (frames_.size() >= kStream.max_queued) {
     frames_.clear();
     needs_key_ = true;
     return true;
@@ -75,7 +75,7 @@ std::optional<ViewerQueue::Outgoing> ViewerQueue::next() {
   auto frame = std::move(frames_.front());
   frames_.pop_front();
   under_way_.push_back(frame->header.sequence);
-  if (under_way_.size() > kMaxInFlight) under_way_.pop_front();
+  if (under_way_.size() > kStream.max_in_flight) under_way_.pop_front();
   return frame;
 }
 

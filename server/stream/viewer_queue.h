@@ -9,15 +9,13 @@
 #include <string>
 #include <variant>
 
+#include "server/stream/parameters.h"
 #include "server/stream/protocol.h"
 
 namespace lumigraft::server {
 
 class ViewerQueue {
  public:
-  static constexpr std::size_t kLongestRun = 8;      ///< H.264 frames in the queue
-  static constexpr std::uint32_t kMaxInFlight = 16;  ///< frames sent and not acknowledged, for viewers that acknowledge
-
   using Outgoing = std::variant<std::string, std::shared_ptr<const StreamMessage>>;
 
   void want(Codec codec);
@@ -35,7 +33,7 @@ class ViewerQueue {
   std::optional<Outgoing> next_text();
 
  private:
-  bool owes_acknowledgements() const { return acknowledges_ && under_way_.size() >= kMaxInFlight; }
+  bool owes_acknowledgements() const { return acknowledges_ && under_way_.size() >= kStream.max_in_flight; }
   bool offer_frame(std::shared_ptr<const StreamMessage> message);
 
   Codec codec_ = Codec::none;

@@ -27,12 +27,6 @@ namespace websocket = beast::websocket;
 using asio::ip::tcp;
 using boost::system::error_code;
 
-constexpr std::uint32_t kLongestHeader = 8 * 1024;
-constexpr std::size_t kLongestBody = 1024;
-constexpr int kSendBuffer_bytes = 256 * 1024;  // kernel buffer for a slow viewer: a quarter second of stream
-constexpr std::chrono::milliseconds kStatesApart{50};
-constexpr std::chrono::milliseconds kGoodbye{100};
-
 class Connection;
 
 }  // namespace
@@ -69,8 +63,8 @@ class Connection : public Viewer, public std::enable_shared_from_this<Connection
 
   void read_request() {
     parser_.emplace();
-    parser_->header_limit(kLongestHeader);
-    parser_->body_limit(kLongestBody);
+    parser_->header_limit(kStream.max_header_bytes);
+    parser_->body_limit(kStream.max_body_bytes);
     stream_.expires_after(server_.settings.request_timeout);
     http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](error_code error, std::size_t) {
       error ? self->close() : self->answer();
@@ -162,7 +156,7 @@ class Connection : public Viewer, public std::enable_shared_from_this<Connection
     websocket_->auto_fragment(false);  // one websocket frame per video frame
     error_code ignored;
     socket().set_option(tcp::no_delay(true), ignored);
-    socket().set_option(asio::socket_base::send_buffer_size(kSendBuffer_bytes), ignored);
+    socket().set_option(asio::socket_base::send_buffer_size(kStream.send_buffer_bytes), ignored);
     websocket_->async_accept(parser_->get(), [self = shared_from_this()](error_code error) {
       if (error) return self->close();
       self->open_ = true;
@@ -263,7 +257,7 @@ class Connection : public Viewer, public std::enable_shared_from_this<Connection
   WebServer::State& server_;
   beast::tcp_stream stream_;
   std::optional<websocket::stream<beast::tcp_stream>> websocket_;
-  beast::flat_buffer buffer_{kLongestHeader + 64 * 1024};
+  beast::flat_buffer buffer_{kStream.max_header_bytes + 64 * 1024};
   std::optional<http::request_parser<http::string_body>> parser_;
   ViewerQueue queue_;
   std::optional<ViewerQueue::Outgoing> writing_;
@@ -313,7 +307,7 @@ void WebServer::State::forget(const std::shared_ptr<Connection>& connection) {
 
 void WebServer::State::objects_changed() {
   if (std::exchange(state_waits, true)) return;
-  state_timer.expires_after(kStatesApart);
+  state_timer.expires_after(kStream.states_apart);
   state_timer.async_wait([this](error_code error) {
     state_waits = false;
     if (!error) hub.publish_text("state", handlers.state());
@@ -360,7 +354,7 @@ void WebServer::stop() {
     error_code ignored;
     s.acceptor.close(ignored);
     s.hub.close_all();
-    s.stop_timer.expires_after(s.hub.count() == 0 ? std::chrono::milliseconds(0) : kGoodbye);
+    s.stop_timer.expires_after(s.hub.count() == 0 ? std::chrono::milliseconds(0) : kStream.goodbye);
     s.stop_timer.async_wait([&s](error_code) { s.io.stop(); });
   });
   s.thread.join();

@@ -8,14 +8,10 @@
 
 #include "capture/camera/radiance.h"
 #include "capture/error.h"
+#include "server/truth/parameters.h"
 
 namespace lumigraft::server {
 namespace {
-
-constexpr float kSurfaceBand_voxels = 2.0f;  // range around the surface in which albedo is looked up
-constexpr float kSameSurface_voxels = 3.0f;  // a pixel sees the voxel when its depth differs by less
-constexpr float kSameLamp_rad = 0.087f;      // 5°: the split's centroid against the lamp's centre
-constexpr float kTruthSigma = 0.01f;         // of albedo: quantisation of an 8-bit texture
 
 /// Bilinear interpolation of the picture, as fusion samples radiance; the nearest pixel where the four neighbours show
 /// several surfaces. Empty where its depth differs from `z_m` by more than `same_m`.
@@ -103,7 +99,7 @@ reconstruct::Illumination with_true_lamps(const reconstruct::Illumination& split
     reconstruct::PointLight light = true_light(lamp, probe_m);
     const auto shows_it = [&](const reconstruct::PointLight& found) {
       const float angle_rad = std::acos(std::clamp(found.direction.dot(light.direction), -1.0f, 1.0f));
-      return !found.distance_known && angle_rad < light.angular_radius_rad + kSameLamp_rad;
+      return !found.distance_known && angle_rad < light.angular_radius_rad + kTruth.same_lamp_rad;
     };
     const auto found = std::find_if(result.lights.begin(), result.lights.end(), shows_it);
     if (found != result.lights.end()) {
@@ -226,12 +222,12 @@ std::shared_ptr<const reconstruct::AlbedoField> Oracle::albedo(const capture::Fr
   for (const auto& [key, brick] : field.bricks) {
     std::shared_ptr<reconstruct::AlbedoBrick> seen;
     for (int i = 0; i < reconstruct::kBrickVoxels; ++i) {
-      if (brick->weight[i] <= 0 || std::abs(brick->distance_m[i]) > kSurfaceBand_voxels * field.voxel_m) continue;
+      if (brick->weight[i] <= 0 || std::abs(brick->distance_m[i]) > kTruth.band_voxels * field.voxel_m) continue;
       const Eigen::Vector3d p = T_camera_tag * (field.voxel_m * reconstruct::voxel_in(key, i).cast<double>());
       const std::optional<Eigen::Vector2d> pixel = p.z() > 0 ? camera.project(p) : std::nullopt;
       if (!pixel || !camera.inside(*pixel)) continue;
       const std::optional<Eigen::Vector3f> seen_albedo =
-          picture_at(albedo, depth_m, *pixel, p.z(), kSameSurface_voxels * field.voxel_m);
+          picture_at(albedo, depth_m, *pixel, p.z(), kTruth.same_surface_voxels * field.voxel_m);
       if (!seen_albedo) continue;
       if (!seen) {
         const auto before = next->bricks.find(key);
@@ -240,7 +236,7 @@ std::shared_ptr<const reconstruct::AlbedoField> Oracle::albedo(const capture::Fr
         if (before == next->bricks.end()) seen->sigma.fill(-1.0f);
       }
       seen->albedo[i] = *seen_albedo;
-      seen->sigma[i] = kTruthSigma;
+      seen->sigma[i] = kTruth.albedo_sigma;
     }
     if (seen) next->bricks[key] = std::move(seen);
   }

@@ -5,12 +5,11 @@
 #include "capture/error.h"
 #include "relight/objects/closest_point.h"
 #include "relight/tracing/build_trace_scene.h"
+#include "server/truth/parameters.h"
 #include "server/truth/truth.h"
 
 namespace lumigraft::server {
 namespace {
-
-constexpr float kSameSurface_m = 5e-5f;  // paper on a surface is thicker
 
 void expect_size(const capture::CameraModel& camera, const capture::Image<float>& image,
                  const std::filesystem::path& path) {
@@ -45,8 +44,8 @@ std::vector<std::vector<std::uint32_t>> grouped(const relight::Model& model,
     const Eigen::Vector3f &a = model.positions_m[model.indices[i]], &b = model.positions_m[model.indices[i + 1]],
                           &c = model.positions_m[model.indices[i + 2]], middle = (a + b + c) / 3;
     const auto found = std::find_if(surfaces.begin(), surfaces.end(), [&](const auto& surface) {
-      return surface->nearest(a, kSameSurface_m) && surface->nearest(b, kSameSurface_m) &&
-             surface->nearest(c, kSameSurface_m) && surface->nearest(middle, kSameSurface_m);
+      return surface->nearest(a, kTruth.same_surface_m) && surface->nearest(b, kTruth.same_surface_m) &&
+             surface->nearest(c, kTruth.same_surface_m) && surface->nearest(middle, kTruth.same_surface_m);
     });
     auto& group = groups[static_cast<std::size_t>(found - surfaces.begin())];
     group.insert(group.end(), model.indices.begin() + static_cast<std::ptrdiff_t>(i),

@@ -5,24 +5,22 @@
 #include <filesystem>
 #include <numbers>
 
+#include "server/truth/parameters.h"
 #include "server/truth/truth.h"
 
 namespace lumigraft::server {
 namespace {
 
-constexpr int kSamples = 5;  // per pixel edge: the sun is about as wide as a pixel
-
 /// An omnidirectional fish-eye; each pixel has the solid angle of one at the centre of the session's fish-eye.
 capture::FisheyeCamera all_around(const capture::FisheyeCamera& fisheye) {
-  constexpr double kField_rad = 359.9 / 180 * std::numbers::pi;  // an equidistant picture of 360° has no edge
   capture::FisheyeCamera camera;
   camera.T_tag_fisheye.translation() = fisheye.T_tag_fisheye.translation();
   capture::CameraModel& model = camera.model;
   model.kind = capture::CameraModel::Kind::equidistant;
   model.fx = model.fy = fisheye.model.fx;
-  model.width = model.height = static_cast<int>(std::ceil(kField_rad * model.fx));
+  model.width = model.height = static_cast<int>(std::ceil(kTruth.field_rad * model.fx));
   model.cx = model.cy = 0.5 * (model.width - 1);
-  model.fov_rad = kField_rad;
+  model.fov_rad = kTruth.field_rad;
   return camera;
 }
 
@@ -52,8 +50,9 @@ TrueEnvironment::TrueEnvironment(const capture::Session& session)
 Eigen::Vector3f TrueEnvironment::mean_over_pixel(const capture::FisheyeCamera& camera, int u, int v) const {
   Eigen::Vector3f sum = Eigen::Vector3f::Zero();
   int seen = 0;
-  for (int i = 0; i < kSamples * kSamples; ++i) {
-    const double x = (i % kSamples + 0.5) / kSamples - 0.5, y = (i / kSamples + 0.5) / kSamples - 0.5;
+  for (int i = 0; i < kTruth.samples * kTruth.samples; ++i) {
+    const double x = (i % kTruth.samples + 0.5) / kTruth.samples - 0.5,
+                 y = (i / kTruth.samples + 0.5) / kTruth.samples - 0.5;
     const auto w = camera.model.unproject({u + x, v + y});
     if (!w) continue;
     sum += environment_.sample((camera.T_tag_fisheye.linear() * *w).cast<float>());

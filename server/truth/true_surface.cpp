@@ -3,11 +3,10 @@
 #include <cmath>
 #include <limits>
 
+#include "server/truth/parameters.h"
+
 namespace lumigraft::server {
 namespace {
-
-constexpr double kPoints = 4000;  // approximate total
-constexpr float kOff_m = 1e-3f;   // offset of ray origins from the surface
 
 bool any(std::uint32_t, const Eigen::Vector3f&) { return true; }
 
@@ -24,7 +23,7 @@ std::vector<reconstruct::RoomPoint> points_on(const relight::Model& model) {
   std::vector<reconstruct::RoomPoint> points;
   double owed = 0;
   for (std::size_t i = 0; i < model.indices.size(); i += 3) {
-    owed += 0.5 * across(i).norm() / area_m2 * kPoints;
+    owed += 0.5 * across(i).norm() / area_m2 * kTruth.points;
     const auto edge = static_cast<int>(std::sqrt(owed));
     owed -= edge * edge;
     Eigen::Vector3f normal = Eigen::Vector3f::Zero();
@@ -52,7 +51,7 @@ TrueSurface::TrueSurface(const std::filesystem::path& real_scene_ply)
 std::vector<reconstruct::RoomPoint> TrueSurface::seen_from(const Eigen::Vector3f& eye_m) const {
   std::vector<reconstruct::RoomPoint> seen;
   for (const reconstruct::RoomPoint& point : points_) {
-    const Eigen::Vector3f from = point.position_m + kOff_m * point.normal, to = eye_m - from;
+    const Eigen::Vector3f from = point.position_m + kTruth.ray_offset_m * point.normal, to = eye_m - from;
     if (to.dot(point.normal) > 0 && !triangles_.first_hit(from, to.normalized(), to.norm(), any)) seen.push_back(point);
   }
   return seen;

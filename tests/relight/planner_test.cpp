@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "reconstruct/light/environment.h"
+#include "relight/parameters.h"
 
 namespace lumigraft::relight {
 namespace {
@@ -165,7 +166,7 @@ TEST(Planner, MoreIsTakenAtOnceAndLessAfterAWhile) {
                            dim = build_trace_scene({20, 10, 0.01f}, dark);
   EXPECT_EQ(planner.decide(dim, {}, 0).plan.max_lights, 2);
   EXPECT_EQ(planner.decide(bright, {}, 0).plan.max_lights, 3);
-  for (int i = 1; i < Planner::kCalmFrames; ++i) EXPECT_EQ(planner.decide(dim, {}, 0).plan.max_lights, 3) << i;
+  for (int i = 1; i < kRelight.calm_frames; ++i) EXPECT_EQ(planner.decide(dim, {}, 0).plan.max_lights, 3) << i;
   EXPECT_EQ(planner.decide(dim, {}, 0).plan.max_lights, 2);
 }
 

@@ -5,13 +5,13 @@
 #include <cmath>
 
 #include "relight/passes/lamps/object_draw.h"
+#include "relight/passes/parameters.h"
 
 namespace lumigraft::relight {
 namespace {
 
 constexpr int kColumns = 8;  // maps per row of the atlas
 constexpr float kGolden = 2.39996323f;
-constexpr float kNearest = 1.1f;  // minimum distance of a lamp with maps, in radii of the sphere around the objects
 
 constexpr int kBoundTile = 32;  // texels along the edge of a group's area (shaders/lamps/lamp_bounds.comp)
 
@@ -38,7 +38,7 @@ std::array<int, shader::kMaxLamps> map_counts(const shader::FrameParams& params,
   for (int i = 0; i < params.counts.x(); ++i) {
     const shader::Lamp& lamp = params.lamps[i];
     const float far = (lamp.position_radius.head<3>() - params.sphere.head<3>()).norm();
-    if (far < kNearest * params.sphere.w()) continue;
+    if (far < kPasses.min_lamp_radii * params.sphere.w()) continue;
     weights[i] = std::cbrt(lamp.intensity.head<3>().maxCoeff() / (far * far) * lamp.position_radius.w() / far) + 1e-9f;
     sum += weights[i];
   }

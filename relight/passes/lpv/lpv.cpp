@@ -1,5 +1,6 @@
 #include "relight/passes/lpv/lpv.h"
 
+#include "relight/parameters.h"
 #include "relight/quality.h"
 
 namespace lumigraft::relight {
@@ -53,7 +54,7 @@ void Lpv::gather_real(gpu::CommandList& list, const shader::FrameParams& params,
   shader::FrameParams query = params;
   query.pass_i.x() = grid_->edge;
   // The enclosure's change is only available before the last round.
-  query.pass_i.y() = params.probe.w() > 0 && round == rounds - 1 ? kChangeCones : 0;
+  query.pass_i.y() = params.probe.w() > 0 && round == rounds - 1 ? kRelight.change_cones : 0;
   dispatch_list(
       list, *cells_,
       joined(inputs(*grid_, volumes),

@@ -4,21 +4,18 @@
 #include <algorithm>
 #include <cmath>
 
+#include "relight/passes/parameters.h"
+
 namespace lumigraft::relight {
 namespace {
-
-constexpr int kBlock_px = 8;
-constexpr float kMinFraction = 0.004f;  // fraction of a lamp's light: less is below one pixel value (8 bit)
-constexpr float kSteadyStep = 0.125f;   // radii
-constexpr float kWidest_rad = 1.2f;     // half angle of a planar projection
 
 /// A sphere that contains the sphere around the objects, and is constant under their rotation and jitter.
 Eigen::Vector4f steady(const Eigen::Vector4f& sphere) {
   // Quantized to sixteenths of an octave; the offset of a third keeps round numbers away from the border between two.
   const float radius = std::exp2((std::ceil(16 * std::log2(sphere.w()) - 1.0f / 3) + 1.0f / 3) / 16);
-  const float step = kSteadyStep * radius;
+  const float step = kPasses.steady_step * radius;
   Eigen::Vector4f result;
-  result << (sphere.head<3>() / step).array().round().matrix() * step, radius * (1 + 0.87f * kSteadyStep);
+  result << (sphere.head<3>() / step).array().round().matrix() * step, radius * (1 + 0.87f * kPasses.steady_step);
   return result;
 }
 
@@ -36,7 +33,7 @@ float half_angle_rad(const shader::FrameParams& frame, const shader::Lamp& lamp)
 
 LampShadows::LampShadows(gpu::Device& device, int edge_px)
     : edge_(edge_px),
-      blocks_(edge_px / kBlock_px),
+      blocks_(edge_px / kPasses.block_px),
       ground_(device.create_compute("shadow_receiver_map.comp")),
       tiles_(device.create_compute("lamp_tiles.comp")),
       shadow_(device.create_compute("lamp_shadow.comp")),
@@ -53,7 +50,7 @@ LampShadows::LampShadows(gpu::Device& device, int edge_px)
 
 bool LampShadows::possible(const shader::FrameParams& params) {
   return std::all_of(params.lamps, params.lamps + params.counts.x(),
-                     [&](const shader::Lamp& lamp) { return half_angle_rad(params, lamp) < kWidest_rad; });
+                     [&](const shader::Lamp& lamp) { return half_angle_rad(params, lamp) < kPasses.widest_rad; });
 }
 
 void LampShadows::choose_views(shader::FrameParams& params) {
@@ -61,7 +58,7 @@ void LampShadows::choose_views(shader::FrameParams& params) {
     const shader::Lamp& lamp = params.lamps[i];
     const Eigen::Vector3f to = steady(params.sphere).head<3>() - lamp.position_radius.head<3>();
     const Eigen::Vector3f z = to.normalized(), x = z.unitOrthogonal(), y = z.cross(x);
-    const float tan_half = std::tan(std::min(half_angle_rad(params, lamp), kWidest_rad));
+    const float tan_half = std::tan(std::min(half_angle_rad(params, lamp), kPasses.widest_rad));
     shader::ShadowView& view = params.shadow_views[i];
     view.x_scale << x, 0.97f / tan_half;  // margin of a few texels
     view.y << y, 0;
@@ -108,10 +105,10 @@ void LampShadows::read(gpu::Device& device, const shader::FrameParams& params) {
   const auto* texels = reinterpret_cast<const Eigen::half*>(bytes.data());
   for (std::size_t row = 0; row < lamps * edge; ++row) {
     const std::size_t lamp = row / edge;
-    const int y = static_cast<int>(row % edge) / kBlock_px;
+    const int y = static_cast<int>(row % edge) / kPasses.block_px;
     for (std::size_t column = 0; column < edge; ++column) {
-      if (static_cast<float>(texels[4 * (row * edge + column)]) < kMinFraction) continue;
-      const int x = static_cast<int>(column) / kBlock_px;
+      if (static_cast<float>(texels[4 * (row * edge + column)]) < kPasses.min_fraction) continue;
+      const int x = static_cast<int>(column) / kPasses.block_px;
       for (int v = std::max(y - 1, 0); v <= std::min(y + 1, blocks_ - 1); ++v) {
         for (int u = std::max(x - 1, 0); u <= std::min(x + 1, blocks_ - 1); ++u) {
           shaded_[(lamp * blocks + static_cast<std::size_t>(v)) * blocks + static_cast<std::size_t>(u)] = 1;

@@ -1,5 +1,7 @@
 #include "relight/passes/screen/live_view.h"
 
+#include "relight/passes/parameters.h"
+
 namespace lumigraft::relight {
 namespace {
 
@@ -69,7 +71,7 @@ void LiveView::compose(gpu::CommandList& list, shader::FrameParams params, const
       list, *shadow_,
       joined(real, {gpu::sampled(10, shadows.texture(), gpu::Filter::linear), gpu::image(12, *screen.live_gain)}),
       params, screen.tiles->fine());
-  params.pass_i.x() = kSmoothStep;
+  params.pass_i.x() = kPasses.smooth_px;
   dispatch_tiles(list, *gain_, joined(real, {gpu::image(12, *screen.gain)}), params, screen.tiles->smooth());
 }
 

@@ -1,5 +1,7 @@
 #include "relight/passes/screen/reflect.h"
 
+#include "relight/passes/parameters.h"
+
 namespace lumigraft::relight {
 
 Reflect::Reflect(gpu::Device& device)
@@ -14,7 +16,7 @@ void Reflect::record(gpu::CommandList& list, shader::FrameParams params, const V
                                   gpu::sampled(26, *screen.radiance), gpu::image(18, *screen.mirror_gained),
                                   gpu::image(19, *screen.mirror_fraction)});
   // Blocks of the coarse list overlap those of the fine one, which run later and overwrite.
-  params.pass_i.x() = kBlurredStep;
+  params.pass_i.x() = kPasses.blurred_px;
   dispatch_tiles(list, *trace_, bindings, params, screen.tiles->blurred());
   params.pass_i.x() = 1;
   dispatch_tiles(list, *trace_, bindings, params, screen.tiles->sharp());

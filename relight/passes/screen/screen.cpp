@@ -1,12 +1,8 @@
 #include "relight/passes/screen/screen.h"
 
+#include "relight/passes/parameters.h"
+
 namespace lumigraft::relight {
-namespace {
-
-constexpr int kFinePicture_px = 480;  // width from which shadows are not computed per pixel
-
-}  // namespace
-
 Screen::Screen(gpu::Device& device, int width_px, int height_px, int trace_scale, int coarse_shadows,
                int coarse_ambient, int samples)
     : width(width_px),
@@ -23,7 +19,7 @@ Screen::Screen(gpu::Device& device, int width_px, int height_px, int trace_scale
   const auto coarse = [&](const char* name, int s, int layers = 1) {
     return make(name, Format::rgba16_float, (width + s - 1) / s, layers * ((height + s - 1) / s));
   };
-  fine_step = width >= kFinePicture_px ? 2 : 1;
+  fine_step = width >= kPasses.fine_picture_px ? 2 : 1;
   tiles = std::make_unique<Tiles>(device, width, height, shadow_scale, scale, ambient_scale, fine_step);
   rays = full("rays", Format::rg32_float);
   codes = device.create_texture(
@@ -61,7 +57,7 @@ Screen::Screen(gpu::Device& device, int width_px, int height_px, int trace_scale
   mirror_all = full("mirror all", Format::rgba16_float);
   traced = coarse("traced", scale);
   indirect = full("indirect", Format::rgba16_float);
-  gain = coarse("gain", kSmoothStep);
+  gain = coarse("gain", kPasses.smooth_px);
   live_gain = coarse("fine gain", fine_step);
   live_object = full("objects", Format::rgba16_float);
   mirror_gained = full("mirror gained", Format::rgba16_float);

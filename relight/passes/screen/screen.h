@@ -41,7 +41,7 @@ struct Screen {
   std::unique_ptr<gpu::Texture> mirror_lost, mirror_all;  ///< specular radiance by lamps, known material
   std::unique_ptr<gpu::Texture> traced;                   ///< change of irradiance at 1/scale
   std::unique_ptr<gpu::Texture> indirect;                 ///< the same, filtered, full size
-  std::unique_ptr<gpu::Texture> gain;                     ///< factor of the radiance in smooth tiles, at 1/kSmoothStep
+  std::unique_ptr<gpu::Texture> gain;                     ///< factor of the radiance in smooth tiles, at 1/smooth_px
   std::unique_ptr<gpu::Texture> live_gain;                ///< the same in the other tiles, at 1/fine_step
   std::unique_ptr<gpu::Texture> live_object;              ///< radiance of objects times coverage, coverage
   std::unique_ptr<gpu::Texture> mirror_gained, mirror_fraction, mirror_gained_smooth, mirror_fraction_smooth;

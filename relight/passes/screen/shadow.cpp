@@ -1,19 +1,14 @@
 #include "relight/passes/screen/shadow.h"
 
+#include "relight/passes/parameters.h"
+
 namespace lumigraft::relight {
-namespace {
-
-// Per lamp. Shadows of light reflected by a mirror consist of one separate shadow per sample, visible if there are few.
-constexpr int kMirrorSamples = 5;
-
-}  // namespace
-
 Shadow::Shadow(gpu::Device& device)
     : matt_(device.create_compute("shadow.comp")), glossy_(device.create_compute("shadow_glossy.comp")) {}
 
 void Shadow::record(gpu::CommandList& list, shader::FrameParams params, bool glossy, bool by_mirrors,
                     const LampMaps& maps, const Volumes& volumes, const Screen& screen) const {
-  params.pass_i << screen.shadow_scale, by_mirrors ? kMirrorSamples * params.counts.w() : 0, 0, 0;
+  params.pass_i << screen.shadow_scale, by_mirrors ? kPasses.mirror_samples * params.counts.w() : 0, 0, 0;
   std::vector<gpu::Binding> bindings =
       joined(joined(volumes.bindings(), maps.bindings()),
              {gpu::sampled(12, *screen.real_position), gpu::sampled(13, *screen.real_normal),

@@ -4,13 +4,10 @@
 #include <cmath>
 #include <optional>
 
+#include "relight/passes/parameters.h"
+
 namespace lumigraft::relight {
 namespace {
-
-// One of four pixels along each axis is tested: the bound of the change varies slowly.
-constexpr int kStep_px = 4;
-constexpr float kMuchBlur_px = 6;
-constexpr int kMargin_px = 3;  // around the objects' outline, for supersampling and rounding
 
 /// Whether objects inside the sphere can change a pixel; the bound of in_footprint() in influence_mask.glsl, for a
 /// surface facing them.
@@ -97,8 +94,8 @@ void Tiles::choose(gpu::Device& device, const shader::FrameParams& params, const
   const Bound bound(params, choice);
   const Eigen::Matrix3f turn = params.T_tag_camera.topLeftCorner<3, 3>();
   const Eigen::Vector3f eye = params.T_tag_camera.topRightCorner<3, 1>();
-  for (int v = 0; v < height_ && !choice.all; v += kStep_px) {
-    for (int u = 0; u < width_; u += kStep_px) {
+  for (int v = 0; v < height_ && !choice.all; v += kPasses.tested_px) {
+    for (int u = 0; u < width_; u += kPasses.tested_px) {
       const std::size_t place = tile_of(u, v);
       char &tile = changed[place], &shade = shaded[place];
       if ((tile && shade && (choice.glossy.empty() || sharp[place])) || !considered(place)) continue;
@@ -115,7 +112,7 @@ void Tiles::choose(gpu::Device& device, const shader::FrameParams& params, const
       tile = tile || shade || bound.can_change(at, std::max({code[0], code[1], code[2]}));
       if (const std::optional<float> blur_px = bound.blur_px(at)) {
         glossy[place] = 1;
-        sharp[place] |= *blur_px < kMuchBlur_px;
+        sharp[place] |= *blur_px < kPasses.blur_px;
       }
     }
   }
@@ -130,7 +127,7 @@ void Tiles::choose(gpu::Device& device, const shader::FrameParams& params, const
     sharp[i] = glossy[i] && sharp[i];
   }
   send(device, glossy_, glossy, 1);
-  send(device, blurred_, blurred, kBlurredStep);
+  send(device, blurred_, blurred, kPasses.blurred_px);
   send(device, sharp_, sharp, 1);
 
   std::vector<char> views(changed);
@@ -152,7 +149,7 @@ void Tiles::choose(gpu::Device& device, const shader::FrameParams& params, const
   }
   send(device, fine_, fine, fine_step_);
   shaded_alone_places_ = places(shaded_alone, 1);
-  send(device, smooth_, smooth, kSmoothStep);
+  send(device, smooth_, smooth, kPasses.smooth_px);
   smooth_places_ = places(smooth, 1);
   send(device, shadows_, shaded, shadow_scale_);
   send(device, traces_, changed, trace_scale_);
@@ -177,15 +174,15 @@ void Tiles::cover(const shader::FrameParams& params, const std::vector<PlacedObj
       break;
     }
     const auto clamp_to = [](float x, int size) { return std::clamp(static_cast<int>(x), 0, size - 1); };
-    if (outline.max().x() < -kMargin_px || outline.max().y() < -kMargin_px ||
-        outline.min().x() > static_cast<float>(width_ + kMargin_px) ||
-        outline.min().y() > static_cast<float>(height_ + kMargin_px)) {
+    if (outline.max().x() < -kPasses.margin_px || outline.max().y() < -kPasses.margin_px ||
+        outline.min().x() > static_cast<float>(width_ + kPasses.margin_px) ||
+        outline.min().y() > static_cast<float>(height_ + kPasses.margin_px)) {
       continue;
     }
-    for (int v = clamp_to(outline.min().y() - kMargin_px, height_) / kTile_px;
-         v <= clamp_to(outline.max().y() + kMargin_px, height_) / kTile_px; ++v) {
-      for (int u = clamp_to(outline.min().x() - kMargin_px, width_) / kTile_px;
-           u <= clamp_to(outline.max().x() + kMargin_px, width_) / kTile_px; ++u) {
+    for (int v = clamp_to(outline.min().y() - kPasses.margin_px, height_) / kTile_px;
+         v <= clamp_to(outline.max().y() + kPasses.margin_px, height_) / kTile_px; ++v) {
+      for (int u = clamp_to(outline.min().x() - kPasses.margin_px, width_) / kTile_px;
+           u <= clamp_to(outline.max().x() + kPasses.margin_px, width_) / kTile_px; ++u) {
         (*covered)[tile_of(u * kTile_px, v * kTile_px)] = 1;
       }
     }

@@ -13,9 +13,6 @@
 
 namespace lumigraft::relight {
 
-constexpr int kBlurredStep = 2;  ///< the same, where gloss blurs the reflection over more pixels
-constexpr int kSmoothStep = 4;   ///< pixels along each axis per sample, where all changes are smooth
-
 /// Bounding sphere of a glossy real surface of known material, tag frame, with a margin for its uncertainty.
 struct GlossyBounds {
   Eigen::AlignedBox3f box;
@@ -46,7 +43,7 @@ class Tiles {
   /// The same as column | row << 16.
   const std::vector<std::uint32_t>& view_places() const { return view_places_; }
   /// The changed blocks in two parts: objects and shadows, on the grid of one sample per `fine_step` pixels along each
-  /// axis, and all other changes, on that of kSmoothStep; the lists overlap at their borders.
+  /// axis, and all other changes, on that of smooth_px; the lists overlap at their borders.
   const TileList& fine() const { return fine_; }
   const TileList& smooth() const { return smooth_; }
   /// views() in three parts: blocks drawn per pixel (inside the objects' bounds, and glossy ones); of the others those
@@ -64,7 +61,7 @@ class Tiles {
   /// Of changed(), those that may show glossy real surfaces of known material.
   const TileList& glossy() const { return glossy_; }
   /// The same in two parts: where gloss blurs the objects' reflection over so many pixels that one sample per
-  /// kBlurredStep pixels along each axis suffices, on the grid of these; and the rest. The first overlaps the rest.
+  /// blurred_px pixels along each axis suffices, on the grid of these; and the rest. The first overlaps the rest.
   const TileList& blurred() const { return blurred_; }
   const TileList& sharp() const { return sharp_; }
 

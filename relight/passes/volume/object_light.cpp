@@ -2,11 +2,12 @@
 
 #include <algorithm>
 
+#include "relight/passes/parameters.h"
+
 namespace lumigraft::relight {
 namespace {
 
 constexpr int kVerticesAGroup = 64;
-constexpr int kShadowCones = 2;  // per lamp, through real surfaces
 
 bool is_matt(const Material& material) { return material.specular == 0 && material.metallic == 0; }
 
@@ -55,7 +56,7 @@ void ObjectLight::record(gpu::Device& device, gpu::CommandList& list, shader::Fr
                          const std::vector<PlacedObject>& objects, const LampMaps& maps, const Volumes& volumes) {
   fit(device, objects, &light_);
   params.pass_f.x() = newer_weight;
-  params.counts.w() = kShadowCones;
+  params.counts.w() = kPasses.shadow_cones;
   for (std::size_t i = 0; i < objects.size(); ++i) {
     const StoredModel::Mesh& mesh = objects[i].stored->simple;
     params.pass_m = objects[i].T_tag_model.matrix();

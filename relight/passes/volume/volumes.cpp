@@ -2,7 +2,9 @@
 
 #include <algorithm>
 
+#include "relight/passes/parameters.h"
 #include "relight/upload/light_set.h"
+#include "relight/upload/parameters.h"
 
 namespace lumigraft::relight {
 namespace {
@@ -34,13 +36,14 @@ Volumes::Volumes(gpu::Device& device, int edge_voxels)
   real_irradiance = device.create_texture(gpu::volume_desc("irradiance of real", edge / 2, edge / 2,
                                                            edge / 2 * shader::kCascades, gpu::Format::rgba16_float));
   environment = device.create_texture({.name = "environment",
-                                       .width = kEnvironmentEdge,
-                                       .height = kEnvironmentEdge,
-                                       .mips = kEnvironmentMips,
+                                       .width = kUpload.environment_px,
+                                       .height = kUpload.environment_px,
+                                       .mips = kUpload.environment_mips,
                                        .format = gpu::Format::rgba16_float});
   for (auto* texture : {&enclosure_response, &enclosure_lost, &enclosure_change, &enclosure_change_before}) {
+    const int edge_px = kPasses.enclosure_texels;
     *texture = device.create_texture(
-        {.name = "enclosure", .width = kEnclosureEdge, .height = kEnclosureEdge, .format = gpu::Format::rgba16_float});
+        {.name = "enclosure", .width = edge_px, .height = edge_px, .format = gpu::Format::rgba16_float});
   }
 }
 

@@ -48,7 +48,4 @@ struct Volumes {
   gpu::Binding chunks() const { return gpu::storage(32, *chunk_table); }
 };
 
-/// Texels along the edge of the octahedral map of the enclosure.
-constexpr int kEnclosureEdge = 24;
-
 }  // namespace lumigraft::relight

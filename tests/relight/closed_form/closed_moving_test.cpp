@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "relight/amortized_light_update.h"
+#include "relight/parameters.h"
 #include "tests/relight/closed_form/closed_scene.h"
 #include "tests/relight/gpu/limited_device.h"
 
@@ -58,7 +59,7 @@ class ClosedMoving : public ClosedTest {
   static capture::Image<std::uint8_t> settle(relight::Relighter& relighter, const capture::FrameSet& frame,
                                              const reconstruct::Scene& now, const relight::Exhibit& exhibit,
                                              int* frames) {
-    for (*frames = 0; *frames < 4 * relight::AmortizedLightUpdate::kRoundFrames; ++*frames) {
+    for (*frames = 0; *frames < 4 * relight::kRelight.round_frames; ++*frames) {
       const relight::RelitPicture picture = relighter.relight(frame, now, exhibit, live_plan());
       if (picture.passes.empty()) return picture.srgb;
     }
@@ -74,7 +75,7 @@ INSTANTIATE_TEST_SUITE_P(On, ClosedMoving, testing::Values(relight::gpu::Backend
 TEST_P(ClosedMoving, IndirectLightLagsAndComesToRestWhereItShould) {
   const ClosedScene scene = box_on_floor();
   const capture::FrameSet frame = scene.frame();
-  const int last = 2 * relight::AmortizedLightUpdate::kRoundFrames;
+  const int last = 2 * relight::kRelight.round_frames;
   capture::Image<std::uint8_t> of_open_room;
   for (const reconstruct::Scene& now : {scene.scene(), closed(scene.scene())}) {
     relight::Relighter relighter(device_, scene.session());
@@ -88,7 +89,7 @@ TEST_P(ClosedMoving, IndirectLightLagsAndComesToRestWhereItShould) {
     EXPECT_LT(moving.rms_codes, 1.0);
     int frames = 0;
     EXPECT_EQ(settle(relighter, frame, now, turned(scene.exhibit, last), &frames).data, wanted.data);
-    EXPECT_LE(frames, 3 * relight::AmortizedLightUpdate::kRoundFrames + 1);
+    EXPECT_LE(frames, 3 * relight::kRelight.round_frames + 1);
     EXPECT_NE(wanted.data, of_open_room.data) << "the enclosure changes nothing: this test tests nothing of it";
     of_open_room = wanted;
   }
@@ -139,7 +140,7 @@ TEST_P(ClosedMoving, ADeviceThatIsFullInTheMiddleOfARoundGathersAtOnce) {
       device_, [&](const relight::gpu::TextureDesc& d) { return d.name != "virtual radiance" || ++pools < 2; });
   relight::Relighter relighter(small, scene.session());
   relight::RelitPicture picture;
-  for (int i = 0; i < relight::AmortizedLightUpdate::kRoundFrames; ++i) {
+  for (int i = 0; i < relight::kRelight.round_frames; ++i) {
     picture = relighter.relight(frame, now, turned(scene.exhibit, i), live_plan());
     EXPECT_EQ(picture.warnings.empty(), pools < 2);
     if (pools == 2) {
@@ -161,7 +162,7 @@ TEST_P(ClosedMoving, WhatShouldNotChangeStays) {
   relight::Relighter relighter(device_, scene.session());
   const capture::Image<std::uint8_t> first = relighter.relight(frame, now, scene.exhibit, live_plan()).srgb;
   double worst_rms = 0;
-  for (int i = 1; i <= 2 * relight::AmortizedLightUpdate::kRoundFrames; ++i) {
+  for (int i = 1; i <= 2 * relight::kRelight.round_frames; ++i) {
     const capture::Image<std::uint8_t> picture =
         relighter.relight(frame, now, turned(scene.exhibit, i), live_plan()).srgb;
     worst_rms = std::max(worst_rms, unlike(picture, first).rms_codes);
@@ -172,7 +173,7 @@ TEST_P(ClosedMoving, WhatShouldNotChangeStays) {
   double worst_step = 0;
   capture::Image<std::uint8_t> before = first;
   reconstruct::Scene lit = now;
-  for (int i = 1; i <= relight::AmortizedLightUpdate::kRoundFrames + 10; ++i) {
+  for (int i = 1; i <= relight::kRelight.round_frames + 10; ++i) {
     ClosedScene moved = scene;
     moved.lamps.front().position_m.x() += 0.001f * static_cast<float>(i);
     lit.illumination = moved.scene().illumination;

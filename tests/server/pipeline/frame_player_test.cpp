@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <deque>
 
+#include "server/pipeline/parameters.h"
+
 namespace lumigraft::server {
 namespace {
 
@@ -77,7 +79,7 @@ Playback::Orders go_to(double at_s) { return {.at_s = at_s, .paused = false, .st
 const Playback::Orders kPaused{.at_s = std::nullopt, .paused = true, .step = false};
 
 TEST(FramePlayer, SeekWhetherFromMemoryOrNot) {
-  for (const std::size_t memory : {FramePlayer::kMemory_bytes, std::size_t{100}}) {
+  for (const std::size_t memory : {kPipeline.memory_bytes, std::size_t{100}}) {
     int reads = 0;
     FramePlayer frames(std::make_unique<FakeReader>(50, &reads), memory);
     const std::stop_token stop;

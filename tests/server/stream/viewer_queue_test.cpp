@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "server/stream/parameters.h"
+
 namespace lumigraft::server {
 namespace {
 
@@ -62,7 +64,7 @@ TEST(ViewerQueue, ASlowViewerSkipsToTheNextKeyFrame) {
   ViewerQueue queue;
   queue.want(Codec::h264);
   queue.offer(picture(StreamKind::h264_key, 0));
-  for (std::uint32_t i = 1; i <= ViewerQueue::kLongestRun; ++i) {
+  for (std::uint32_t i = 1; i <= kStream.max_queued; ++i) {
     queue.offer(picture(StreamKind::h264_delta, i));
   }
   EXPECT_EQ(drain(queue), "") << "a broken run is never sent";
@@ -81,12 +83,12 @@ TEST(ViewerQueue, WhoAcknowledgesIsHeldBackUntilItDoesAgain) {
   EXPECT_FALSE(queue.acknowledge(0)) << "said before";
   EXPECT_FALSE(queue.acknowledge(999)) << "never sent";
   std::uint32_t sent = 0;
-  for (std::uint32_t i = 1; i <= ViewerQueue::kMaxInFlight + 3; ++i) {
+  for (std::uint32_t i = 1; i <= kStream.max_in_flight + 3; ++i) {
     queue.offer(picture(StreamKind::jpeg, i));
     sent += drain(queue).empty() ? 0 : 1;
   }
-  EXPECT_EQ(sent, ViewerQueue::kMaxInFlight);
-  EXPECT_TRUE(queue.acknowledge(ViewerQueue::kMaxInFlight));
+  EXPECT_EQ(sent, kStream.max_in_flight);
+  EXPECT_TRUE(queue.acknowledge(kStream.max_in_flight));
   EXPECT_NE(drain(queue), "");
 }
 

@@ -1,0 +1,32 @@
+#pragma once
+// Numbers that decide something here. Where no reason is given the value was chosen by hand and not swept.
+
+namespace lumigraft::relight {
+inline constexpr struct GatherParameters {
+  int probe_block = 64, patch_block = 4096, mesh_block = 1024;  ///< elements per thread at a time
+  int mirrors = 2, filter_steps = 2;  ///< further specular reflections of a path; of gathered light: spacing 1 px, 2 px
+  float grazing = 0.05f, min_detail = 0.2f, max_detail = 4;  ///< cosine of a plane; radiance over its surroundings'
+  double min_nearest_m = 0.05;                               ///< distance to the objects, if the camera is among them
+  float lift_m = 1e-4f, paper_m = 0.005f, patch_m = 0.02f;   ///< of rays; of the tag's plane; between surface patches
+  int window_px = 16;                                        ///< edge of squares that are tested as one,
+  float window_margin_rad = 0.002f;  ///< with this margin for the curvature between the test points
+  int max_bounces = 12;              ///< until one more brings the fraction `settled`; later ones are summed by
+  float settled = 0.003f, max_bounce_ratio = 0.95f;  ///< their ratio, up to max_bounce_ratio
+  float cells_across = 8, probes_across = 16;        ///< along the radius of the objects' sphere, or an object's
+  float probe_reach = 1.2f, probe_exponent = 4;      ///< times their spacing; of the cosine in a vertex's weights
+  float off_px = 1.5f, near_fraction = 0.5f;         ///< to a plane of one surface; of an object's distance: even light
+  float block_off_plane = 1.5f, block_alike = 0.95f;  ///< in blocks; similarity from which two count as one surface
+  float block_unlike = 1e-6f;  ///< weight of blocks of other surfaces: effective only if there are no others
+  float hole_reach = 0.04f, hole_color = 0.15f, hole_near_color = 0.1f;  ///< image widths; sRGB, 0 to 1; like reach
+  float shared_off_plane_px = 1, shared_cosine = 0.7f;  ///< of surfaces that share the shadows of a pixel
+  float surely_farther = 1.02f, jump_px = 8;            ///< times an object's distance; depth step to another surface
+  int max_triangles = 200000, lamp_points = 8;          ///< per object; per lamp, at a probe of an object
+  int first_bounces = 8, later_bounces = 2, probe_rays = 4;  ///< on new objects; later; per ray of a cell
+  float edge_round = 1.5f, edge_reach = 6;                   ///< voxels: in which fused normals turn; to the next plane
+  float edge_flat = 0.96f, edge_turn = 0.87f;  ///< cosines of 16°, a sphere's of 6 voxels radius; of 30°: less is noise
+  float edge_off = 1.5f, edge_lift = 0.1f;     ///< voxels: measurement to plane; points above it, as its noise occludes
+  float edge_unlike_color = 0.1f, edge_unlike = 0.25f;       ///< of sRGB, 0 to 1, is as unlikely as voxels from a plane
+  float penumbra_sigma = 0.35f, wide_px = 4, sparse_px = 6;  ///< filter over penumbra; penumbrae from which visibility
+  int penumbra_reach_px = 2;                                 ///< is even over a pixel, and 1 of 2 × 2 px suffices
+} kGather;
+}  // namespace lumigraft::relight

@@ -1,0 +1,25 @@
+#pragma once
+// Numbers that decide something here. Where no reason is given the value was chosen by hand and not swept.
+#include <cstdint>
+
+namespace lumigraft::relight {
+inline constexpr struct RelightParameters {
+  int round_frames = 24, slices = 8, calm_frames = 60;  ///< of an amortized update; parts of a pass; planner's frames
+  /// Larger changes between two frames are jumps, which are shown at once instead of faded. Moves over an object's
+  /// radius or a lamp's distance; 15°; light relative, of a lamp or of the residual environment.
+  float max_move = 0.25f, max_turn_rad = 0.26f, max_scale = 0.02f, max_lamp_move = 0.1f, max_light = 0.25f;
+  /// Publications of the field: a younger one still changes much; the volumes follow it after so many, and while fewer
+  /// of its bricks than the fraction few_changed differ. Image motion of a static camera: objects have two samples or
+  /// more per pixel and axis, so that an error of still_px changes the coverage by less than one.
+  std::uint64_t young_field = 64, max_behind = 24, max_behind_few_changed = 64;
+  double few_changed = 0.1, still_px = 0.125;
+  float max_left_out = 0.01f;  ///< of the irradiance; a choice is lowered if half of it would do for calm_frames
+  int change_cones = 9, vertex_cones = 9;  ///< over the hemisphere of a real cell; of an object's vertex
+  float min_hemisphere = 0.004f;  ///< covered by objects, for real cells to gather: less changes no 8-bit pixel value
+  float min_object_voxels = 6, min_depth_change = 0.02f;  ///< along its longest edge; of depth: more than noise
+  int min_volume = 32, min_codes = 8, code_ratio = 8;  ///< voxels along an edge; noise of pixel values: least, of value
+  int step_px = 2, min_changed_px = 2;                 ///< one of so many pixels along each axis; of a block
+  float near_plane_m = 0.02f, min_still_m = 0.05f;     ///< of rendering; at which camera motion is measured
+  float glossy_margin_m = 0.03f, sharp = 0.1f;         ///< of a box; GGX's alpha: sharper ones follow objects at once
+} kRelight;
+}  // namespace lumigraft::relight

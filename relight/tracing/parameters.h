@@ -1,0 +1,14 @@
+#pragma once
+// Numbers that decide something here. Where no reason is given the value was chosen by hand and not swept.
+
+namespace lumigraft::relight {
+inline constexpr struct TracingParameters {
+  float lift = 3e-5f, before_lamp_m = 1e-4f;           ///< ray origins, m within 1 m of the origin; ends of shadow rays
+  float same_depth = 0.004f, same_surface_voxels = 2;  ///< relative difference up to which a pixel shows the point
+  int sky_width = 128, sky_height = 64;                ///< of spherical harmonics as an image, pixels
+  int cells = 12, cell_rays = 96, rays_around = 8;     ///< along a side of the enclosure; per cell; at a shadow's rim
+  float behind_voxels = 3, cell_offset_m = 1e-3f;      ///< of the enclosure behind the surfaces; of its rays' origins
+  float wider = 1.1f;                                  ///< margin on the region of a shadow that the rays find
+  float max_albedo = 1;  ///< of enclosure cells: the centre of the range over which enclosure_light.comp fades out
+} kTracing;
+}  // namespace lumigraft::relight

@@ -1,0 +1,15 @@
+#pragma once
+// Numbers that decide something here. Where no reason is given the value was chosen by hand and not swept.
+#include <chrono>
+#include <cstddef>
+
+namespace lumigraft::server {
+inline constexpr struct CommandParameters {
+  std::chrono::milliseconds tick{50}, stop_patience{250};  ///< between looks for input; for an orderly shutdown
+  /// Between repetitions in the log, at least. After a recording's time: a camera may deliver no frames.
+  std::chrono::seconds warning_again{60}, drops_every{30}, grace{2};
+  std::size_t max_remembered = 200, more_after_refusal = 5;  ///< warnings that contain numbers; moments after which
+  int enough_views = 15;                                     ///< calibration is attempted again, first with these
+  double stale_after_s = 5;                                  ///< age of the newest picture that is not healthy
+} kCommands;
+}  // namespace lumigraft::server

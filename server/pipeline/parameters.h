@@ -1,0 +1,20 @@
+#pragma once
+// Numbers that decide something here. Where no reason is given the value was chosen by hand and not swept.
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+
+namespace lumigraft::server {
+inline constexpr struct PipelineParameters {
+  /// A stage waits for input for a tick (for a frame: patience), then looks whether it is to stop. The last picture is
+  /// encoded again after keep_alive. A recording later than too_late continues at its rate instead of catching up.
+  std::chrono::milliseconds tick{100}, patience{100}, keep_alive{1000}, too_late{500};
+  std::chrono::milliseconds geometry_every{100}, light_every{100}, room_every{1000}, albedo_every{1000};
+  std::chrono::seconds first_pause{1}, longest_pause{30};  ///< until a device that failed is made again
+  std::int64_t moment_ns = 250'000'000;  ///< between a colour and a fish-eye frame: light changes slowly
+  /// Rest after a turn, as a multiple of its processor time: each uses a third of a core while the room is unknown,
+  /// later geometry and room a tenth, and albedo a twentieth: later solutions differ little from the previous ones.
+  int rest = 2, geometry_rest_later = 9, room_rest_later = 9, albedo_rest_later = 19, background_niceness = 10;
+  std::size_t memory_bytes = std::size_t{512} << 20;  ///< for a recording that is played repeatedly
+} kPipeline;
+}  // namespace lumigraft::server

@@ -1,0 +1,19 @@
+#pragma once
+// Numbers that decide something here. Where no reason is given the value was chosen by hand and not swept.
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+
+namespace lumigraft::server {
+inline constexpr struct StreamParameters {
+  double max_position_m = 100, max_at_s = 1e7;  ///< in commands: of objects; in a recording
+  std::size_t max_name_bytes = 200, max_body_bytes = 1024;
+  std::size_t max_queued = 8, remembered_frames = 256;  ///< H.264 frames of a viewer; whose capture time is known
+  std::uint32_t max_in_flight = 16, max_header_bytes = 8 * 1024;  ///< frames sent but not acknowledged; of a request
+  std::int64_t key_every_ns = 2'000'000'000;
+  /// Between key frames on request: a viewer that requests them continuously must not reduce the others' quality.
+  /// Between states that are sent. For viewers to receive the end of the stream.
+  std::chrono::milliseconds keys_apart{500}, states_apart{50}, goodbye{100};
+  int send_buffer_bytes = 256 * 1024;  ///< kernel buffer for a slow viewer: a quarter second of stream
+} kStream;
+}  // namespace lumigraft::server
