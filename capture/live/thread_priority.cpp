@@ -6,11 +6,8 @@
 #include "capture/live/parameters.h"
 
 namespace lumigraft::capture {
-namespace {
 
 constexpr int kThisThread = 0;  // Linux applies these calls to threads
-
-}  // namespace
 
 ThreadPriority::ThreadPriority(int niceness) : before_(getpriority(PRIO_PROCESS, kThisThread)) {
   setpriority(PRIO_PROCESS, kThisThread, niceness);

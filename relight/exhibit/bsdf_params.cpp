@@ -3,11 +3,8 @@
 #include <algorithm>
 
 namespace lumigraft::relight {
-namespace {
 
 constexpr float kMinAlpha = 2e-3f;  // at smaller alpha the lobe is narrower than any cone or lamp here
-
-}  // namespace
 
 BsdfParams bsdf_params_of(const Eigen::Array3f& base, const Material& m) {
   return {.diffuse = base * (1 - m.metallic),

@@ -9,11 +9,7 @@ namespace lumigraft::relight {
 
 using Eigen::Vector3f;
 
-namespace {
-
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-
-}  // namespace
 
 Rgb diffuse_under(const BsdfParams& bsdf, float cos_v) {
   if (!bsdf.mirrors()) return bsdf.diffuse;

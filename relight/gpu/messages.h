@@ -11,8 +11,6 @@ class Messages {
  public:
   explicit Messages(std::string speaker) : speaker_(std::move(speaker)) {}
   ~Messages();  ///< prints messages that were never thrown to stderr
-  Messages(const Messages&) = delete;
-  Messages& operator=(const Messages&) = delete;
 
   void add(std::string text);
   std::string take();   ///< all messages since the last call; empty: none

@@ -3,7 +3,6 @@
 #include <unistd.h>
 
 #include <cmath>
-#include <cstdlib>
 
 #include "capture/error.h"
 #include "capture/formats/picture_file.h"

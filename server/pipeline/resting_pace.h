@@ -1,7 +1,6 @@
 #pragma once
 // The pace of albedo in the live pipeline: it rests for a multiple of the processor time that it used, so that on few
 // cores rendering comes first.
-#include <chrono>
 #include <optional>
 
 #include "reconstruct/albedo_schedule.h"

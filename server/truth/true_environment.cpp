@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <numbers>
 
 #include "server/truth/parameters.h"
 #include "server/truth/truth.h"

@@ -59,8 +59,6 @@ class Context {
  public:
   Context(std::unique_ptr<ContextHandle> handle, bool validation);
   ~Context();
-  Context(const Context&) = delete;
-  Context& operator=(const Context&) = delete;
 
   const ContextHandle& handle() const { return *handle_; }
   const std::string& name() const { return name_; }

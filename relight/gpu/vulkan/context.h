@@ -31,8 +31,6 @@ Info zeroed(VkStructureType type) {
 struct Instance {
   explicit Instance(bool validation);
   ~Instance();
-  Instance(const Instance&) = delete;
-  Instance& operator=(const Instance&) = delete;
 
   Messages messages{"Vulkan validation"};
   bool validation;
@@ -65,8 +63,6 @@ class Context {
  public:
   Context(std::unique_ptr<Instance> instance, const Choice& choice);
   ~Context();
-  Context(const Context&) = delete;
-  Context& operator=(const Context&) = delete;
 
   VkDevice device() const { return device_; }
   std::uint32_t queue_family() const { return queue_family_; }

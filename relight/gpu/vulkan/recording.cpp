@@ -4,13 +4,10 @@
 #include <cstring>
 
 namespace lumigraft::relight::gpu::vulkan {
-namespace {
 
 constexpr std::uint32_t sets_per_pool = 128;
 constexpr std::size_t params_chunk_bytes = 256 * 1024;
 constexpr int timestamps_per_pool = 64;
-
-}  // namespace
 
 Recording::Recording(Context& context) : context_(context) {
   auto pool = zeroed<VkCommandPoolCreateInfo>(VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO);

@@ -39,8 +39,6 @@ class RecordingLease {
  public:
   explicit RecordingLease(std::shared_ptr<Context> context);
   ~RecordingLease();
-  RecordingLease(const RecordingLease&) = delete;
-  RecordingLease& operator=(const RecordingLease&) = delete;
   Recording* operator->() const { return recording_.get(); }
 
  private:
