@@ -15,9 +15,7 @@ class Descriptor {
     return *this;
   }
   ~Descriptor() {
-    if (number_ >= 0) {
-      close(number_);
-    }
+    if (number_ >= 0) close(number_);
   }
   int number() const { return number_; }
 

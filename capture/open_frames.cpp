@@ -70,9 +70,7 @@ void check_settings(const Wanted& w) {
   };
   refuse_with_openni(s.pixel_format.has_value(), "pixel_format");
   refuse_with_openni(s.exposure_us.has_value(), "exposure_us");
-  for (const auto& [name, value] : s.controls) {
-    refuse_with_openni(name != "exposure", "controls." + name);
-  }
+  for (const auto& [name, value] : s.controls) refuse_with_openni(name != "exposure", "controls." + name);
   refuse_if(!s.bracket_us.empty() && w.uri.kind != "v4l2",
             w.key + ".bracket_us: found it with " + w.uri.kind + ":, allowed: v4l2:");
 }
@@ -88,9 +86,7 @@ void check(const std::vector<Wanted>& all) {
               where + "\"" + w.uri.kind + ":\", allowed of devices for depth: openni2:");
     refuse_if(w.spec.stream == Stream::fisheye && (w.openni() || live) && w.same_place(all.front()),
               where + "the colour camera again, allowed: a camera of its own");
-    if (live) {
-      check_settings(w);
-    }
+    if (live) check_settings(w);
   }
 }
 
@@ -116,9 +112,7 @@ PairedSources open_sources(const Session& session) {
   sources.color = open_source(color_wanted,
                               one_device ? std::vector{color_wanted.spec, all[1].spec} : std::vector{color_wanted.spec},
                               session.folder);
-  if (session.depth) {
-    sources.depth = one_device ? sources.color : open_source(all[1], {all[1].spec}, session.folder);
-  }
+  if (session.depth) sources.depth = one_device ? sources.color : open_source(all[1], {all[1].spec}, session.folder);
   if (session.fisheye) {
     sources.fisheye = open_source(all.back(), {all.back().spec}, session.folder);
     sources.fisheye_offset_ns = std::llround(1e9 * session.fisheye->time_offset_s);
@@ -128,17 +122,11 @@ PairedSources open_sources(const Session& session) {
 
 void take_serials(Session& session, const PairedSources& sources) {
   const auto take = [](std::string& serial, const std::shared_ptr<Source>& source) {
-    if (serial.empty() && source) {
-      serial = source->serial();
-    }
+    if (serial.empty() && source) serial = source->serial();
   };
   take(session.color.serial, sources.color);
-  if (session.depth) {
-    take(session.depth->serial, sources.depth);
-  }
-  if (session.fisheye) {
-    take(session.fisheye->serial, sources.fisheye);
-  }
+  if (session.depth) take(session.depth->serial, sources.depth);
+  if (session.fisheye) take(session.fisheye->serial, sources.fisheye);
 }
 
 std::unique_ptr<FrameReader> open_paired_frames(const Session& session) {

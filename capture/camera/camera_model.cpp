@@ -19,14 +19,10 @@ bool positive_on(const std::array<double, 5>& c, double end) {
   constexpr double kBinomial[5][5] = {{1}, {1, 1}, {1, 2, 1}, {1, 3, 3, 1}, {1, 4, 6, 4, 1}};
   std::array<double, 5> scaled{};
   double power = 1.0;
-  for (int j = 0; j < 5; ++j, power *= end) {
-    scaled[j] = c[j] * power;
-  }
+  for (int j = 0; j < 5; ++j, power *= end) scaled[j] = c[j] * power;
   std::array<double, 5> bernstein{};
   for (int i = 0; i < 5; ++i) {
-    for (int j = 0; j <= i; ++j) {
-      bernstein[i] += kBinomial[i][j] / kBinomial[4][j] * scaled[j];
-    }
+    for (int j = 0; j <= i; ++j) bernstein[i] += kBinomial[i][j] / kBinomial[4][j] * scaled[j];
   }
   const auto decide = [](const auto& self, std::array<double, 5> b, int depth) -> bool {
     if (!(b[0] > 0) || !(b[4] > 0)) return false;
@@ -37,9 +33,7 @@ bool positive_on(const std::array<double, 5>& c, double end) {
     std::array<double, 5> left{};
     for (int i = 0; i < 5; ++i) {
       left[i] = b[0];
-      for (int j = 0; j + i < 4; ++j) {
-        b[j] = 0.5 * (b[j] + b[j + 1]);
-      }
+      for (int j = 0; j + i < 4; ++j) b[j] = 0.5 * (b[j] + b[j + 1]);
     }
     // b now holds the coefficients of the right half: b[4 - i] did not change after step i.
     return self(self, left, depth - 1) && self(self, b, depth - 1);
@@ -101,9 +95,7 @@ std::optional<Vector2d> undistort(const std::array<double, 5>& d, const Vector2d
   };
   double low = 0.0;
   double high = 1.0;
-  while (below(high) && high < 1e6) {
-    high *= 2.0;
-  }
+  while (below(high) && high < 1e6) high *= 2.0;
   for (int i = 0; i < 60; ++i) {
     const double middle = 0.5 * (low + high);
     (below(middle) ? low : high) = middle;
@@ -234,9 +226,7 @@ double CameraModel::solid_angle_sr(int u, int v) const {
   for (int i = 0; i < kCells; ++i) {
     for (int j = 0; j < kCells; ++j) {
       const Vector2d cell = centre + Vector2d((i + 0.5) / kCells - 0.5, (j + 0.5) / kCells - 0.5);
-      if (unproject(cell)) {
-        sum += cell_sr(*this, cell, 1.0 / kCells);
-      }
+      if (unproject(cell)) sum += cell_sr(*this, cell, 1.0 / kCells);
     }
   }
   return sum;

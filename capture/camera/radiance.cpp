@@ -84,9 +84,7 @@ RadianceImage merge_bracket(const std::vector<std::shared_ptr<const Frame>>& fra
 
   std::vector<std::array<std::array<double, 256>, 3>> weights;
   weights.reserve(sorted.size());
-  for (const auto& frame : sorted) {
-    weights.push_back(weights_of(response, frame->exposure));
-  }
+  for (const auto& frame : sorted) weights.push_back(weights_of(response, frame->exposure));
   const Image<std::uint8_t>& shortest = sorted.front()->encoded;
   RadianceImage out;
   out.radiance = Image<float>(shortest.width, shortest.height, 3);
@@ -113,9 +111,7 @@ RadianceImage merge_bracket(const std::vector<std::shared_ptr<const Frame>>& fra
 
 void undo_vignetting(RadianceImage& image, const Image<float>& gain) {
   for (std::size_t pixel = 0; pixel < gain.data.size(); ++pixel) {
-    for (std::size_t c = 0; c < 3; ++c) {
-      image.radiance.data[3 * pixel + c] *= gain.data[pixel];
-    }
+    for (std::size_t c = 0; c < 3; ++c) image.radiance.data[3 * pixel + c] *= gain.data[pixel];
   }
 }
 

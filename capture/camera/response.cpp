@@ -18,9 +18,7 @@ Response Response::srgb() {
 Response Response::linear() {
   Response response;
   for (auto& channel : response.table_) {
-    for (int code = 0; code < 256; ++code) {
-      channel[code] = static_cast<float>(code) / 255.0f;
-    }
+    for (int code = 0; code < 256; ++code) channel[code] = static_cast<float>(code) / 255.0f;
   }
   return response;
 }
@@ -39,14 +37,10 @@ Response Response::from_file(const std::filesystem::path& path) {
     ++line_number;
     std::istringstream fields(line.substr(0, line.find('#')));
     std::vector<float> values;
-    for (float value = 0; fields >> value;) {
-      values.push_back(value);
-    }
+    for (float value = 0; fields >> value;) values.push_back(value);
     fields.clear();
     std::string rest;
-    if (fields >> rest) {
-      refuse("text that is no number");
-    }
+    if (fields >> rest) refuse("text that is no number");
     if (values.empty()) continue;
     if ((values.size() != 1 && values.size() != 3) || code == 256) {
       refuse(code == 256 ? "a 257th line" : std::to_string(values.size()) + " numbers");

@@ -62,9 +62,7 @@ class Scanlines {
 
  private:
   std::uint8_t byte() {
-    if (at_ == bytes_.size()) {
-      fail();
-    }
+    if (at_ == bytes_.size()) fail();
     return bytes_[at_++];
   }
   [[noreturn]] static void fail() { throw InputError("found a picture that is damaged or cut short"); }
@@ -73,20 +71,14 @@ class Scanlines {
   void read_channels(std::vector<std::uint8_t>& row, std::size_t width) {
     at_ += 2;
     const std::size_t high = byte();
-    if (high * 256 + byte() != width) {
-      fail();
-    }
+    if (high * 256 + byte() != width) fail();
     for (std::size_t channel = 0; channel < 4; ++channel) {
       for (std::size_t x = 0; x < width;) {
         const std::uint8_t code = byte();
         const std::size_t count = code > 128 ? code - 128u : code;
-        if (count == 0 || x + count > width) {
-          fail();
-        }
+        if (count == 0 || x + count > width) fail();
         const std::uint8_t first = byte();
-        for (std::size_t i = 0; i < count; ++i, ++x) {
-          row[4 * x + channel] = code > 128 || i == 0 ? first : byte();
-        }
+        for (std::size_t i = 0; i < count; ++i, ++x) row[4 * x + channel] = code > 128 || i == 0 ? first : byte();
       }
     }
   }
@@ -96,17 +88,11 @@ class Scanlines {
     int shift = 0;
     for (std::size_t x = 0; x < width;) {
       std::uint8_t pixel[4];
-      for (std::uint8_t& value : pixel) {
-        value = byte();
-      }
+      for (std::uint8_t& value : pixel) value = byte();
       if (pixel[0] == 1 && pixel[1] == 1 && pixel[2] == 1) {
         const std::size_t count = std::size_t{pixel[3]} << shift;
-        if (x == 0 || shift > 16 || x + count > width) {
-          fail();
-        }
-        for (std::size_t i = 0; i < count; ++i, ++x) {
-          std::memcpy(&row[4 * x], &row[4 * (x - 1)], 4);
-        }
+        if (x == 0 || shift > 16 || x + count > width) fail();
+        for (std::size_t i = 0; i < count; ++i, ++x) std::memcpy(&row[4 * x], &row[4 * (x - 1)], 4);
         shift += 8;
       } else {
         std::memcpy(&row[4 * x++], pixel, 4);

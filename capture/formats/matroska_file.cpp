@@ -17,9 +17,7 @@ using namespace matroska;
 using Bytes = std::vector<std::uint8_t>;
 
 void add_big_endian(Bytes& out, std::uint64_t value, int bytes) {
-  for (int i = bytes - 1; i >= 0; --i) {
-    out.push_back(static_cast<std::uint8_t>(value >> (8 * i)));
-  }
+  for (int i = bytes - 1; i >= 0; --i) out.push_back(static_cast<std::uint8_t>(value >> (8 * i)));
 }
 
 void add_id(Bytes& out, Id id) { add_big_endian(out, id, id > 0xFFFFFF ? 4 : id > 0xFFFF ? 3 : id > 0xFF ? 2 : 1); }
@@ -69,9 +67,7 @@ Bytes file_header(const MatroskaTrack& track) {
   add(entry, kFlagLacing, 0);
   add(entry, kMaxBlockAdditionId, MatroskaFile::kExposureId);
   add(entry, kCodecId, track.codec);
-  if (!track.codec_private.empty()) {
-    add(entry, kCodecPrivate, track.codec_private);
-  }
+  if (!track.codec_private.empty()) add(entry, kCodecPrivate, track.codec_private);
   add(entry, kVideo, video);
   Bytes tracks;
   add(tracks, kTrackEntry, entry);
@@ -135,9 +131,7 @@ void MatroskaFile::write(const std::vector<std::span<const std::uint8_t>>& piece
     if (written <= 0) {
       const int why = written < 0 ? errno : ENOSPC;
       // Readers accept an incomplete end too, for programs that are killed; where possible it is removed.
-      if (ftruncate(descriptor_.number(), length_) == 0) {
-        lseek(descriptor_.number(), length_, SEEK_SET);
-      }
+      if (ftruncate(descriptor_.number(), length_) == 0) lseek(descriptor_.number(), length_, SEEK_SET);
       throw std::runtime_error(file_.string() + ": " + std::generic_category().message(why));
     }
     done += written;

@@ -97,9 +97,7 @@ class ElementReader {
   std::optional<std::uint64_t> read_vint(int max_length, bool keep_marker) {
     const int first = in_.get();
     int length = 1;
-    while (length <= max_length && (first & (0x100 >> length)) == 0) {
-      ++length;
-    }
+    while (length <= max_length && (first & (0x100 >> length)) == 0) ++length;
     if (first < 0 || length > max_length) return std::nullopt;
     std::uint64_t value = static_cast<std::uint64_t>(keep_marker ? first : first & (0xFF >> length));
     for (int i = 1; i < length; ++i) {
@@ -141,9 +139,7 @@ class ElementReader {
     in_.clear();
     in_.seekg(static_cast<std::streamoff>(element.begin));
     std::uint64_t value = 0;
-    for (std::uint64_t i = 0; i < element.size && i < 8; ++i) {
-      value = value << 8 | static_cast<std::uint8_t>(in_.get());
-    }
+    for (std::uint64_t i = 0; i < element.size && i < 8; ++i) value = value << 8 | static_cast<std::uint8_t>(in_.get());
     return value;
   }
 
@@ -185,9 +181,7 @@ class ElementReader {
           header = inner.id == kBlock ? std::optional(header_of(inner)) : header;
           key = key && inner.id != kReferenceBlock;
         });
-        if (header) {
-          add(header->after, key);
-        }
+        if (header) add(header->after, key);
       }
     });
     if (!time) return std::nullopt;

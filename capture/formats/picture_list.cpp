@@ -26,9 +26,7 @@ std::optional<std::int64_t> parse_seconds(std::string_view text) {
   if (time_ns >= 4'000'000'000) {  // the year 2096
     return std::nullopt;
   }
-  for (std::size_t i = 0; i < 9; ++i) {
-    time_ns = time_ns * 10 + (i < fraction.size() ? fraction[i] - '0' : 0);
-  }
+  for (std::size_t i = 0; i < 9; ++i) time_ns = time_ns * 10 + (i < fraction.size() ? fraction[i] - '0' : 0);
   return time_ns;
 }
 
@@ -49,17 +47,13 @@ std::vector<ListedPicture> read_picture_list(const std::filesystem::path& list, 
     ++line_number;
     std::istringstream fields(line);
     std::vector<std::string> words;
-    for (std::string word; fields >> word;) {
-      words.push_back(word);
-    }
+    for (std::string word; fields >> word;) words.push_back(word);
     if (words.empty() || words[0][0] == '#') continue;
     if (words.size() < 2 || words.size() > (rules.exposures ? 3u : 2u)) {
       refuse(std::to_string(words.size()) + " columns", allowed);
     }
     const std::optional<std::int64_t> time_ns = parse_seconds(words[0]);
-    if (!time_ns) {
-      refuse("a timestamp that is no plain number of seconds", allowed);
-    }
+    if (!time_ns) refuse("a timestamp that is no plain number of seconds", allowed);
     ListedPicture picture{*time_ns, list.parent_path() / words[1], words[1], std::nullopt, line_number};
     if (words.size() == 3) {
       double value = 0.0;

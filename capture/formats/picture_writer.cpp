@@ -41,17 +41,13 @@ void write_rows(const std::filesystem::path& path, int width, int height, int bi
     png_init_io(w.png, file.get());
     png_set_IHDR(w.png, w.info, width, height, bits, color_type, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
                  PNG_FILTER_TYPE_DEFAULT);
-    if (color_type == PNG_COLOR_TYPE_RGB) {
-      png_set_sRGB(w.png, w.info, PNG_sRGB_INTENT_PERCEPTUAL);
-    }
+    if (color_type == PNG_COLOR_TYPE_RGB) png_set_sRGB(w.png, w.info, PNG_sRGB_INTENT_PERCEPTUAL);
     png_set_compression_level(w.png, 3);  // a third of the time of the default level, 5 % more bytes
     png_write_info(w.png, w.info);
     if (bits == 16) {
       png_set_swap(w.png);  // PNG is big-endian
     }
-    for (int y = 0; y < height; ++y) {
-      png_write_row(w.png, rows(y));
-    }
+    for (int y = 0; y < height; ++y) png_write_row(w.png, rows(y));
     png_write_end(w.png, w.info);
     if (std::fflush(file.get()) != 0) throw std::runtime_error(std::strerror(errno));
   } catch (const std::exception& e) {

@@ -44,9 +44,7 @@ bool is_bayer(PixelFormat format) {
 Image<std::uint8_t> grey_to_rgb(int width, int height, std::span<const std::uint8_t> bytes, std::size_t first,
                                 std::size_t step) {
   Image<std::uint8_t> rgb(width, height, 3);
-  for (std::size_t i = 0; i < rgb.data.size() / 3; ++i) {
-    std::memset(&rgb.data[3 * i], bytes[first + step * i], 3);
-  }
+  for (std::size_t i = 0; i < rgb.data.size() / 3; ++i) std::memset(&rgb.data[3 * i], bytes[first + step * i], 3);
   return rgb;
 }
 
@@ -77,9 +75,7 @@ std::vector<std::uint8_t> without_padding(PixelFormat format, int width, int hei
   const std::size_t row = format == PixelFormat::nv12 ? static_cast<std::size_t>(width) : size / height;
   if (size == 0 || row_bytes < row || bytes.size() < (size / row - 1) * row_bytes + row) return {};
   std::vector<std::uint8_t> out(size);
-  for (std::size_t y = 0; y < size / row; ++y) {
-    std::memcpy(&out[y * row], &bytes[y * row_bytes], row);
-  }
+  for (std::size_t y = 0; y < size / row; ++y) std::memcpy(&out[y * row], &bytes[y * row_bytes], row);
   return out;
 }
 

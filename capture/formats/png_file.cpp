@@ -16,9 +16,7 @@ struct PngBytes {
 
 void read(png_structp png, png_bytep out, std::size_t count) {
   auto* bytes = static_cast<PngBytes*>(png_get_io_ptr(png));
-  if (count > bytes->left) {
-    png_error(png, "cut short");
-  }
+  if (count > bytes->left) png_error(png, "cut short");
   std::memcpy(out, bytes->at, count);
   bytes->at += count;
   bytes->left -= count;
@@ -54,9 +52,7 @@ Image<T> decoded(const std::vector<std::uint8_t>& file, int channels) {
   Image<T> image(header.width, header.height, channels);
   std::vector<std::uint8_t*> rows;
   rows.reserve(static_cast<std::size_t>(image.height));
-  for (int y = 0; y < image.height; ++y) {
-    rows.push_back(reinterpret_cast<std::uint8_t*>(&image.at(0, y)));
-  }
+  for (int y = 0; y < image.height; ++y) rows.push_back(reinterpret_cast<std::uint8_t*>(&image.at(0, y)));
   PngBytes bytes{file.data(), file.size()};
   png_structp png = png_create_read_struct(PNG_LIBPNG_VER_STRING, nullptr, on_error, on_warning);
   png_infop info = png_create_info_struct(png);

@@ -20,9 +20,7 @@ Image<std::uint8_t> RgbFrame::convert(const AVFrame& frame, bool full_range) {
   constexpr int kVector_bytes = 64;  // the widest that libswscale writes at once
   const int stride = (row_bytes + kVector_bytes - 1) / kVector_bytes * kVector_bytes;
   const bool direct = stride == row_bytes;
-  if (!direct) {
-    padded_.resize(static_cast<std::size_t>(stride) * frame.height + kVector_bytes);
-  }
+  if (!direct) padded_.resize(static_cast<std::size_t>(stride) * frame.height + kVector_bytes);
   std::uint8_t* planes[4] = {direct ? rgb.data.data() : padded_.data(), nullptr, nullptr, nullptr};
   const int strides[4] = {stride, 0, 0, 0};
   sws_scale(scaler_.get(), frame.data, frame.linesize, 0, frame.height, planes, strides);

@@ -8,9 +8,7 @@ void find_same_hardware(std::vector<CameraListing>& cameras) {
   for (CameraListing& one : cameras) {
     for (const CameraListing& other : cameras) {
       const bool shared = std::ranges::find_first_of(one.nodes, other.nodes) != one.nodes.end();
-      if (shared && &one != &other) {
-        one.same_hardware.push_back(other.source);
-      }
+      if (shared && &one != &other) one.same_hardware.push_back(other.source);
     }
   }
 }

@@ -20,9 +20,7 @@ HelperProcess::HelperProcess(const char* program, std::vector<std::string> argum
   const std::string file = (std::filesystem::read_symlink("/proc/self/exe").parent_path() / program).string();
   arguments.insert(arguments.begin(), file);
   std::vector<char*> argv;
-  for (std::string& argument : arguments) {
-    argv.push_back(argument.data());
-  }
+  for (std::string& argument : arguments) argv.push_back(argument.data());
   argv.push_back(nullptr);
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);

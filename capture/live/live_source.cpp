@@ -160,9 +160,7 @@ void LiveSource::accept(SourceItem item) {
     const std::lock_guard lock(mutex_);
     std::move(bracket_.begin(), bracket_.end(), std::back_inserter(waiting_));
     bracket_.clear();
-    while (waiting_.size() > kLiveParameters.max_queued) {
-      waiting_.pop_front();
-    }
+    while (waiting_.size() > kLiveParameters.max_queued) waiting_.pop_front();
   }
   changed_.notify_one();
 }

@@ -20,9 +20,7 @@ RealtimeScope::RealtimeScope() : policy_before_(sched_getscheduler(kThisThread))
   sched_getparam(kThisThread, &param);
   priority_before_ = param.sched_priority;
   param.sched_priority = sched_get_priority_min(SCHED_RR);
-  if (sched_setscheduler(kThisThread, SCHED_RR, &param) != 0) {
-    fallback_.emplace(kLiveParameters.fallback_niceness);
-  }
+  if (sched_setscheduler(kThisThread, SCHED_RR, &param) != 0) fallback_.emplace(kLiveParameters.fallback_niceness);
 }
 
 RealtimeScope::~RealtimeScope() {

@@ -23,9 +23,7 @@ void RecordingLanes::put(SourceItem item, bool live) {
   const std::uint64_t sequence = stamp_of(item).sequence;
   constexpr std::size_t kMaxQueued = kRecordParameters.queue_frames;
   std::unique_lock lock(lane.mutex);
-  if (lane.next_sequence && sequence > *lane.next_sequence) {
-    lane.count.lost += sequence - *lane.next_sequence;
-  }
+  if (lane.next_sequence && sequence > *lane.next_sequence) lane.count.lost += sequence - *lane.next_sequence;
   lane.next_sequence = sequence + 1;
   if (std::holds_alternative<LostFrame>(item) || (live && lane.waiting.size() >= kMaxQueued)) {
     ++lane.count.lost;
@@ -49,9 +47,7 @@ std::optional<SourceItem> RecordingLanes::take(Lane& lane) const {
 
 void RecordingLanes::write(Stream stream, bool background) {
   std::optional<ThreadPriority> priority;
-  if (background) {
-    priority.emplace(kRecordParameters.background_niceness);
-  }
+  if (background) priority.emplace(kRecordParameters.background_niceness);
   Lane& lane = lanes_[static_cast<std::size_t>(stream)];
   try {
     while (const std::optional<SourceItem> item = take(lane)) {
@@ -79,9 +75,7 @@ void RecordingLanes::close() {
 void RecordingLanes::finish() {
   close();
   for (std::jthread& writer : writers_) {
-    if (writer.joinable()) {
-      writer.join();
-    }
+    if (writer.joinable()) writer.join();
   }
 }
 

@@ -35,9 +35,7 @@ void inline_calibration(toml::table& root, const fs::path& folder) {
   for (const char* name : kTables) {
     toml::table *lens = calibration[name].as_table(), *camera = root[name].as_table();
     if (lens == nullptr || camera == nullptr) continue;
-    for (auto&& [key, value] : *lens) {
-      camera->insert_or_assign(key, value);
-    }
+    for (auto&& [key, value] : *lens) camera->insert_or_assign(key, value);
     const auto response = (*lens)["response"].value<std::string>();
     if (response && fs::is_regular_file(file.parent_path() / *response)) {
       camera->insert_or_assign("response", (file.parent_path() / *response).string());
@@ -82,9 +80,7 @@ SessionRecorder::SessionRecorder(const SessionText& text, const Session& session
       streams_[at(stream)] = std::make_unique<StreamRecorder>(folder_ / file, *spec, coding);
     }
   }
-  if (coding == DepthCoding::uncompressed) {
-    uncompressed_depth_ = spec_of(Stream::depth, session);
-  }
+  if (coding == DepthCoding::uncompressed) uncompressed_depth_ = spec_of(Stream::depth, session);
 }
 
 bool SessionRecorder::write(Stream stream, const SourceItem& item) {
@@ -92,9 +88,7 @@ bool SessionRecorder::write(Stream stream, const SourceItem& item) {
   if (kept && streams_[at(stream)]->frames() == 1) {
     const std::lock_guard lock(mutex_);
     seen_[at(stream)] = true;
-    if (seen_[at(Stream::color)]) {
-      write_session_text();
-    }
+    if (seen_[at(Stream::color)]) write_session_text();
   }
   return kept;
 }
@@ -125,9 +119,7 @@ void SessionRecorder::compress_depth(const std::stop_token& stop) {
 void SessionRecorder::write_session_text() {
   toml::table root = parse(text_);
   toml::table out{{"format", 1}, {"name", name_}};
-  if (const auto about = root["about"].value<std::string>()) {
-    out.insert("about", *about);
-  }
+  if (const auto about = root["about"].value<std::string>()) out.insert("about", *about);
   for (const Stream stream : kStreams) {
     const char* name = kTables[at(stream)];
     toml::table* table = root[name].as_table();
@@ -139,12 +131,8 @@ void SessionRecorder::write_session_text() {
     copy_named_file(*table, "response", std::string(name) + "-response", text_.file.parent_path(), folder_);
     out.insert(name, *table);
   }
-  if (const toml::table* tag = root["tag"].as_table()) {
-    out.insert("tag", *tag);
-  }
-  if (const toml::array* lamps = root["lamp"].as_array()) {
-    out.insert("lamp", *lamps);
-  }
+  if (const toml::table* tag = root["tag"].as_table()) out.insert("tag", *tag);
+  if (const toml::array* lamps = root["lamp"].as_array()) out.insert("lamp", *lamps);
   if (toml::array* surfaces = root["real_surface"].as_array()) {
     int number = 0;
     for (toml::node& surface : *surfaces) {

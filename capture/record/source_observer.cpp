@@ -14,9 +14,7 @@ class SourceObserver::ObservedSource : public ForwardingSource {
     std::optional<SourceItem> item = source_->next(timeout);
     if (item) {
       const std::lock_guard lock(shared_->mutex);
-      if (shared_->listener) {
-        shared_->listener(*item);
-      }
+      if (shared_->listener) shared_->listener(*item);
     }
     return item;
   }
@@ -31,9 +29,7 @@ PairedSources SourceObserver::on(const PairedSources& sources) const {
   std::map<Source*, std::shared_ptr<Source>> observed;  // one device may deliver both colour and depth
   const auto of = [&](const std::shared_ptr<Source>& source) -> std::shared_ptr<Source> {
     std::shared_ptr<Source>& one = observed[source.get()];
-    if (source && !one) {
-      one = std::make_shared<ObservedSource>(source, shared_);
-    }
+    if (source && !one) one = std::make_shared<ObservedSource>(source, shared_);
     return one;
   };
   PairedSources out = sources;

@@ -56,18 +56,14 @@ std::shared_ptr<const ImageSource::Decoded> ImageSource::decode(const ListedPict
     *decoded = read_encoded(picture.path);
   }
   if (uses_[picture.path] > 1) {
-    if (cache_.size() == kRecordedParameters.cached_images) {
-      cache_.erase(cache_.begin());
-    }
+    if (cache_.size() == kRecordedParameters.cached_images) cache_.erase(cache_.begin());
     cache_.emplace_back(picture.path, decoded);
   }
   return decoded;
 }
 
 void ImageSource::skip_to(std::int64_t time_ns) {
-  while (next_ < pictures_.size() && pictures_[next_].time_ns < time_ns) {
-    ++next_;
-  }
+  while (next_ < pictures_.size() && pictures_[next_].time_ns < time_ns) ++next_;
 }
 
 std::optional<SourceItem> ImageSource::next(std::chrono::milliseconds /*timeout*/) {

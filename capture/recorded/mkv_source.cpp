@@ -87,9 +87,7 @@ class MkvSource::Reader {
     skip_to_ns_ = time_ns;
     const MatroskaCluster* best = nullptr;
     for (const MatroskaCluster& cluster : clusters) {
-      if (ns(cluster.ticks) <= time_ns && cluster.key && cluster.frames_before > sequence_) {
-        best = &cluster;
-      }
+      if (ns(cluster.ticks) <= time_ns && cluster.key && cluster.frames_before > sequence_) best = &cluster;
     }
     if (best == nullptr || format_->nb_streams != 1) return;
     AVStream* stream = format_->streams[stream_];
@@ -124,9 +122,7 @@ class MkvSource::Reader {
         av_packet_unref(packet_.get());
         return item;
       }
-      if (ours && codec_->codec_id == AV_CODEC_ID_MJPEG) {
-        jpeg_.assign(packet_->data, packet_->data + packet_->size);
-      }
+      if (ours && codec_->codec_id == AV_CODEC_ID_MJPEG) jpeg_.assign(packet_->data, packet_->data + packet_->size);
       const int sent = ours && !damaged ? avcodec_send_packet(codec_.get(), packet_.get()) : 0;
       av_packet_unref(packet_.get());
       if (damaged || sent < 0) return lost("the picture is damaged");
@@ -138,9 +134,7 @@ class MkvSource::Reader {
   /// wanted frame may need them, and decoded before it.
   bool skipped() {
     if (packet_time_ != AV_NOPTS_VALUE && ns(packet_time_) < skip_to_ns_) {
-      if ((packet_->flags & AV_PKT_FLAG_KEY) != 0) {
-        needed_.clear();
-      }
+      if ((packet_->flags & AV_PKT_FLAG_KEY) != 0) needed_.clear();
       needed_.emplace_back(av_packet_alloc());
       av_packet_move_ref(needed_.back().get(), packet_.get());
       ++sequence_;
@@ -180,9 +174,7 @@ class MkvSource::Reader {
   }
 
   Stamp stamp(std::int64_t container_time) {
-    if (container_time != AV_NOPTS_VALUE) {
-      last_time_ns_ = ns(container_time);
-    }
+    if (container_time != AV_NOPTS_VALUE) last_time_ns_ = ns(container_time);
     return {last_time_ns_, steady_now_ns(), sequence_++};
   }
 
@@ -300,13 +292,9 @@ std::optional<SourceItem> MkvSource::next(std::chrono::milliseconds /*timeout*/)
 }
 
 void MkvSource::skip_to(std::int64_t time_ns) {
-  if (!clusters_) {
-    clusters_ = matroska_clusters(file_);
-  }
+  if (!clusters_) clusters_ = matroska_clusters(file_);
   reader_->skip_to(time_ns, *clusters_);
-  while (ahead_ && stamp_of(*ahead_).time_ns < time_ns) {
-    ahead_ = reader_->next();
-  }
+  while (ahead_ && stamp_of(*ahead_).time_ns < time_ns) ahead_ = reader_->next();
 }
 
 void MkvSource::rewind() {

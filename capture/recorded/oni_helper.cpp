@@ -50,9 +50,7 @@ void set_text(OniMessage& message, const std::string& text) {
 
 void send(const SourceItem& item, const std::vector<StreamSpec>& specs) {
   OniMessage message;
-  while (specs[message.stream].stream != stream_of(item)) {
-    ++message.stream;
-  }
+  while (specs[message.stream].stream != stream_of(item)) ++message.stream;
   message.time_ns = stamp_of(item).time_ns;
   message.sequence = stamp_of(item).sequence;
   if (const auto* lost = std::get_if<LostFrame>(&item)) {
@@ -82,9 +80,7 @@ void play(const std::string& file, const std::vector<StreamSpec>& specs) {
     alarm(kMaxPause_s);
     const std::optional<SourceItem> item = source.next(std::chrono::milliseconds(0));
     alarm(0);  // the reader of the pipe may be slow
-    if (item) {
-      send(*item, specs);
-    }
+    if (item) send(*item, specs);
   }
 }
 

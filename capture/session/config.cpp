@@ -94,9 +94,7 @@ ConfigTable ConfigTable::parse(std::string_view text, const std::string& name,
     const std::string line = e.source().begin ? ":" + std::to_string(e.source().begin.line) : "";
     throw InputError(name + line + ": found a TOML error: " + on_one_line(std::string(e.description())));
   }
-  for (const std::string& line : overrides) {
-    apply_override(document->root, line, document->overridden);
-  }
+  for (const std::string& line : overrides) apply_override(document->root, line, document->overridden);
   auto node = std::make_shared<Node>();
   node->table = &document->root;
   return ConfigTable(std::move(document), std::move(node));
@@ -104,9 +102,7 @@ ConfigTable ConfigTable::parse(std::string_view text, const std::string& name,
 
 std::vector<std::string> ConfigTable::keys() const {
   std::vector<std::string> out;
-  for (const auto& [key, value] : *node_->table) {
-    out.emplace_back(key.str());
-  }
+  for (const auto& [key, value] : *node_->table) out.emplace_back(key.str());
   return out;
 }
 
@@ -182,17 +178,13 @@ int ConfigTable::integer(std::string_view key, int low, int high, int fallback) 
 bool ConfigTable::flag(std::string_view key, bool fallback) const {
   if (!has(key)) return fallback;
   const toml::node* node = node_->lookup(key);
-  if (!node->is_boolean()) {
-    fail(key, found_text(node) + ", allowed: true or false");
-  }
+  if (!node->is_boolean()) fail(key, found_text(node) + ", allowed: true or false");
   return node->as_boolean()->get();
 }
 
 std::string ConfigTable::text(std::string_view key) const {
   const toml::node* node = node_->lookup(key);
-  if (node == nullptr || !node->is_string()) {
-    fail(key, found_text(node) + ", allowed: a string");
-  }
+  if (node == nullptr || !node->is_string()) fail(key, found_text(node) + ", allowed: a string");
   return node->as_string()->get();
 }
 
@@ -222,15 +214,11 @@ std::vector<double> ConfigTable::numbers(std::string_view key, std::size_t min_c
       std::to_string(min_count) + (max_count > min_count ? " to " + std::to_string(max_count) : "");
   const std::string allowed = ", allowed: an array of " + counts + " finite numbers";
   const auto* array = node != nullptr ? node->as_array() : nullptr;
-  if (array == nullptr || array->size() < min_count || array->size() > max_count) {
-    fail(key, found_text(node) + allowed);
-  }
+  if (array == nullptr || array->size() < min_count || array->size() > max_count) fail(key, found_text(node) + allowed);
   std::vector<double> out;
   for (const toml::node& element : *array) {
     const std::optional<double> value = finite_number(&element);
-    if (!value) {
-      fail(key, found_text(&element) + " in the array" + allowed);
-    }
+    if (!value) fail(key, found_text(&element) + " in the array" + allowed);
     out.push_back(*value);
   }
   return out;
@@ -240,19 +228,13 @@ std::vector<double> ConfigTable::rigid_transform(std::string_view key) const {
   const toml::node* node = node_->lookup(key);
   const std::string allowed = ", allowed: a rigid transform, four rows of four finite numbers";
   const auto* rows = node != nullptr ? node->as_array() : nullptr;
-  if (rows == nullptr || rows->size() != 4) {
-    fail(key, found_text(node) + allowed);
-  }
+  if (rows == nullptr || rows->size() != 4) fail(key, found_text(node) + allowed);
   std::vector<double> out;
   for (const toml::node& row : *rows) {
-    if (!row.is_array() || row.as_array()->size() != 4) {
-      fail(key, found_text(&row) + " as a row" + allowed);
-    }
+    if (!row.is_array() || row.as_array()->size() != 4) fail(key, found_text(&row) + " as a row" + allowed);
     for (const toml::node& element : *row.as_array()) {
       const std::optional<double> value = finite_number(&element);
-      if (!value) {
-        fail(key, found_text(&element) + " in the matrix" + allowed);
-      }
+      if (!value) fail(key, found_text(&element) + " in the matrix" + allowed);
       out.push_back(*value);
     }
   }
@@ -266,9 +248,7 @@ std::vector<double> ConfigTable::rigid_transform(std::string_view key) const {
   if (error > kTolerance) {
     fail(key, "found a 3x3 part that is not orthonormal (off by " + number_text(error) + ")" + allowed);
   }
-  if (rotation.determinant() < 0) {
-    fail(key, "found a 3x3 part that mirrors (determinant -1)" + allowed);
-  }
+  if (rotation.determinant() < 0) fail(key, "found a 3x3 part that mirrors (determinant -1)" + allowed);
   return out;
 }
 
@@ -300,13 +280,9 @@ std::vector<ConfigTable> ConfigTable::tables(std::string_view key) const {
   if (!has(key)) return out;
   const toml::node* node = node_->lookup(key);
   const std::string allowed = ", allowed: tables [[" + join(node_->path, key) + "]]";
-  if (!node->is_array()) {
-    fail(key, found_text(node) + allowed);
-  }
+  if (!node->is_array()) fail(key, found_text(node) + allowed);
   for (const toml::node& element : *node->as_array()) {
-    if (!element.is_table()) {
-      fail(key, found_text(&element) + " in the array" + allowed);
-    }
+    if (!element.is_table()) fail(key, found_text(&element) + " in the array" + allowed);
     const std::string name = std::string(key) + "." + std::to_string(out.size());
     out.push_back(ConfigTable(document_, node_->child(name, element)));
   }
@@ -327,9 +303,7 @@ void ConfigTable::finish() const {
       fail(key.str(), "found an unknown key, allowed: " + (allowed.empty() ? "none" : allowed));
     }
   }
-  for (const auto& [key, node] : node_->children) {
-    ConfigTable(document_, node).finish();
-  }
+  for (const auto& [key, node] : node_->children) ConfigTable(document_, node).finish();
 }
 
 }  // namespace lumigraft::capture

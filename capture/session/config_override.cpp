@@ -49,9 +49,7 @@ namespace {
 std::vector<std::string> split_key(const std::string& key) {
   std::vector<std::string> parts;
   std::stringstream in(key);
-  for (std::string part; std::getline(in, part, '.');) {
-    parts.push_back(part);
-  }
+  for (std::string part; std::getline(in, part, '.');) parts.push_back(part);
   const bool empty_part = std::any_of(parts.begin(), parts.end(), [](const std::string& p) { return p.empty(); });
   refuse_if(parts.empty() || empty_part || key.back() == '.',
             "--set " + in_quotes(key) + ": found an empty key, allowed: KEY=VALUE with a dotted key");
@@ -73,9 +71,7 @@ toml::table override_value(const std::string& value) {
 /// The element that `part` names in a table or an array of tables; creates a missing table.
 toml::node* descend(toml::node* at, const std::string& part, const std::string& key) {
   if (auto* table = at->as_table()) {
-    if (!table->contains(part)) {
-      table->insert(part, toml::table{});
-    }
+    if (!table->contains(part)) table->insert(part, toml::table{});
     return table->get(part);
   }
   if (auto* array = at->as_array()) {
@@ -98,9 +94,7 @@ void apply_override(toml::table& root, const std::string& line, std::set<std::st
   std::string path;
   for (std::size_t i = 0; i + 1 < parts.size(); ++i) {
     path = join(path, parts[i]);
-    if (at->is_table() && !at->as_table()->contains(parts[i])) {
-      overridden.insert(path);
-    }
+    if (at->is_table() && !at->as_table()->contains(parts[i])) overridden.insert(path);
     at = descend(at, parts[i], key);
   }
   toml::table* table = at->as_table();

@@ -22,9 +22,7 @@ constexpr const SessionLimits& kLimits = kSessionLimits;
 std::string source_uri(const ConfigTable& table) {
   std::string uri = table.text("source");
   const std::optional<SourceUri> source = parse_source(uri);
-  if (!source) {
-    table.fail("source", "found \"" + uri + "\", allowed in this build: " + std::string(kSourceKinds));
-  }
+  if (!source) table.fail("source", "found \"" + uri + "\", allowed in this build: " + std::string(kSourceKinds));
   if (!source->live && source->rest.empty()) {
     table.fail("source", "found \"" + uri + "\", allowed: a file after the colon");
   }
@@ -166,9 +164,7 @@ ConfigTable lens_table(const ConfigTable& camera, const Size& size, const std::o
   const std::string other = ", allowed: that of the camera in " + camera.file().string() + ", ";
   for (const auto& [side, wanted] : {std::pair("width", size.width), std::pair("height", size.height)}) {
     const int found = lens->integer(side, 1, kMaxSide_px);
-    if (found != wanted) {
-      lens->fail(side, "found " + std::to_string(found) + other + std::to_string(wanted));
-    }
+    if (found != wanted) lens->fail(side, "found " + std::to_string(found) + other + std::to_string(wanted));
   }
   const std::string wanted = read_serial(camera), found = lens->text("serial", "");
   if (!wanted.empty() && !found.empty() && found != wanted) {
@@ -265,9 +261,7 @@ int largest_id(const std::string& family) { return family == "tag36h11" ? 586 : 
 
 /// Adds the tag that `key` states to `taken`; refuses it if it is there.
 void take_tag(const ConfigTable& table, std::string_view key, int id, std::set<int>& taken) {
-  if (!taken.insert(id).second) {
-    table.fail(key, "found " + std::to_string(id) + " twice, allowed: each tag once");
-  }
+  if (!taken.insert(id).second) table.fail(key, "found " + std::to_string(id) + " twice, allowed: each tag once");
 }
 
 Tag read_tag(const ConfigTable& table, std::set<int>& taken) {
@@ -283,9 +277,7 @@ Tag read_tag(const ConfigTable& table, std::set<int>& taken) {
     take_tag(extra_table, "id", extra.id, taken);
     extra.size_m = extra_table.number("size_m", kLimits.min_tag_size_m, kLimits.max_tag_size_m, tag.size_m);
     const std::string_view pose = extra_table.renamed("T_tag_extra", "T_tag_also");
-    if (extra_table.has(pose)) {
-      extra.T_tag_extra = read_transform(extra_table, pose);
-    }
+    if (extra_table.has(pose)) extra.T_tag_extra = read_transform(extra_table, pose);
   }
   return tag;
 }
@@ -321,9 +313,7 @@ TaggedLamp read_lamp(const ConfigTable& table, const std::string& family, std::s
   if (table.has("intensity")) {
     lamp.intensity =
         read_vector(table, "intensity", 0.0, kLimits.max_lamp_intensity_w_sr, "from 0 to 1000000, W/sr").cast<float>();
-    if (lamp.intensity->isZero()) {
-      table.fail("intensity", "found none, allowed: what the lamp sends when it is on");
-    }
+    if (lamp.intensity->isZero()) table.fail("intensity", "found none, allowed: what the lamp sends when it is on");
   }
   return lamp;
 }
@@ -360,9 +350,7 @@ Session read_session(const ConfigTable& root) {
   if (const auto fisheye = root.optional_table("fisheye")) {
     session.fisheye = read_fisheye(*fisheye, lens_table(*fisheye, read_size(*fisheye), calibration, "fisheye"));
   }
-  if (calibration) {
-    finish_calibration(*calibration, session);
-  }
+  if (calibration) finish_calibration(*calibration, session);
   std::set<int> tags;
   session.tag = read_tag(root.table("tag"), tags);
   for (const ConfigTable& table : root.tables("lamp")) {

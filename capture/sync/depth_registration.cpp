@@ -31,9 +31,7 @@ void fill_resampling_holes(Image<float>& depth_m, const std::vector<int>& origin
   };
   for (int y = 0; y < before.height; ++y) {
     for (int x = 0; x < before.width; ++x) {
-      if (origin[before.index(x, y)] == kNone) {
-        fill(x, y, 1, 0) || fill(x, y, 0, 1) || fill(x, y, 1, 1);
-      }
+      if (origin[before.index(x, y)] == kNone) fill(x, y, 1, 0) || fill(x, y, 0, 1) || fill(x, y, 1, 1);
     }
   }
 }
@@ -92,9 +90,7 @@ Image<float> DepthRegistration::reproject(const Image<std::uint16_t>& counts) co
 }
 
 RegistrationStage::RegistrationStage(const Session& session) {
-  if (session.depth) {
-    registration_.emplace(*session.depth, session.color.model);
-  }
+  if (session.depth) registration_.emplace(*session.depth, session.color.model);
 }
 
 FrameSet RegistrationStage::register_depth(const FrameSet& frame) {

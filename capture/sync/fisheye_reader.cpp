@@ -11,9 +11,7 @@ FisheyeReader::FisheyeReader(std::shared_ptr<Source> source, std::int64_t offset
 bool FisheyeReader::pull(std::chrono::milliseconds timeout) {
   std::optional<SourceItem> item = source_->next(timeout);
   if (!item) return false;
-  if (std::string warning = source_->take_warning(); !warning.empty()) {
-    lane_.notes.push_back(std::move(warning));
-  }
+  if (std::string warning = source_->take_warning(); !warning.empty()) lane_.notes.push_back(std::move(warning));
   lane_.accept(std::move(*item));
   return true;
 }
@@ -29,9 +27,7 @@ std::optional<FisheyeReader::Result> FisheyeReader::next(std::chrono::millisecon
     SourceItem item = lane_.pop(result.warnings);
     auto* frame = std::get_if<Frame>(&item);
     if (frame == nullptr) continue;
-    if (!result.frames.empty() && result.frames.front()->stamp.time_ns != frame->stamp.time_ns) {
-      result.frames.clear();
-    }
+    if (!result.frames.empty() && result.frames.front()->stamp.time_ns != frame->stamp.time_ns) result.frames.clear();
     result.frames.push_back(std::make_shared<const Frame>(std::move(*frame)));
   }
   result.warnings.insert(result.warnings.end(), lane_.notes.begin(), lane_.notes.end());

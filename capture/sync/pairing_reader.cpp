@@ -39,9 +39,7 @@ bool PairingReader::pull(Source& source, std::chrono::milliseconds timeout) {
   std::optional<SourceItem> item = source.next(timeout);
   if (item) {
     StreamLane& lane = lane_of(stream_of(*item));
-    if (std::string warning = source.take_warning(); !warning.empty()) {
-      lane.notes.push_back(std::move(warning));
-    }
+    if (std::string warning = source.take_warning(); !warning.empty()) lane.notes.push_back(std::move(warning));
     lane.accept(std::move(*item));
     if (sources_.live) {
       lane.keep_newest(kMaxAhead);  // colour may be disconnected for hours while the others continue
@@ -62,9 +60,7 @@ void PairingReader::pull_all_waiting() {
 std::vector<const Stamp*> PairingReader::good_colors() const {
   std::vector<const Stamp*> out;
   for (const StreamLane::Entry& entry : color_.queue) {
-    if (!is_lost(entry.item)) {
-      out.push_back(&stamp_of(entry.item));
-    }
+    if (!is_lost(entry.item)) out.push_back(&stamp_of(entry.item));
   }
   return out;
 }
@@ -75,12 +71,8 @@ std::int64_t PairingReader::bound_ns() const {
   constexpr std::int64_t kUsualPeriod = 33 * kNsPerMs;
   std::vector<std::int64_t> periods(periods_ns_.begin(), periods_ns_.end());
   const std::vector<const Stamp*> good = good_colors();
-  if (last_color_ && !good.empty()) {
-    periods.push_back(period_between(*last_color_, *good[0]));
-  }
-  if (good.size() > 1) {
-    periods.push_back(period_between(*good[0], *good[1]));
-  }
+  if (last_color_ && !good.empty()) periods.push_back(period_between(*last_color_, *good[0]));
+  if (good.size() > 1) periods.push_back(period_between(*good[0], *good[1]));
   if (periods.empty()) return kUsualPeriod / 2;
   const auto middle = periods.begin() + static_cast<std::ptrdiff_t>(periods.size() / 2);
   std::nth_element(periods.begin(), middle, periods.end());
@@ -124,9 +116,7 @@ std::optional<FrameSet> PairingReader::next(std::chrono::milliseconds timeout) {
     Source* source = wanted();
     const bool color_waits = !good_colors().empty();
     const Clock::time_point now = Clock::now();
-    if (color_waits && !color_deadline) {
-      color_deadline = now + std::chrono::nanoseconds(2 * bound_ns());
-    }
+    if (color_waits && !color_deadline) color_deadline = now + std::chrono::nanoseconds(2 * bound_ns());
     if (color_waits && (source == nullptr || now >= *color_deadline)) return emit();
     if (source == nullptr || now >= deadline) return std::nullopt;
     const Clock::time_point until = color_deadline ? std::min(deadline, *color_deadline) : deadline;
@@ -141,31 +131,21 @@ FrameSet PairingReader::emit() {
     set.warnings.push_back(std::to_string(dropped) + " damaged colour pictures dropped");
   }
   SourceItem color = color_.pop(set.warnings);
-  while (is_lost(color)) {
-    color = color_.pop(set.warnings);
-  }
+  while (is_lost(color)) color = color_.pop(set.warnings);
   set.color = std::make_shared<const Frame>(std::move(std::get<Frame>(color)));
   const Stamp& stamp = set.color->stamp;
   set.index = stamp.sequence;
   set.time_ns = stamp.time_ns;
   if (last_color_) {
     periods_ns_.push_back(period_between(*last_color_, stamp));
-    if (periods_ns_.size() > kPeriodsKept) {
-      periods_ns_.pop_front();
-    }
+    if (periods_ns_.size() > kPeriodsKept) periods_ns_.pop_front();
   }
   last_color_ = stamp;
-  if (depth_.source != nullptr) {
-    set.raw_depth = take_depth(set.time_ns, bound, set.warnings);
-  }
-  if (fisheye_.source != nullptr) {
-    set.fisheye = take_fisheye(set.time_ns, bound, set.warnings);
-  }
+  if (depth_.source != nullptr) set.raw_depth = take_depth(set.time_ns, bound, set.warnings);
+  if (fisheye_.source != nullptr) set.fisheye = take_fisheye(set.time_ns, bound, set.warnings);
   if (finished()) {
     // Losses after the last colour frame are reported with the last FrameSet.
-    while (!color_.queue.empty()) {
-      color_.pop(set.warnings);
-    }
+    while (!color_.queue.empty()) color_.pop(set.warnings);
     for (StreamLane* lane : {&color_, &depth_, &fisheye_}) {
       set.warnings.insert(set.warnings.end(), lane->notes.begin(), lane->notes.end());
       lane->notes.clear();
@@ -191,9 +171,7 @@ std::optional<std::int64_t> PairingReader::newest_ns(const StreamLane& lane, std
   std::optional<std::int64_t> newest;
   for (const StreamLane::Entry& entry : lane.queue) {
     const std::int64_t at_ns = time_of(entry.item);
-    if (!is_lost(entry.item) && at_ns >= from_ns && at_ns <= to_ns) {
-      newest = std::max(newest.value_or(at_ns), at_ns);
-    }
+    if (!is_lost(entry.item) && at_ns >= from_ns && at_ns <= to_ns) newest = std::max(newest.value_or(at_ns), at_ns);
   }
   return newest;
 }
@@ -215,9 +193,7 @@ bool PairingReader::take(StreamLane& lane, std::optional<std::int64_t> best_ns, 
       ++alone;
     }
   }
-  if (alone > 0) {
-    warnings.push_back(alone_text(&lane == &depth_ ? Stream::depth : Stream::fisheye, alone));
-  }
+  if (alone > 0) warnings.push_back(alone_text(&lane == &depth_ ? Stream::depth : Stream::fisheye, alone));
   return lost_ns.has_value();
 }
 
@@ -233,9 +209,7 @@ std::shared_ptr<const RawDepth> PairingReader::take_depth(std::int64_t time_ns, 
 std::vector<std::shared_ptr<const Frame>> PairingReader::take_fisheye(std::int64_t time_ns, std::int64_t bound,
                                                                       Warnings& warnings) {
   std::optional<std::int64_t> best_ns = nearest_ns(fisheye_, false, time_ns, bound);
-  if (!best_ns && sources_.live) {
-    best_ns = newest_ns(fisheye_, time_ns - kLongestLiveBound_ns, time_ns);
-  }
+  if (!best_ns && sources_.live) best_ns = newest_ns(fisheye_, time_ns - kLongestLiveBound_ns, time_ns);
   std::vector<std::shared_ptr<const Frame>> out;
   take(fisheye_, best_ns, time_ns, bound, out, warnings);
   return out;
@@ -247,9 +221,7 @@ std::vector<std::string> PairingReader::faults() const {
   std::vector<std::string> out;
   for (const Source* source : {color_.source, depth_.source, fisheye_.source}) {
     const std::string fault = source != nullptr ? source->fault() : "";
-    if (!fault.empty() && std::find(out.begin(), out.end(), fault) == out.end()) {
-      out.push_back(fault);
-    }
+    if (!fault.empty() && std::find(out.begin(), out.end(), fault) == out.end()) out.push_back(fault);
   }
   return out;
 }
@@ -257,9 +229,7 @@ std::vector<std::string> PairingReader::faults() const {
 void PairingReader::rewind() {
   for (StreamLane* lane : {&color_, &depth_, &fisheye_}) {
     const bool done = lane == &depth_ && lane->source == color_.source;
-    if (lane->source != nullptr && !done) {
-      lane->source->rewind();
-    }
+    if (lane->source != nullptr && !done) lane->source->rewind();
     StreamLane empty;
     empty.source = lane->source;
     empty.offset_ns = lane->offset_ns;

@@ -47,18 +47,14 @@ void StreamLane::keep_newest(std::size_t count) {
     queue.pop_front();
     ++dropped;
   }
-  if (notes.size() > count) {
-    notes.erase(notes.begin());
-  }
+  if (notes.size() > count) notes.erase(notes.begin());
 }
 
 SourceItem StreamLane::pop(std::vector<std::string>& warnings) {
   Entry entry = std::move(queue.front());
   queue.pop_front();
   warnings.insert(warnings.end(), entry.notes.begin(), entry.notes.end());
-  if (is_lost(entry.item)) {
-    warnings.push_back(lost_text(entry.item));
-  }
+  if (is_lost(entry.item)) warnings.push_back(lost_text(entry.item));
   return std::move(entry.item);
 }
 

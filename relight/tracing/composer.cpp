@@ -29,9 +29,7 @@ void compose(const CameraUpload& camera, const capture::Image<float>& change, co
     if (coverage == 0 && delta.isZero(0)) return;
     const Rgb room = (camera.radiance(i / 3) + finite_or_zero(delta)).max(0);
     const Rgb exposure = camera.transmission(i / 3) * camera.exposure();
-    for (int c = 0; c < 3; ++c) {
-      picture->at(u, v, c) = srgb.code(exposure[c] * composed(room[c], object[c], coverage));
-    }
+    for (int c = 0; c < 3; ++c) picture->at(u, v, c) = srgb.code(exposure[c] * composed(room[c], object[c], coverage));
   });
 }
 

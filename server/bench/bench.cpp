@@ -78,9 +78,7 @@ std::vector<NamedInput> open_sessions(const BenchCommand& command) {
         open_bench_session(folder, wants(command, kErrorBudget) ? budget_cases().front().oracle : command.oracle);
     for (const std::string& warning : input.warnings) std::cerr << "lumigraft: " << warning << '\n';
     std::string name = input.session.name;
-    for (int n = 2; !taken.insert(name).second; ++n) {
-      name = input.session.name + "-" + std::to_string(n);
-    }
+    for (int n = 2; !taken.insert(name).second; ++n) name = input.session.name + "-" + std::to_string(n);
     sessions.push_back({std::move(name), std::move(input)});
   }
   return sessions;
@@ -99,9 +97,7 @@ void say(const BenchRow& row, std::size_t done, std::size_t all) {
             << capture::formatted("relight_error %.3f, %.0f ms CPU, %.0f ms wall", row.run.measures.relight_error,
                                   row.run.moving.host.cpu_ms, row.run.moving.host.wall_ms)
             << '\n';
-  for (const std::string& warning : row.run.warnings) {
-    std::cerr << "lumigraft: " << run << warning << '\n';
-  }
+  for (const std::string& warning : row.run.warnings) std::cerr << "lumigraft: " << run << warning << '\n';
 }
 
 relight::Exhibit simplified(relight::Exhibit exhibit, int max_triangles) {
@@ -118,21 +114,15 @@ bool measure_settings(const BenchCommand& command, const std::vector<NamedInput>
   CsvFile table(command.out / "results.csv", fields_of(BenchRow{}));
   CsvFile stages(command.out / "stages.csv", fields_of("", "", {}));
   std::size_t all = 0;
-  for (const Method& method : methods) {
-    all += sessions.size() * method.settings.size();
-  }
+  for (const Method& method : methods) all += sessions.size() * method.settings.size();
   for (const auto& [name, input] : sessions) {
     BenchScene scene = learn_bench_scene(input.session, command.oracle, command.oracle);
     capture::Session session = input.session;
     resize_picture(command.enlarge, session.color.model, scene.frame);
     const relight::Exhibit exhibit = simplified(input.exhibit, command.triangles);
-    for (const std::string& warning : scene.warnings) {
-      std::cerr << "lumigraft: " << name << ": " << warning << '\n';
-    }
+    for (const std::string& warning : scene.warnings) std::cerr << "lumigraft: " << name << ": " << warning << '\n';
     results.stages[name] = scene.stages;
-    for (const auto& [stage, cost] : scene.stages) {
-      stages.add(fields_of(name, stage, cost));
-    }
+    for (const auto& [stage, cost] : scene.stages) stages.add(fields_of(name, stage, cost));
     for (const Method& method : methods) {
       std::unique_ptr<relight::Renderer> renderer;  // shared by all settings of a method
       for (const BenchSetting& setting : method.settings) {

@@ -28,9 +28,7 @@ bool has_truth(const fs::path& truth, const OracleParts& needed) {
 /// The last such frame among the first kBenchFrames.
 std::uint64_t last_with_truth(const fs::path& session, const OracleParts& needed) {
   std::uint64_t last = 0;
-  for (std::uint64_t i = 0; i < kBenchFrames; ++i) {
-    last = has_truth(truth_folder(session, i), needed) ? i : last;
-  }
+  for (std::uint64_t i = 0; i < kBenchFrames; ++i) last = has_truth(truth_folder(session, i), needed) ? i : last;
   return last;
 }
 
@@ -72,9 +70,7 @@ BenchScene learn_bench_scene(const capture::Session& session, const OracleParts&
     if (frame->index > last) break;
     reconstruct::BuildResult built = builder.build(*frame);
     reconstruct::append_warnings(result.warnings, built.warnings);
-    for (const auto& [name, cost] : built.stages) {
-      runs[name].push_back(cost);
-    }
+    for (const auto& [name, cost] : built.stages) runs[name].push_back(cost);
     if (const fs::path folder = truth_folder(session.folder, frame->index); has_truth(folder, needed)) {
       truth = folder;
       result.frame = std::move(built.frame);

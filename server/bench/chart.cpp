@@ -46,9 +46,7 @@ bool crosses(const Point& a, const Point& b, const Box& box) {
 int crossings(const std::vector<std::vector<Point>>& lines, const Box& box) {
   int count = 0;
   for (const std::vector<Point>& line : lines) {
-    for (std::size_t i = 1; i < line.size(); ++i) {
-      count += crosses(line[i - 1], line[i], box) ? 1 : 0;
-    }
+    for (std::size_t i = 1; i < line.size(); ++i) count += crosses(line[i - 1], line[i], box) ? 1 : 0;
   }
   return count;
 }

@@ -77,9 +77,7 @@ Drawing::~Drawing() = default;
 void Drawing::line(const std::vector<Point>& points, const Stroke& stroke) {
   cairo_t* c = state_->context.get();
   cairo_new_path(c);
-  for (const Point& p : points) {
-    cairo_line_to(c, p.x, p.y);
-  }
+  for (const Point& p : points) cairo_line_to(c, p.x, p.y);
   use(c, stroke.colour);
   cairo_set_line_width(c, stroke.width);
   cairo_set_line_join(c, CAIRO_LINE_JOIN_ROUND);

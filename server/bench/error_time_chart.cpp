@@ -84,9 +84,7 @@ std::vector<Point> front_line(const std::vector<SettingMean>& means, const Axis&
     line.push_back({p.x, line.empty() ? frame.top : line.back().y});
     line.push_back(p);
   }
-  if (!line.empty()) {
-    line.push_back({frame.right, line.back().y});
-  }
+  if (!line.empty()) line.push_back({frame.right, line.back().y});
   return line;
 }
 
@@ -118,9 +116,7 @@ void draw_errors(Drawing& drawing, const Box& frame, const std::vector<SettingMe
     const double at = y.at(mean.relight_error), still = x.at(std::max(low, mean.still_cost_ms));
     lines.push_back({{still, at}, {x.at(mean.cost_ms), at}});
     drawing.line(lines.back(), {colour, 1.2});
-    if (mean.still_cost_ms > low) {
-      drawing.line({{still, at - 4}, {still, at + 4}}, {colour, 1.2});
-    }
+    if (mean.still_cost_ms > low) drawing.line({{still, at - 4}, {still, at + 4}}, {colour, 1.2});
   }
   std::vector<Box> taken;
   std::vector<Label> labels;

@@ -106,9 +106,7 @@ double total(const std::vector<double>& weights) { return std::accumulate(weight
 
 std::vector<double> sampled(int radius, const std::function<double(double)>& function) {
   std::vector<double> weights;
-  for (int i = -radius; i <= radius; ++i) {
-    weights.push_back(function(i));
-  }
+  for (int i = -radius; i <= radius; ++i) weights.push_back(function(i));
   return weights;
 }
 
@@ -139,13 +137,9 @@ Planes ycxcz_planes(const capture::Image<float>& srgb) {
   planes.fill(capture::Image<float>(srgb.width, srgb.height, 1));
   for (std::size_t i = 0; i < planes[0].data.size(); ++i) {
     Eigen::Vector3d rgb;
-    for (int c = 0; c < 3; ++c) {
-      rgb[c] = capture::srgb_to_linear(srgb.data[3 * i + static_cast<std::size_t>(c)]);
-    }
+    for (int c = 0; c < 3; ++c) rgb[c] = capture::srgb_to_linear(srgb.data[3 * i + static_cast<std::size_t>(c)]);
     const Eigen::Vector3d value = ycxcz(rgb);
-    for (int c = 0; c < 3; ++c) {
-      planes[static_cast<std::size_t>(c)].data[i] = static_cast<float>(value[c]);
-    }
+    for (int c = 0; c < 3; ++c) planes[static_cast<std::size_t>(c)].data[i] = static_cast<float>(value[c]);
   }
   return planes;
 }
@@ -158,37 +152,27 @@ struct Features {
 /// Scales the weights: positive ones sum to 1, negative ones to -1.
 std::vector<double> balanced(std::vector<double> weights) {
   double positive = 0, negative = 0;
-  for (const double w : weights) {
-    (w > 0 ? positive : negative) += w;
-  }
-  for (double& w : weights) {
-    w /= w > 0 ? positive : -negative;
-  }
+  for (const double w : weights) (w > 0 ? positive : negative) += w;
+  for (double& w : weights) w /= w > 0 ? positive : -negative;
   return weights;
 }
 
 Features features_of(const capture::Image<float>& achromatic) {
   capture::Image<float> lightness = achromatic;
-  for (float& y : lightness.data) {
-    y = (y + 16.0f) / 116.0f;
-  }
+  for (float& y : lightness.data) y = (y + 16.0f) / 116.0f;
   const double sigma = 0.5 * kFeatureWidth_degrees * kFlipPixelsPerDegree;
   const int radius = static_cast<int>(std::ceil(3.0 * sigma));
   const auto gaussian = [sigma](double x) { return std::exp(-x * x / (2.0 * sigma * sigma)); };
   std::vector<double> blur = sampled(radius, gaussian);
   const double sum = total(blur);
-  for (double& w : blur) {
-    w /= sum;
-  }
+  for (double& w : blur) w /= sum;
   const std::vector<double> slope = balanced(sampled(radius, [&](double x) { return -x * gaussian(x); }));
   const std::vector<double> bend =
       balanced(sampled(radius, [&](double x) { return (x * x / (sigma * sigma) - 1.0) * gaussian(x); }));
   const auto length = [&](const std::vector<double>& derivative) {
     capture::Image<float> across = convolve(lightness, derivative, blur);
     const capture::Image<float> down = convolve(lightness, blur, derivative);
-    for (std::size_t i = 0; i < across.data.size(); ++i) {
-      across.data[i] = std::hypot(across.data[i], down.data[i]);
-    }
+    for (std::size_t i = 0; i < across.data.size(); ++i) across.data[i] = std::hypot(across.data[i], down.data[i]);
     return across;
   };
   return {length(slope), length(bend)};

@@ -31,9 +31,7 @@ struct Squares {
 
 capture::Image<float> exposed(const std::filesystem::path& exr, double exposure) {
   capture::Image<float> picture = read_true_picture(exr);
-  for (float& value : picture.data) {
-    value = std::clamp(static_cast<float>(value * exposure), 0.0f, 1.0f);
-  }
+  for (float& value : picture.data) value = std::clamp(static_cast<float>(value * exposure), 0.0f, 1.0f);
   return picture;
 }
 

@@ -52,15 +52,11 @@ void write_results_json(const std::filesystem::path& path, const BenchResults& r
   if (!results.work.empty()) {
     Json& work = json["cost_work"] = {
         {"session", results.work_session}, {"setting", results.work_setting}, {"rows", Json::array()}};
-    for (const WorkRow& row : results.work) {
-      work["rows"].push_back(json_of(fields_of(row)));
-    }
+    for (const WorkRow& row : results.work) work["rows"].push_back(json_of(fields_of(row)));
   }
   if (!results.budget.empty()) {
     Json& budget = json["error_budget"] = {{"setting", results.budget_setting}, {"rows", Json::array()}};
-    for (const BudgetRow& row : results.budget) {
-      budget["rows"].push_back(json_of(fields_of(row)));
-    }
+    for (const BudgetRow& row : results.budget) budget["rows"].push_back(json_of(fields_of(row)));
   }
   capture::write_text(path, json.dump(1) + '\n');
 }

@@ -54,9 +54,7 @@ relight::Exhibit turned(const relight::Exhibit& exhibit, double angle_rad) {
   const Eigen::Quaterniond turn(Eigen::AngleAxisd(angle_rad, Eigen::Vector3d::UnitZ()));
   for (relight::VirtualObject& object : result.objects) {
     object.rotation = turn * object.rotation;
-    for (relight::KeyFrame& key : object.motion) {
-      key.rotation = turn * key.rotation;
-    }
+    for (relight::KeyFrame& key : object.motion) key.rotation = turn * key.rotation;
   }
   return result;
 }

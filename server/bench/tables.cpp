@@ -21,9 +21,7 @@ std::string cell(const FieldValue& value) {
 std::string quoted(const std::string& text) {
   if (text.find_first_of(",\"\n") == std::string::npos) return text;
   std::string result = "\"";
-  for (const char c : text) {
-    result += c == '"' ? "\"\"" : std::string(1, c);
-  }
+  for (const char c : text) result += c == '"' ? "\"\"" : std::string(1, c);
   return result + '"';
 }
 
@@ -43,9 +41,7 @@ void CsvFile::add(const Fields& row) {
 }
 
 void CsvFile::write(const std::vector<std::string>& cells) {
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    out_ << (i == 0 ? "" : ",") << quoted(cells[i]);
-  }
+  for (std::size_t i = 0; i < cells.size(); ++i) out_ << (i == 0 ? "" : ",") << quoted(cells[i]);
   out_ << '\n' << std::flush;
   if (!out_) throw std::runtime_error(path_.string() + ": cannot be written");
 }

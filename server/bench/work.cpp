@@ -50,18 +50,14 @@ std::size_t triangles(const relight::Model& model) { return model.indices.size()
 
 double triangles(const relight::Exhibit& exhibit) {
   double sum = 0;
-  for (const relight::VirtualObject& object : exhibit.objects) {
-    sum += static_cast<double>(triangles(*object.model));
-  }
+  for (const relight::VirtualObject& object : exhibit.objects) sum += static_cast<double>(triangles(*object.model));
   return sum;
 }
 
 /// Multiplies the number of triangles by 4 per step; negative steps divide.
 void change_triangles(WorkCase& work, int steps) {
   for (relight::VirtualObject& object : work.exhibit.objects) {
-    for (int i = 0; i < steps; ++i) {
-      object.model = subdivided(*object.model);
-    }
+    for (int i = 0; i < steps; ++i) object.model = subdivided(*object.model);
     if (steps < 0) {
       object.model = relight::simplify_model(*object.model, static_cast<int>(triangles(*object.model) >> (-2 * steps)));
     }

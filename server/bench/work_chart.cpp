@@ -25,9 +25,7 @@ void draw_kind(Drawing& drawing, const Box& frame, const std::string& kind, cons
   const double margin = std::pow(high / low, 0.08);
   const Axis x{Axis::Scale::logarithmic, low / margin, high * margin, frame.left, frame.right};
   std::vector<Tick> ticks;
-  for (const WorkRow& row : rows) {
-    ticks.push_back({row.amount, short_number(row.amount)});
-  }
+  for (const WorkRow& row : rows) ticks.push_back({row.amount, short_number(row.amount)});
   draw_frame(drawing, frame, x, ticks, y, y_ticks, kSmall);
   drawing.text({frame.left, frame.top - 8}, kind, {.size = kText, .bold = true});
 
@@ -40,9 +38,7 @@ void draw_kind(Drawing& drawing, const Box& frame, const std::string& kind, cons
     drawing.line({{x.at(from), y.at(from * slope)}, {x.at(to), y.at(to * slope)}}, {kQuiet.faded(0.6), 1.2, 4});
   }
   std::vector<Point> line;
-  for (const WorkRow& row : rows) {
-    line.push_back({x.at(row.amount), y.at(row.cost.host.cpu_ms / base_ms)});
-  }
+  for (const WorkRow& row : rows) line.push_back({x.at(row.amount), y.at(row.cost.host.cpu_ms / base_ms)});
   drawing.line(line, {colour_of(0), 2});
   for (std::size_t i = 0; i < rows.size(); ++i) {
     drawing.mark(Mark::disk, line[i], 4.5, colour_of(0), rows[i].base);
@@ -56,9 +52,7 @@ void draw_kind(Drawing& drawing, const Box& frame, const std::string& kind, cons
 void draw_cost_work(const BenchResults& results, const std::filesystem::path& stem) {
   const std::vector<std::string> kinds = distinct(results.work, &WorkRow::work);
   double base_ms = 0, low = 1, high = 1;
-  for (const WorkRow& row : results.work) {
-    base_ms = row.base && base_ms == 0 ? row.cost.host.cpu_ms : base_ms;
-  }
+  for (const WorkRow& row : results.work) base_ms = row.base && base_ms == 0 ? row.cost.host.cpu_ms : base_ms;
   if (base_ms == 0) return;
   for (const WorkRow& row : results.work) {
     low = std::min(low, row.cost.host.cpu_ms / base_ms), high = std::max(high, row.cost.host.cpu_ms / base_ms);

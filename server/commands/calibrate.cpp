@@ -124,9 +124,7 @@ Input read_folder_views(const CalibrateCommand& command, const std::atomic<bool>
   for (std::size_t c = 0; c < 2; ++c) {
     const fs::path& folder = c == 0 ? command.color : command.fisheye;
     if (folder.empty()) continue;
-    for (const fs::path& file : reconstruct::picture_files(folder)) {
-      moments[file.stem().string()][c] = file;
-    }
+    for (const fs::path& file : reconstruct::picture_files(folder)) moments[file.stem().string()][c] = file;
   }
   Input input;
   std::int64_t time_ns = 0;
@@ -160,17 +158,13 @@ std::optional<capture::Tag> room_tag_of(const capture::Session& session, const r
 CalibratedCamera calibrated(const capture::CameraModel& camera, const reconstruct::ViewSelector& collector,
                             std::size_t c, std::vector<reconstruct::BoardView>& views, std::ostream& report) {
   std::vector<reconstruct::BoardPicture> pictures;
-  for (const reconstruct::BoardMoment& moment : collector.moments()) {
-    pictures.push_back(moment.by_camera[c]);
-  }
+  for (const reconstruct::BoardMoment& moment : collector.moments()) pictures.push_back(moment.by_camera[c]);
   const reconstruct::CameraCalibration found = reconstruct::calibrate_camera(camera, collector.finder(), pictures);
   write_calibration_report(report, kCameraNames[c], found);
   if (!found.refusal.empty()) {
     throw std::runtime_error(std::string("calibration refused: ") + kCameraNames[c] + ": " + found.refusal);
   }
-  for (reconstruct::BoardPicture& picture : pictures) {
-    views.push_back(std::move(picture.view));
-  }
+  for (reconstruct::BoardPicture& picture : pictures) views.push_back(std::move(picture.view));
   return {found, {}};
 }
 
@@ -242,9 +236,7 @@ std::optional<CalibratedRest::Depth> find_depth(const capture::DepthCamera& dept
   for (std::size_t i = 0; i < color_views.size(); ++i) {
     const auto& picture = collector.moments()[i].depth;
     const auto pose = picture ? reconstruct::refined_pose(color_views[i], color.calibration.model) : std::nullopt;
-    if (pose) {
-      views.push_back({&picture->depth_m, *pose});
-    }
+    if (pose) views.push_back({&picture->depth_m, *pose});
   }
   const reconstruct::DepthCalibration found =
       reconstruct::calibrate_depth(depth.model, depth.T_color_depth, board, views);
@@ -360,9 +352,7 @@ void find_lenses_guided(const CalibrateCommand& command, const reconstruct::Boar
   }
   report << found.str() << std::flush;
   guide.done(found.str(), refusal);
-  while (!interrupted) {
-    std::this_thread::sleep_for(kCommands.tick);
-  }
+  while (!interrupted) std::this_thread::sleep_for(kCommands.tick);
   web.stop();
   if (failure) std::rethrow_exception(failure);
 }

@@ -140,9 +140,7 @@ WebReply CalibrateGuide::picture(std::size_t camera) {
   if (!cameras_[camera] || !cameras_[camera]->picture) return {503, "text/plain; charset=utf-8", "no picture yet\n"};
   capture::Image<std::uint8_t> rgb = cameras_[camera]->picture->encoded;
   for (const reconstruct::SeenPoints& seen : cameras_[camera]->view.seen) {
-    for (const Eigen::Vector2d& pixel : seen.pixels) {
-      mark(rgb, pixel);
-    }
+    for (const Eigen::Vector2d& pixel : seen.pixels) mark(rgb, pixel);
   }
   const std::vector<std::uint8_t> file = jpeg_.encode(rgb);
   return {200, "image/jpeg", std::string(file.begin(), file.end())};

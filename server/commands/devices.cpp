@@ -9,9 +9,7 @@ void write_devices_text(std::ostream& out, const std::vector<capture::CameraList
   if (cameras.empty()) out << "no cameras found\n";
   for (const capture::CameraListing& camera : cameras) {
     out << camera.source << "  " << camera.name << '\n';
-    for (const std::string& other : camera.same_hardware) {
-      out << "  the same hardware as " << other << '\n';
-    }
+    for (const std::string& other : camera.same_hardware) out << "  the same hardware as " << other << '\n';
     if (!camera.rejection_reason.empty()) out << "  cannot be looked into: " << camera.rejection_reason << '\n';
     for (const capture::OfferedInput& input : camera.inputs) {
       out << "  input \"" << input.name << '"' << (input.chosen ? ", chosen" : "");

@@ -84,9 +84,7 @@ class Recording {
   /// Reports a camera's fault once when it begins.
   void print_faults() {
     std::set<std::string> now;
-    for (const capture::Source* source : distinct_) {
-      now.insert(source->fault());
-    }
+    for (const capture::Source* source : distinct_) now.insert(source->fault());
     now.erase("");
     for (const std::string& fault : now) {
       if (said_.count(fault) == 0) std::fprintf(stderr, "lumigraft: %s\n", fault.c_str());

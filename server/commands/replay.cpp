@@ -56,9 +56,7 @@ class PartialOutput {
         earlier.push_back(entry.path());
       }
     }
-    for (const fs::path& path : earlier) {
-      fs::remove(path);
-    }
+    for (const fs::path& path : earlier) fs::remove(path);
     for (const fs::directory_entry& entry : fs::directory_iterator(partial_)) {
       fs::rename(entry.path(), out_ / entry.path().filename());
     }

@@ -65,9 +65,7 @@ std::string stats_text(const Pipeline::Record& record, const Metrics& metrics, c
   for (const auto& [stage, s] : interval.stages) {
     json["stage_ms"][stage] = {{"mean", s.mean_ms}, {"p95", s.p95_ms}, {"max", s.max_ms}};
   }
-  for (const auto& [stage, count] : metrics.drops()) {
-    json["drops"][stage] = count;
-  }
+  for (const auto& [stage, count] : metrics.drops()) json["drops"][stage] = count;
   return json_line(json);
 }
 

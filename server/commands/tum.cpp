@@ -142,9 +142,7 @@ void run_export(const ExportCommand& command, const std::atomic<bool>& interrupt
                                           lens.cx, lens.cy)};
   TumStream depth{"depth", "# timestamp filename\n"}, fisheye{"fisheye", "# timestamp filename exposure\n"};
   std::uint64_t radiance = 0, too_far = 0, warnings = 0;
-  for (const TumStream& stream : {rgb, depth, fisheye}) {
-    fs::create_directory(command.out / stream.name);
-  }
+  for (const TumStream& stream : {rgb, depth, fisheye}) fs::create_directory(command.out / stream.name);
   while (const std::optional<capture::FrameSet> frame = frames->next(std::chrono::seconds(10))) {
     if (interrupted) break;
     warnings += frame->warnings.size();

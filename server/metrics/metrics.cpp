@@ -14,9 +14,7 @@ StageSummary summarise(std::vector<float>& times_ms) {
   s.count = times_ms.size();
   if (times_ms.empty()) return s;
   std::sort(times_ms.begin(), times_ms.end());
-  for (const float t : times_ms) {
-    s.mean_ms += t;
-  }
+  for (const float t : times_ms) s.mean_ms += t;
   s.mean_ms /= static_cast<double>(times_ms.size());
   s.p95_ms = times_ms[(times_ms.size() - 1) * 95 / 100];
   s.max_ms = times_ms.back();

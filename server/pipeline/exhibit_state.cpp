@@ -29,9 +29,7 @@ Json json_or_null(const std::optional<T>& value) {
 Json json_of(const relight::MaterialOverride& material) {
   if (material.empty()) return nullptr;
   std::optional<std::array<float, 3>> base_color;
-  if (const auto& c = material.base_color) {
-    base_color = {c->x(), c->y(), c->z()};
-  }
+  if (const auto& c = material.base_color) base_color = {c->x(), c->y(), c->z()};
   return {{"base_color", json_or_null(base_color)},
           {"metallic", json_or_null(material.metallic)},
           {"roughness", json_or_null(material.roughness)},

@@ -17,9 +17,7 @@ std::size_t bytes_of(const capture::Frame& picture) {
 std::size_t bytes_of(const capture::FrameSet& frame) {
   std::size_t bytes = bytes_of(*frame.color);
   if (frame.raw_depth) bytes += sizeof(std::uint16_t) * frame.raw_depth->counts.data.size();
-  for (const auto& picture : frame.fisheye) {
-    bytes += bytes_of(*picture);
-  }
+  for (const auto& picture : frame.fisheye) bytes += bytes_of(*picture);
   return bytes;
 }
 

@@ -38,9 +38,7 @@ std::string frame_record_line(const capture::FrameSet& frame, const FrameRecord&
   json["lights"] = Json::array();
   json["sh"] = Json();
   if (scene.illumination) {
-    for (const reconstruct::PointLight& light : scene.illumination->lights) {
-      json["lights"].push_back(lamp(light));
-    }
+    for (const reconstruct::PointLight& light : scene.illumination->lights) json["lights"].push_back(lamp(light));
     json["sh"] = Json::array();
     for (const Eigen::Vector3f& coefficient : scene.illumination->environment_sh) {
       json["sh"].push_back(rgb(coefficient));

@@ -13,9 +13,7 @@ nlohmann::ordered_json plan_json(const relight::Plan& plan) {
 
 nlohmann::ordered_json transform_json(const Eigen::Isometry3d& transform) {
   auto rows = nlohmann::ordered_json::array();
-  for (int r = 0; r < 4; ++r) {
-    rows.push_back({transform(r, 0), transform(r, 1), transform(r, 2), transform(r, 3)});
-  }
+  for (int r = 0; r < 4; ++r) rows.push_back({transform(r, 0), transform(r, 1), transform(r, 2), transform(r, 3)});
   return rows;
 }
 

@@ -153,9 +153,7 @@ void Pipeline::State::capture_turn() {
     std::lock_guard lock(newest_color_mutex);
     newest_color = played->frame->color;
   }
-  if (!played->frame->fisheye.empty()) {
-    to_light.put({played->frame->fisheye, played->frame->color});
-  }
+  if (!played->frame->fisheye.empty()) to_light.put({played->frame->fisheye, played->frame->color});
   if (to_pose.put(*played)) metrics.drop(pose_waits_for_relight ? "relight" : "pose");
 }
 
@@ -341,9 +339,7 @@ void Pipeline::State::encode_turn() {
     }
   }
   if (picture) {
-    for (auto& message : encode.encode(*picture)) {
-      publish(std::move(message));
-    }
+    for (auto& message : encode.encode(*picture)) publish(std::move(message));
     metrics.time("capture_to_send", std::chrono::duration<double>(Clock::now() - picture->captured).count());
     store.publish_warnings("encode stage", {});
   }

@@ -93,9 +93,7 @@ ServiceInput read_service(const ServiceFiles& files, const relight::Plan& defaul
     read_cameras(files.config, files.overrides, true);
   } else {
     std::vector<std::string> own, of_session;
-    for (const std::string& line : files.overrides) {
-      (of_configuration(line) ? own : of_session).push_back(line);
-    }
+    for (const std::string& line : files.overrides) (of_configuration(line) ? own : of_session).push_back(line);
     const capture::ConfigTable root = capture::ConfigTable::load(files.config, own);
     const std::filesystem::path folder = root.folder() / root.text("session");
     if (!std::filesystem::exists(folder / "session.toml")) {

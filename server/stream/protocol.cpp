@@ -35,9 +35,7 @@ template <int N>
 Eigen::Matrix<double, N, 1> vector(const nlohmann::json& value, const std::string& key, double low, double high) {
   if (!value.is_array() || value.size() != N) throw Refused{key + ": an array of " + std::to_string(N) + " numbers"};
   Eigen::Matrix<double, N, 1> result;
-  for (int i = 0; i < N; ++i) {
-    result[i] = number(value[static_cast<std::size_t>(i)], key, low, high);
-  }
+  for (int i = 0; i < N; ++i) result[i] = number(value[static_cast<std::size_t>(i)], key, low, high);
   return result;
 }
 

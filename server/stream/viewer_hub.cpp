@@ -37,15 +37,11 @@ void ViewerHub::publish(const std::shared_ptr<const StreamMessage>& message) {
 }
 
 void ViewerHub::publish_text(const std::string& kind, const std::string& text) {
-  for (const auto& viewer : std::set(viewers_)) {
-    viewer->offer_text(kind, text);
-  }
+  for (const auto& viewer : std::set(viewers_)) viewer->offer_text(kind, text);
 }
 
 void ViewerHub::close_all() {
-  for (const auto& viewer : std::set(viewers_)) {
-    viewer->close_all();
-  }
+  for (const auto& viewer : std::set(viewers_)) viewer->close_all();
 }
 
 void ViewerHub::acknowledged(std::uint32_t sequence) {

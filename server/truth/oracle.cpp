@@ -85,9 +85,7 @@ reconstruct::Illumination with_true_lamps(const reconstruct::Illumination& split
   reconstruct::Illumination result = split;
   const Eigen::Vector3d probe_m = split.probe_position_m.cast<double>();
   int next_id = 0;
-  for (const reconstruct::PointLight& light : split.lights) {
-    next_id = std::max(next_id, light.id + 1);
-  }
+  for (const reconstruct::PointLight& light : split.lights) next_id = std::max(next_id, light.id + 1);
   const auto add_if_out_of_view = [&](reconstruct::PointLight light) {
     const Eigen::Vector3d seen_along = fisheye.T_tag_fisheye.rotation().transpose() * light.direction.cast<double>();
     const std::optional<Eigen::Vector2d> pixel = fisheye.model.project(seen_along);
@@ -110,9 +108,7 @@ reconstruct::Illumination with_true_lamps(const reconstruct::Illumination& split
     }
     add_if_out_of_view(light);
   }
-  for (const reconstruct::PointLight& lamp : far) {
-    add_if_out_of_view(lamp);
-  }
+  for (const reconstruct::PointLight& lamp : far) add_if_out_of_view(lamp);
   std::ranges::stable_sort(result.lights, std::greater(),
                            [](const reconstruct::PointLight& light) { return light.irradiance.sum(); });
   return result;

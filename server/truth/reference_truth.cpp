@@ -104,9 +104,7 @@ TrueRoom::TrueRoom(const capture::Session& session) : session_(session), meshes_
 void TrueRoom::take(const std::filesystem::path& folder) {
   auto next = std::make_shared<relight::ReferenceScene>();
   next->real = meshes_;
-  for (const TrueLamp& lamp : read_true_lamps(folder / "lights.json")) {
-    next->lamps.push_back(lamp_of(lamp));
-  }
+  for (const TrueLamp& lamp : read_true_lamps(folder / "lights.json")) next->lamps.push_back(lamp_of(lamp));
   const TrueSky sky = read_true_sky(folder / "lights.json");
   next->background = sky.constant.cast<float>().array();
   if (sky.is_picture) next->environment.radiance = read_true_picture(session_.folder / "truth" / "environment.exr");

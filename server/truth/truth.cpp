@@ -50,9 +50,7 @@ Eigen::Isometry3d read_true_pose(const std::filesystem::path& pose_json) {
   return read_json(pose_json, [](const nlohmann::json& json) {
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
     for (int r = 0; r < 3; ++r) {
-      for (int c = 0; c < 4; ++c) {
-        pose(r, c) = json.at("T_tag_from_camera").at(r).at(c).get<double>();
-      }
+      for (int c = 0; c < 4; ++c) pose(r, c) = json.at("T_tag_from_camera").at(r).at(c).get<double>();
     }
     return pose;
   });

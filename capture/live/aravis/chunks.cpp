@@ -29,9 +29,7 @@ bool are_near(std::uint64_t a_ns, std::uint64_t b_ns) {
 
 std::uint64_t number_at(std::span<const std::uint8_t> bytes, std::size_t at, bool big_endian) {
   std::uint64_t number = 0;
-  for (std::size_t i = 0; i < kNumber; ++i) {
-    number = number << 8 | bytes[at + (big_endian ? i : kNumber - 1 - i)];
-  }
+  for (std::size_t i = 0; i < kNumber; ++i) number = number << 8 | bytes[at + (big_endian ? i : kNumber - 1 - i)];
   return number;
 }
 
@@ -39,9 +37,7 @@ std::vector<ArvGcPropertyNode*> properties_of(ArvGcNode* node) {
   std::vector<ArvGcPropertyNode*> out;
   for (ArvDomNode* child = node != nullptr ? arv_dom_node_get_first_child(ARV_DOM_NODE(node)) : nullptr;
        child != nullptr; child = arv_dom_node_get_next_sibling(child)) {
-    if (ARV_IS_GC_PROPERTY_NODE(child)) {
-      out.push_back(ARV_GC_PROPERTY_NODE(child));
-    }
+    if (ARV_IS_GC_PROPERTY_NODE(child)) out.push_back(ARV_GC_PROPERTY_NODE(child));
   }
   return out;
 }
@@ -69,21 +65,15 @@ Chunks::Chunks(ArvCamera& camera, const StreamSpec& spec) : spec_(spec) {
     return;
   }
   big_endian_ = ARV_IS_GV_DEVICE(device);
-  if (ARV_IS_GV_DEVICE(device)) {
-    ticks_per_s_ = arv_gv_device_get_timestamp_tick_frequency(ARV_GV_DEVICE(device), check);
-  }
+  if (ARV_IS_GV_DEVICE(device)) ticks_per_s_ = arv_gv_device_get_timestamp_tick_frequency(ARV_GV_DEVICE(device), check);
   time_ = enable(camera, "Timestamp", ARV_TYPE_GC_INTEGER);
   // The session's `exposure` holds for its exposure_us and gain; those of a frame scale it.
-  if (spec.settings.exposure_us) {
-    exposure_ = enable(camera, "ExposureTime", ARV_TYPE_GC_FLOAT);
-  }
+  if (spec.settings.exposure_us) exposure_ = enable(camera, "ExposureTime", ARV_TYPE_GC_FLOAT);
   ArvGcNode* gain = arv_device_get_feature(device, "Gain");  // if absent, `gain` is in the camera's own steps
   if (spec.settings.gain && ARV_IS_GC_FLOAT(gain)) {
     const char* unit = arv_gc_float_get_unit(ARV_GC_FLOAT(gain));
     gain_in_db_ = unit != nullptr && std::string(unit) == "dB";
-    if (gain_in_db_ || *spec.settings.gain > 0.0) {
-      gain_ = enable(camera, "Gain", ARV_TYPE_GC_FLOAT);
-    }
+    if (gain_in_db_ || *spec.settings.gain > 0.0) gain_ = enable(camera, "Gain", ARV_TYPE_GC_FLOAT);
   }
   if (time_ || exposure_ || gain_) {
     parser_.reset(arv_camera_create_chunk_parser(&camera));
@@ -205,9 +195,7 @@ FrameSettings Chunks::read(ArvBuffer& buffer, std::size_t frame_bytes) const {
   }
   std::string fault;
   const auto note = [&] {
-    if (own.fault.empty()) {
-      own.fault = fault;
-    }
+    if (own.fault.empty()) own.fault = fault;
   };
   if (time_) {
     own.time_ns = time_ns(buffer, fault);

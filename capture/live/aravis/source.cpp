@@ -32,9 +32,7 @@ class AravisSource::Camera : public Source {
  public:
   Camera(const std::string& name, const StreamSpec& spec) : spec_(spec) {
     Check check;
-    if (name.empty()) {
-      arv_update_device_list();
-    }
+    if (name.empty()) arv_update_device_list();
     camera_.reset(arv_camera_new(name.empty() ? nullptr : name.c_str(), check));
     if (!camera_) {
       if (aravis::usb3_vision_is_forbidden()) {
@@ -57,9 +55,7 @@ class AravisSource::Camera : public Source {
 
   /// Closes the camera on another thread, since Aravis waits a dozen seconds for a camera that is gone.
   ~Camera() override {
-    if (device_ != nullptr) {
-      g_signal_handlers_disconnect_by_data(device_, this);
-    }
+    if (device_ != nullptr) g_signal_handlers_disconnect_by_data(device_, this);
     std::promise<void> promise;
     const std::future<void> closed = promise.get_future();
     std::thread([started = started_, camera = std::move(camera_), stream = std::move(stream_),
@@ -100,9 +96,7 @@ class AravisSource::Camera : public Source {
     Check check;
     std::vector<PixelFormat> known;
     for (const gint64 offered : aravis::pixel_formats_of(camera_.get())) {
-      if (const auto format = aravis::pixel_format_of(offered)) {
-        known.push_back(*format);
-      }
+      if (const auto format = aravis::pixel_format_of(offered)) known.push_back(*format);
     }
     const auto offers = [&known](PixelFormat f) { return std::find(known.begin(), known.end(), f) != known.end(); };
     if (spec_.settings.pixel_format) {
@@ -113,9 +107,7 @@ class AravisSource::Camera : public Source {
     }
     if (!offers(format_)) {
       std::string names;
-      for (const PixelFormat format : known) {
-        names += " " + std::string(name_of(format));
-      }
+      for (const PixelFormat format : known) names += " " + std::string(name_of(format));
       throw InputError("found no pixel format " + std::string(name_of(format_)) + ", offered:" + names);
     }
     if (!bytes_of(format_, spec_.width, spec_.height)) {
@@ -213,12 +205,8 @@ class AravisSource::Camera : public Source {
 
   void use_chunks() {
     auto chunks = std::make_unique<aravis::Chunks>(*camera_, spec_);
-    if (!chunks->refused().empty()) {
-      warn(chunks->refused());
-    }
-    if (chunks->active()) {
-      chunks_ = std::move(chunks);
-    }
+    if (!chunks->refused().empty()) warn(chunks->refused());
+    if (chunks->active()) chunks_ = std::move(chunks);
   }
 
   /// Warns once, since a fault of chunks usually affects many frames.
@@ -297,12 +285,8 @@ class AravisSource::Camera : public Source {
   /// difference, so that the order of frames is kept.
   void read_chunks(ArvBuffer& buffer, std::size_t frame_bytes, Stamp& stamp, double& exposure) {
     const aravis::FrameSettings own = chunks_->read(buffer, frame_bytes);
-    if (!own.fault.empty()) {
-      warn(own.fault);
-    }
-    if (own.time_ns) {
-      chunk_offset_ns_ = *own.time_ns - stamp.time_ns;
-    }
+    if (!own.fault.empty()) warn(own.fault);
+    if (own.time_ns) chunk_offset_ns_ = *own.time_ns - stamp.time_ns;
     stamp.time_ns += chunk_offset_ns_;
     exposure = own.exposure.value_or(exposure);
   }
@@ -329,9 +313,7 @@ class AravisSource::Camera : public Source {
     const Pixels pixels = pixels_in(buffer, wanted);
     if (pixels.data == nullptr) return LostFrame{stamp, spec_.stream, "the picture has another size or format"};
     Frame frame{.stream = spec_.stream, .exposure = spec_.exposure};
-    if (chunks_) {
-      read_chunks(buffer, pixels.bytes, stamp, frame.exposure);
-    }
+    if (chunks_) read_chunks(buffer, pixels.bytes, stamp, frame.exposure);
     frame.stamp = stamp;
     std::vector<std::uint8_t> own;
     std::span<const std::uint8_t> bytes(pixels.data, wanted);

@@ -126,9 +126,7 @@ void Camera::start() {
   camera_->requestCompleted.connect(this, &Camera::completed);
   camera_->disconnected.connect(this, &Camera::disconnected);
   check(camera_->start(), "start");
-  for (const auto& request : requests_) {
-    check(camera_->queueRequest(request.get()), "start");
-  }
+  for (const auto& request : requests_) check(camera_->queueRequest(request.get()), "start");
 }
 
 void Camera::give_back(std::uint32_t index) {

@@ -55,9 +55,7 @@ std::string usb_serial(const std::filesystem::path& node) {
 
 void list(libcamera::Camera& camera) {
   std::cout << "camera\t" << camera.id() << '\t' << model_of(camera) << '\n';
-  for (const std::filesystem::path& node : nodes_of(camera)) {
-    std::cout << "node\t" << node.string() << '\n';
-  }
+  for (const std::filesystem::path& node : nodes_of(camera)) std::cout << "node\t" << node.string() << '\n';
   std::vector<libcamera::PixelFormat> seen;
   for (const libcamera::StreamRole role : kRoles) {
     const auto configuration = camera.generateConfiguration({role});
@@ -154,9 +152,7 @@ void set_text(HelperMessage& message, const std::string& text) {
                          .format = camera.format(),
                          .stride = camera.stride(),
                          .buffers = static_cast<std::uint32_t>(camera.buffers().size())};
-    for (const std::filesystem::path& node : nodes_of(camera.camera())) {
-      set_text(opened, usb_serial(node));
-    }
+    for (const std::filesystem::path& node : nodes_of(camera.camera())) set_text(opened, usb_serial(node));
     send(opened);
     for (std::uint32_t i = 0; i < opened.buffers; ++i) {
       HelperMessage memory{.kind = HelperMessage::Kind::memory, .index = i};
@@ -169,9 +165,7 @@ void set_text(HelperMessage& message, const std::string& text) {
     }
     camera.start();
     std::uint32_t index = 0;
-    while (recv(kHelperSocket, &index, sizeof index, 0) == sizeof index) {
-      camera.give_back(index);
-    }
+    while (recv(kHelperSocket, &index, sizeof index, 0) == sizeof index) camera.give_back(index);
   } catch (const CameraFault& e) {
     refuse(HelperMessage::Kind::unavailable, e.what());
   } catch (const InputError& e) {
@@ -189,9 +183,7 @@ int main(int count, char** words) {
   setrlimit(RLIMIT_CORE, &no_core);  // aborts are expected
   if (count == 2 && std::strcmp(words[1], "list") == 0) {
     try {
-      for (const auto& camera : capture::libcam::cameras()) {
-        capture::libcam::list(*camera);
-      }
+      for (const auto& camera : capture::libcam::cameras()) capture::libcam::list(*camera);
     } catch (const capture::CameraFault& e) {
       std::cout << "failed\t" << e.what() << '\n';
     }

@@ -67,9 +67,7 @@ bool offers(const libcamera::ControlInfoMap& offered, const libcamera::ControlId
 
 void switch_off(libcamera::ControlList& list, const libcamera::ControlInfoMap& offered,
                 const libcamera::Control<bool>& control) {
-  if (offers(offered, control)) {
-    list.set(control, false);
-  }
+  if (offers(offered, control)) list.set(control, false);
 }
 
 std::optional<double> control_named(const CameraSettings& settings, const std::string& name) {
@@ -166,9 +164,7 @@ libcamera::ControlList controls_for(const libcamera::ControlInfoMap& offered, co
   if (settings.exposure_us) {
     set_number(list, offered, libcamera::controls::ExposureTime.name(), "exposure_us", *settings.exposure_us);
   }
-  if (settings.gain) {
-    set_number(list, offered, libcamera::controls::AnalogueGain.name(), "gain", *settings.gain);
-  }
+  if (settings.gain) set_number(list, offered, libcamera::controls::AnalogueGain.name(), "gain", *settings.gain);
   if (settings.rate_hz) {
     refuse_if(!offers(offered, libcamera::controls::FrameDurationLimits),
               "rate_hz: found a camera whose rate is not set this way");
@@ -177,9 +173,7 @@ libcamera::ControlList controls_for(const libcamera::ControlInfoMap& offered, co
   }
   set_white_balance(list, offered, settings);
   for (const auto& [name, value] : settings.controls) {
-    if (name != kRedGain && name != kBlueGain) {
-      set_number(list, offered, name, "controls." + name, value);
-    }
+    if (name != kRedGain && name != kBlueGain) set_number(list, offered, name, "controls." + name, value);
   }
   return list;
 }

@@ -68,19 +68,13 @@ std::vector<std::string> helper_arguments(const std::string& camera, const Strea
   std::vector<std::string> arguments = {"open", camera, std::to_string(spec.width), std::to_string(spec.height),
                                         text_of(spec.exposure)};
   const CameraSettings& s = spec.settings;
-  if (s.pixel_format) {
-    arguments.push_back("pixel_format=" + std::string(name_of(*s.pixel_format)));
-  }
+  if (s.pixel_format) arguments.push_back("pixel_format=" + std::string(name_of(*s.pixel_format)));
   const std::pair<const char*, std::optional<double>> numbers[] = {
       {"rate_hz", s.rate_hz}, {"exposure_us", s.exposure_us}, {"gain", s.gain}};
   for (const auto& [key, value] : numbers) {
-    if (value) {
-      arguments.push_back(std::string(key) + "=" + text_of(*value));
-    }
+    if (value) arguments.push_back(std::string(key) + "=" + text_of(*value));
   }
-  for (const auto& [name, value] : s.controls) {
-    arguments.push_back("controls." + name + "=" + text_of(value));
-  }
+  for (const auto& [name, value] : s.controls) arguments.push_back("controls." + name + "=" + text_of(value));
   return arguments;
 }
 
@@ -106,9 +100,7 @@ class LibcameraSource::Camera : public Source {
     shared_->buffers.resize(opened.buffers);
     for (std::uint32_t i = 0; i < opened.buffers; ++i) {
       const auto [memory, files] = demand(HelperMessage::Kind::memory);
-      if (memory.index < shared_->buffers.size()) {
-        shared_->buffers[memory.index] = mapped(memory, files);
-      }
+      if (memory.index < shared_->buffers.size()) shared_->buffers[memory.index] = mapped(memory, files);
     }
     shared_->with_driver = static_cast<int>(opened.buffers);
   }
@@ -156,18 +148,14 @@ class LibcameraSource::Camera : public Source {
     for (cmsghdr* head = CMSG_FIRSTHDR(&envelope); head != nullptr; head = CMSG_NXTHDR(&envelope, head)) {
       std::vector<int> numbers((head->cmsg_len - CMSG_LEN(0)) / sizeof(int));
       std::memcpy(numbers.data(), CMSG_DATA(head), numbers.size() * sizeof(int));
-      for (const int number : numbers) {
-        out.second.emplace_back(number);
-      }
+      for (const int number : numbers) out.second.emplace_back(number);
     }
     return out;
   }
 
   /// Whether the camera failed after it was opened.
   bool refused(const HelperMessage& message) {
-    if (message.kind == HelperMessage::Kind::unavailable) {
-      fault_ = message.text.data();
-    }
+    if (message.kind == HelperMessage::Kind::unavailable) fault_ = message.text.data();
     return !fault_.empty();
   }
 
@@ -199,9 +187,7 @@ class LibcameraSource::Camera : public Source {
       picture.original = std::make_shared<RawFrame>(format_, bytes, std::move(lent));
       return picture;
     }
-    if (own.empty()) {
-      own.assign(bytes.begin(), bytes.end());
-    }
+    if (own.empty()) own.assign(bytes.begin(), bytes.end());
     picture.original = std::make_shared<RawFrame>(format_, std::move(own));
     return picture;
   }

@@ -105,9 +105,7 @@ struct Lane {
 /// An open device with its streams, destroyed in the order that OpenNI2 requires.
 struct OpenDevice {
   ~OpenDevice() {
-    for (const auto& lane : lanes) {
-      lane->stream.stop();
-    }
+    for (const auto& lane : lanes) lane->stream.stop();
     if (device.isValid() && device.isFile()) {
       // OpenNI2's player thread iterates over its list of streams without a lock: continuously while a stream is
       // started, every 10 ms otherwise. Destroying a stream meanwhile crashes it.
@@ -139,9 +137,7 @@ class OpenNiSource::Reader : public Source {
                        ", allowed: oni: for recordings, openni2: for devices");
     }
     listener_.set_uri(device_.getDeviceInfo().getUri());
-    if (kind == Kind::device) {
-      serial_ = serial_of_device();
-    }
+    if (kind == Kind::device) serial_ = serial_of_device();
     for (const StreamSpec& spec : specs) {
       check_serial(serial_, spec.serial);
       rate_hz_ = spec.settings.rate_hz ? spec.settings.rate_hz : rate_hz_;
@@ -183,9 +179,7 @@ class OpenNiSource::Reader : public Source {
     // A recording is read as fast as possible. It ends after its number of frames or, if that is wrong, by silence.
     if (finished_) return std::nullopt;
     std::vector<openni::VideoStream*> streams;
-    for (const auto& lane : lanes_) {
-      streams.push_back(&lane->stream);
-    }
+    for (const auto& lane : lanes_) streams.push_back(&lane->stream);
     int ready = -1;
     const auto wait = kind_ == Kind::device ? timeout
                       : listener_.ended()   ? silence_ / kOpenNiParameters.end_silence_divisor
@@ -294,9 +288,7 @@ class OpenNiSource::Reader : public Source {
     const bool read = lane.stream.readFrame(&frame) == openni::STATUS_OK && frame.isValid();
     Stamp stamp{lane.last_time_ns, steady_now_ns(), lane.next_sequence};
     if (read) {
-      if (!lane.first_index) {
-        lane.first_index = frame.getFrameIndex();
-      }
+      if (!lane.first_index) lane.first_index = frame.getFrameIndex();
       const auto index = static_cast<std::int64_t>(frame.getFrameIndex()) - *lane.first_index;
       if (index > static_cast<std::int64_t>(stamp.sequence)) {
         stamp.sequence = static_cast<std::uint64_t>(index);  // the device counts lost frames

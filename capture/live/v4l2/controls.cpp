@@ -82,9 +82,7 @@ void set_within(const Device& device, const Control& control, double value, cons
   if (error == EINVAL || error == ERANGE || error == EACCES) {  // EACCES: another control disables this one
     throw InputError(key + ": found " + std::to_string(rounded) + ", which the camera does not take now");
   }
-  if (error != 0) {
-    fail(error, key);
-  }
+  if (error != 0) fail(error, key);
 }
 
 /// Sets a control if the camera has it; `what` names it in errors.
@@ -94,9 +92,7 @@ void fix(const Device& device, const std::vector<Control>& all, std::uint32_t id
   if (control == nullptr || control->read_only) return;
   const int error = set(device, id, value);
   refuse_if(error == EINVAL || error == ERANGE, std::string("found ") + what + " that cannot be switched off");
-  if (error != 0) {
-    fail(error, what);
-  }
+  if (error != 0) fail(error, what);
 }
 
 /// Cameras offer manual exposure, with or without an automatic iris.
@@ -149,9 +145,7 @@ void set_controls(const Device& device, const CameraSettings& settings) {
   fix(device, all, V4L2_CID_AUTOBRIGHTNESS, 0, "an automatic brightness");
   fix(device, all, V4L2_CID_AUTO_WHITE_BALANCE, 0, "an automatic white balance");
   fix(device, all, V4L2_CID_HUE_AUTO, 0, "an automatic hue");
-  if (settings.exposure_us) {
-    set_exposure_us(device, *settings.exposure_us);
-  }
+  if (settings.exposure_us) set_exposure_us(device, *settings.exposure_us);
   if (settings.gain) {
     const Control* gain = find(all, V4L2_CID_GAIN);
     gain = gain != nullptr ? gain : find(all, V4L2_CID_ANALOGUE_GAIN);

@@ -45,9 +45,7 @@ std::string text_of(const __u8* bytes, std::size_t size) {
 std::vector<fs::path> entries(const fs::path& folder) {
   std::error_code error;
   std::vector<fs::path> out;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
-    out.push_back(entry.path());
-  }
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) out.push_back(entry.path());
   std::sort(out.begin(), out.end());
   return out;
 }
@@ -71,18 +69,14 @@ void fail(int error, const std::string& what) {
 }
 
 Device::Device(const std::string& path) : descriptor_(::open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC)) {
-  if (descriptor_.number() < 0) {
-    fail(errno, "open");
-  }
+  if (descriptor_.number() < 0) fail(errno, "open");
   const int error = call(VIDIOC_QUERYCAP, &capability_);
   const std::uint32_t offers =
       (capability_.capabilities & V4L2_CAP_DEVICE_CAPS) != 0 ? capability_.device_caps : capability_.capabilities;
   capability_.device_caps = offers;
   const bool captures = (offers & (V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_VIDEO_CAPTURE_MPLANE)) != 0;
   if (error == 0 && captures && (offers & V4L2_CAP_STREAMING) != 0) return;
-  if (error != 0 && error != ENOTTY && error != EINVAL) {
-    fail(error, "capabilities");
-  }
+  if (error != 0 && error != ENOTTY && error != EINVAL) fail(error, "capabilities");
   throw InputError("found no camera that streams, allowed: a node of one, as `lumigraft devices` lists");
 }
 
@@ -95,9 +89,7 @@ int Device::call(unsigned long request, void* argument) const {
 }
 
 void Device::demand(unsigned long request, void* argument, const std::string& what) const {
-  if (const int error = call(request, argument); error != 0) {
-    fail(error, what);
-  }
+  if (const int error = call(request, argument); error != 0) fail(error, what);
 }
 
 std::string Device::card() const { return text_of(capability_.card, sizeof capability_.card); }
@@ -124,9 +116,7 @@ std::vector<std::string> nodes() {
   }
   std::sort(numbered.begin(), numbered.end());
   std::vector<std::string> out;
-  for (auto& [number, path] : numbered) {
-    out.push_back(std::move(path));
-  }
+  for (auto& [number, path] : numbered) out.push_back(std::move(path));
   return out;
 }
 
@@ -214,9 +204,7 @@ double highest_rate_hz(const Device& device, std::uint32_t fourcc, Size size) {
   entry.height = static_cast<__u32>(size.height);
   for (; device.call(VIDIOC_ENUM_FRAMEINTERVALS, &entry) == 0; ++entry.index) {
     const v4l2_fract& period = entry.type == V4L2_FRMIVAL_TYPE_DISCRETE ? entry.discrete : entry.stepwise.min;
-    if (period.numerator > 0) {
-      best_hz = std::max(best_hz, static_cast<double>(period.denominator) / period.numerator);
-    }
+    if (period.numerator > 0) best_hz = std::max(best_hz, static_cast<double>(period.denominator) / period.numerator);
     if (entry.type != V4L2_FRMIVAL_TYPE_DISCRETE) break;
   }
   return best_hz;

@@ -35,9 +35,7 @@ std::vector<Offer> offers(const Device& device, const StreamSpec& spec) {
 std::vector<Offer> choices(const Device& device, const StreamSpec& spec) {
   std::vector<Offer> all = offers(device, spec);
   std::string names;
-  for (const Offer& offer : all) {
-    names += " " + std::string(name_of(offer.format));
-  }
+  for (const Offer& offer : all) names += " " + std::string(name_of(offer.format));
   if (spec.settings.pixel_format) {
     std::erase_if(all, [&](const Offer& o) { return o.format != *spec.settings.pixel_format; });
     if (all.empty()) {
@@ -84,13 +82,9 @@ void check_colors(const FormatFields& s, PixelFormat format) {
   const bool yuv = format == PixelFormat::yuyv || format == PixelFormat::nv12;
   const bool rgb = format == PixelFormat::rgb8 || format == PixelFormat::bgr8;
   std::uint32_t encoding = s.encoding;
-  if (encoding == V4L2_YCBCR_ENC_DEFAULT) {
-    encoding = V4L2_MAP_YCBCR_ENC_DEFAULT(s.colorspace);
-  }
+  if (encoding == V4L2_YCBCR_ENC_DEFAULT) encoding = V4L2_MAP_YCBCR_ENC_DEFAULT(s.colorspace);
   std::uint32_t range = s.quantization;
-  if (range == V4L2_QUANTIZATION_DEFAULT) {
-    range = V4L2_MAP_QUANTIZATION_DEFAULT(rgb, s.colorspace, encoding);
-  }
+  if (range == V4L2_QUANTIZATION_DEFAULT) range = V4L2_MAP_QUANTIZATION_DEFAULT(rgb, s.colorspace, encoding);
   refuse_if(yuv && (encoding != V4L2_YCBCR_ENC_601 || range != V4L2_QUANTIZATION_LIM_RANGE),
             "found " + std::string(name_of(format)) +
                 " of another kind than BT.601 from 16 to 235, allowed: pixel_format rgb8 or mjpeg");
@@ -108,9 +102,7 @@ void set_rate(const Device& device, const std::optional<double>& wanted_hz) {
   const int error = device.call(VIDIOC_S_PARM, &parameters);
   if (!wanted_hz) return;
   refuse_if(error == ENOTTY || error == EINVAL, "rate_hz: found a camera whose rate is not set this way");
-  if (error != 0) {
-    fail(error, "rate_hz");
-  }
+  if (error != 0) fail(error, "rate_hz");
   const v4l2_fract& period = parameters.parm.capture.timeperframe;
   const double given_hz = period.numerator > 0 ? static_cast<double>(period.denominator) / period.numerator : 0.0;
   refuse_if(

@@ -24,9 +24,7 @@ class V4l2Source::Camera : public Source {
     format_ = v4l2::negotiate_format(*device, spec);
     v4l2::set_controls(*device, spec.settings);
     stream_ = std::make_unique<v4l2::Stream>(std::move(device), format_.planes);
-    if (!spec_.settings.bracket_us.empty()) {
-      begin_exposure();
-    }
+    if (!spec_.settings.bracket_us.empty()) begin_exposure();
   }
 
   std::optional<SourceItem> next(std::chrono::milliseconds timeout) override {
@@ -101,9 +99,7 @@ class V4l2Source::Camera : public Source {
       frame.original = std::make_shared<RawFrame>(format_.format, bytes, std::move(lent));
       return frame;
     }
-    if (own.empty()) {
-      own.assign(bytes.begin(), bytes.end());
-    }
+    if (own.empty()) own.assign(bytes.begin(), bytes.end());
     stream_->give_back(filled.index);
     frame.original = std::make_shared<RawFrame>(format_.format, std::move(own));
     return frame;

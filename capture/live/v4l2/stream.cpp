@@ -20,9 +20,7 @@ struct Mapping {
 };
 
 void unmap(Mapping& mapping) {
-  if (mapping.begin != MAP_FAILED) {
-    munmap(mapping.begin, mapping.size);
-  }
+  if (mapping.begin != MAP_FAILED) munmap(mapping.begin, mapping.size);
   mapping.begin = MAP_FAILED;
 }
 
@@ -59,9 +57,7 @@ struct Stream::Buffer {
 /// State shared by the stream and the holders of lent buffers.
 struct Stream::Shared {
   ~Shared() {
-    for (Buffer& buffer : buffers) {
-      std::for_each(buffer.planes.begin(), buffer.planes.end(), unmap);
-    }
+    for (Buffer& buffer : buffers) std::for_each(buffer.planes.begin(), buffer.planes.end(), unmap);
   }
 
   void queue(std::uint32_t index, int planes) {
@@ -100,9 +96,7 @@ Stream::Stream(std::unique_ptr<Device> device, int planes) : shared_(std::make_s
       mappings[n].size = camera.multi_planar() ? memory[n].length : buffer.length;
       const auto offset = static_cast<off_t>(camera.multi_planar() ? memory[n].m.mem_offset : buffer.m.offset);
       mappings[n].begin = mmap(nullptr, mappings[n].size, PROT_READ, MAP_SHARED, camera.descriptor(), offset);
-      if (mappings[n].begin == MAP_FAILED) {
-        fail(errno, "buffers");
-      }
+      if (mappings[n].begin == MAP_FAILED) fail(errno, "buffers");
     }
     camera.demand(VIDIOC_QBUF, &buffer, "buffers");
     ++shared_->with_driver;
@@ -119,9 +113,7 @@ Stream::Stream(std::unique_ptr<Device> device, int planes) : shared_(std::make_s
 }
 
 Stream::~Stream() {
-  if (unplugged_) {
-    std::this_thread::sleep_for(kV4l2Parameters.unplug_delay);
-  }
+  if (unplugged_) std::this_thread::sleep_for(kV4l2Parameters.unplug_delay);
   const std::lock_guard lock(shared_->mutex);
   v4l2_buf_type type = shared_->device->buffers();
   shared_->device->call(VIDIOC_STREAMOFF, &type);

@@ -41,9 +41,7 @@ void Lpv::gather_real(gpu::CommandList& list, const shader::FrameParams& params,
   }
   list.begin_pass("inject into cells");
   // With two rounds virtual surfaces have gathered once, before the first; with more they gather again.
-  if (round == 0 || (rounds > 2 && round == rounds - 1)) {
-    inject_.at_virtual(list, params, round == 0, volumes, *grid_);
-  }
+  if (round == 0 || (rounds > 2 && round == rounds - 1)) inject_.at_virtual(list, params, round == 0, volumes, *grid_);
   inject_.at_real(list, params, volumes, *grid_);
   inject_.sum(list, params, *grid_);
   list.begin_pass("propagate");
