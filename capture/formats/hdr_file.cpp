@@ -39,11 +39,10 @@ Start read_start(const std::vector<std::uint8_t>& bytes) {
     }
   }
   const std::string size = next_line();
-  if (!format || std::sscanf(size.c_str(), "-Y %d +X %d", &start.header.height, &start.header.width) != 2 ||
-      start.header.width < 1 || start.header.height < 1 || start.header.width > kMaxSide_px ||
-      start.header.height > kMaxSide_px) {
-    throw InputError("found an HDR header of another kind, allowed: 32-bit_rle_rgbe and -Y height +X width");
-  }
+  refuse_if(!format || std::sscanf(size.c_str(), "-Y %d +X %d", &start.header.height, &start.header.width) != 2 ||
+                start.header.width < 1 || start.header.height < 1 || start.header.width > kMaxSide_px ||
+                start.header.height > kMaxSide_px,
+            "found an HDR header of another kind, allowed: 32-bit_rle_rgbe and -Y height +X width");
   start.pixels_at = at;
   return start;
 }

@@ -102,11 +102,9 @@ bool StreamRecorder::write(const SourceItem& item) {
                  encoder_ ? encoder_->encode(depth->counts)
                           : std::span(reinterpret_cast<const std::uint8_t*>(counts.data()), 2 * counts.size()));
   } else if (const auto* frame = std::get_if<Frame>(&item)) {
-    if (frame->encoded.empty() && !frame->original) {
-      throw InputError(file_.filename().string() +
-                       ": found pictures of radiance, allowed: 8-bit pictures, since those "
-                       "are what cameras give");
-    }
+    refuse_if(frame->encoded.empty() && !frame->original,
+              file_.filename().string() +
+                  ": found pictures of radiance, allowed: 8-bit pictures, since those are what cameras give");
     if (!in_order(frame->stamp.time_ns)) return false;
     const PixelFormat format = frame->original ? frame->original->format : PixelFormat::rgb8;
     const std::span<const std::uint8_t> bytes = frame->original ? frame->original->bytes : frame->encoded.data;

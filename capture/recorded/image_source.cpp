@@ -20,9 +20,8 @@ ImageSource::ImageSource(const std::filesystem::path& list, const StreamSpec& sp
         require(headers[picture.path]);
       }
       const bool bracket = before != nullptr && before->time_ns == picture.time_ns;
-      if (bracket && (headers[picture.path].holds_radiance() || headers[before->path].holds_radiance())) {
-        throw InputError("found radiance in a bracket, allowed: 8-bit pictures at one timestamp");
-      }
+      refuse_if(bracket && (headers[picture.path].holds_radiance() || headers[before->path].holds_radiance()),
+                "found radiance in a bracket, allowed: 8-bit pictures at one timestamp");
     });
     before = &picture;
   }

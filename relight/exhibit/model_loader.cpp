@@ -190,9 +190,8 @@ class Loader {
 }  // namespace
 
 std::shared_ptr<const Model> load_model(const fs::path& path, char up) {
-  if (up != 'x' && up != 'y' && up != 'z') {
-    throw capture::InputError(path.string() + ": up: found \"" + std::string(1, up) + "\", allowed: x, y or z");
-  }
+  capture::refuse_if(up != 'x' && up != 'y' && up != 'z',
+                     path.string() + ": up: found \"" + std::string(1, up) + "\", allowed: x, y or z");
   const ModelFormat format = format_of(path);
   if (!fs::is_regular_file(path)) throw capture::InputError(path.string() + ": no such file");
   const bool srgb_colors = format == ModelFormat::ply && check_ply(path).colors_are_8_bit;

@@ -52,9 +52,9 @@ TruePictures read_true_pictures(const std::filesystem::path& truth, double expos
   for (std::size_t i = 0; i < pictures.coverage.data.size(); ++i) {
     pictures.coverage.data[i] = static_cast<float>(rgb.data[3 * i]) / 255.0f;
   }
-  if (!same_size(pictures.background, pictures.augmented) || !same_size(pictures.background, pictures.coverage)) {
-    throw capture::InputError(truth.string() + ": background.exr, augmented.exr and object_mask.png differ in size");
-  }
+  capture::refuse_if(
+      !same_size(pictures.background, pictures.augmented) || !same_size(pictures.background, pictures.coverage),
+      truth.string() + ": background.exr, augmented.exr and object_mask.png differ in size");
   return pictures;
 }
 

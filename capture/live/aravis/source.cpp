@@ -176,9 +176,8 @@ class AravisSource::Camera : public Source {
   }
 
   void choose(const std::string& selector, const std::string& entry, const std::string& key) {
-    if (!ARV_IS_GC_ENUMERATION(arv_device_get_feature(arv_camera_get_device(camera_.get()), selector.c_str()))) {
-      throw InputError(key + ": found no " + selector + " among the camera's features");
-    }
+    refuse_if(!ARV_IS_GC_ENUMERATION(arv_device_get_feature(arv_camera_get_device(camera_.get()), selector.c_str())),
+              key + ": found no " + selector + " among the camera's features");
     Check check;
     const std::vector<std::string> offered = aravis::entries_of(camera_.get(), selector, check);
     check.or_throw(key);

@@ -42,12 +42,11 @@ void check(int result, const char* what) {
 /// Refuses YUV encodings and value ranges that PixelConverter does not assume.
 void check_colors(const libcamera::StreamConfiguration& stream, PixelFormat format) {
   using Space = libcamera::ColorSpace;
-  if (stream.colorSpace && (format == PixelFormat::yuyv || format == PixelFormat::nv12) &&
-      (stream.colorSpace->ycbcrEncoding != Space::YcbcrEncoding::Rec601 ||
-       stream.colorSpace->range != Space::Range::Limited)) {
-    throw InputError("found " + std::string(name_of(format)) +
-                     " of another kind than BT.601 from 16 to 235, allowed: pixel_format rgb8 or mjpeg");
-  }
+  refuse_if(stream.colorSpace && (format == PixelFormat::yuyv || format == PixelFormat::nv12) &&
+                (stream.colorSpace->ycbcrEncoding != Space::YcbcrEncoding::Rec601 ||
+                 stream.colorSpace->range != Space::Range::Limited),
+            "found " + std::string(name_of(format)) +
+                " of another kind than BT.601 from 16 to 235, allowed: pixel_format rgb8 or mjpeg");
 }
 
 }  // namespace
@@ -95,11 +94,10 @@ bool Camera::try_format(PixelFormat format) {
   stream.bufferCount = std::max(stream.bufferCount, kLibcameraParameters.buffers);
   const auto status = configuration_->validate();
   const libcamera::Size given = stream.size;
-  if (status == libcamera::CameraConfiguration::Invalid || stream.pixelFormat != *wanted ||
-      static_cast<int>(given.width) != spec_.width || static_cast<int>(given.height) != spec_.height) {
-    throw InputError("found a camera that gives " + stream.toString() + ", allowed by the session: " +
-                     size_text(spec_.width, spec_.height) + ", " + std::string(name_of(format)));
-  }
+  refuse_if(status == libcamera::CameraConfiguration::Invalid || stream.pixelFormat != *wanted ||
+                static_cast<int>(given.width) != spec_.width || static_cast<int>(given.height) != spec_.height,
+            "found a camera that gives " + stream.toString() + ", allowed by the session: " +
+                size_text(spec_.width, spec_.height) + ", " + std::string(name_of(format)));
   check_colors(stream, format);
   check(camera_->configure(configuration_.get()), "format");
   format_ = format;

@@ -132,10 +132,9 @@ class OpenNiSource::Reader : public Source {
       if (is_forbidden(uri)) throw CameraFault(kForbiddenUsb);
       throw CameraFault("found nothing OpenNI2 can open: " + why);
     }
-    if (device_.isFile() != (kind == Kind::recording)) {
-      throw InputError(std::string("found a ") + (device_.isFile() ? "recording" : "device") +
-                       ", allowed: oni: for recordings, openni2: for devices");
-    }
+    refuse_if(device_.isFile() != (kind == Kind::recording),
+              std::string("found a ") + (device_.isFile() ? "recording" : "device") +
+                  ", allowed: oni: for recordings, openni2: for devices");
     listener_.set_uri(device_.getDeviceInfo().getUri());
     if (kind == Kind::device) serial_ = serial_of_device();
     for (const StreamSpec& spec : specs) {

@@ -38,10 +38,8 @@ std::vector<Offer> choices(const Device& device, const StreamSpec& spec) {
   for (const Offer& offer : all) names += " " + std::string(name_of(offer.format));
   if (spec.settings.pixel_format) {
     std::erase_if(all, [&](const Offer& o) { return o.format != *spec.settings.pixel_format; });
-    if (all.empty()) {
-      throw InputError("found no pixel format " + std::string(name_of(*spec.settings.pixel_format)) + " for " +
-                       size_text(spec.width, spec.height) + ", offered:" + names);
-    }
+    refuse_if(all.empty(), "found no pixel format " + std::string(name_of(*spec.settings.pixel_format)) + " for " +
+                               size_text(spec.width, spec.height) + ", offered:" + names);
   }
   std::erase_if(all, [](const Offer& o) { return !o.has_size; });
   refuse_if(all.empty(),
@@ -128,11 +126,9 @@ v4l2_format set_format(const Device& device, const StreamSpec& spec, const Offer
   }
   device.demand(VIDIOC_S_FMT, &format, "format");
   const FormatFields given = fields_of(format, planar);
-  if (given.width != spec.width || given.height != spec.height || given.fourcc != offer.fourcc) {
-    throw InputError("found a camera that gives " + fourcc_text(given.fourcc) + " of " +
-                     size_text(given.width, given.height) +
-                     ", allowed by the session: " + size_text(spec.width, spec.height));
-  }
+  refuse_if(given.width != spec.width || given.height != spec.height || given.fourcc != offer.fourcc,
+            "found a camera that gives " + fourcc_text(given.fourcc) + " of " + size_text(given.width, given.height) +
+                ", allowed by the session: " + size_text(spec.width, spec.height));
   refuse_if(given.field != V4L2_FIELD_NONE && given.field != V4L2_FIELD_ANY,
             "found interlaced frames, allowed: progressive ones");
   check_colors(given, offer.format);

@@ -36,10 +36,9 @@ std::string timings_text(const v4l2_bt_timings& timings) {
 void check_shape(const v4l2_bt_timings& signal, const StreamSpec& spec, const Input& input) {
   const double wanted = static_cast<double>(spec.width) / spec.height;
   const double found = static_cast<double>(signal.width) / std::max(signal.height, __u32{1});
-  if (std::abs(found - wanted) > kV4l2Parameters.max_aspect_ratio_error * wanted) {
-    throw InputError("found a signal of " + timings_text(signal) + " at its input \"" + input.name +
-                     "\", allowed by the session: " + size_text(spec.width, spec.height) + " or of that shape");
-  }
+  refuse_if(std::abs(found - wanted) > kV4l2Parameters.max_aspect_ratio_error * wanted,
+            "found a signal of " + timings_text(signal) + " at its input \"" + input.name +
+                "\", allowed by the session: " + size_text(spec.width, spec.height) + " or of that shape");
 }
 
 /// Sets the driver to the timings of the signal; drivers start with default timings.
