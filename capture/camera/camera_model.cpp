@@ -27,9 +27,7 @@ bool positive_on(const std::array<double, 5>& c, double end) {
   const auto decide = [](const auto& self, std::array<double, 5> b, int depth) -> bool {
     if (!(b[0] > 0) || !(b[4] > 0)) return false;
     if (b[1] > 0 && b[2] > 0 && b[3] > 0) return true;
-    if (depth == 0) {
-      return false;  // a double root up to rounding
-    }
+    if (depth == 0) return false;  // a double root up to rounding
     std::array<double, 5> left{};
     for (int i = 0; i < 5; ++i) {
       left[i] = b[0];

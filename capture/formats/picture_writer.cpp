@@ -44,9 +44,7 @@ void write_rows(const std::filesystem::path& path, int width, int height, int bi
     if (color_type == PNG_COLOR_TYPE_RGB) png_set_sRGB(w.png, w.info, PNG_sRGB_INTENT_PERCEPTUAL);
     png_set_compression_level(w.png, 3);  // a third of the time of the default level, 5 % more bytes
     png_write_info(w.png, w.info);
-    if (bits == 16) {
-      png_set_swap(w.png);  // PNG is big-endian
-    }
+    if (bits == 16) png_set_swap(w.png);  // PNG is big-endian
     for (int y = 0; y < height; ++y) png_write_row(w.png, rows(y));
     png_write_end(w.png, w.info);
     if (std::fflush(file.get()) != 0) throw std::runtime_error(std::strerror(errno));

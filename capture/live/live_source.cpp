@@ -144,9 +144,7 @@ void LiveSource::accept(SourceItem item) {
   stamp.sequence += first_sequence_[stream];
   next_sequence_[stream] = std::max(next_sequence_[stream], stamp.sequence + 1);
   bracket_.push_back(std::move(item));
-  if (device_->bracket_incomplete()) {
-    return;  // a bracket is delivered as a whole
-  }
+  if (device_->bracket_incomplete()) return;  // a bracket is delivered as a whole
   if (clock_settling()) {
     for (const SourceItem& early : bracket_) {  // dropped frames leave no gap in the sequence numbers
       const auto of = static_cast<std::size_t>(stream_of(early));

@@ -57,9 +57,7 @@ toml::table parse(const SessionText& text) {
 void copy_named_file(toml::table& table, std::string_view key, const std::string& new_stem, const fs::path& from,
                      const fs::path& to) {
   const auto named = table[key].value<std::string>();
-  if (!named || !fs::is_regular_file(from / *named)) {
-    return;  // a word like "srgb"
-  }
+  if (!named || !fs::is_regular_file(from / *named)) return;  // a word like "srgb"
   const std::string name = new_stem + fs::path(*named).extension().string();
   fs::copy_file(from / *named, to / name, fs::copy_options::overwrite_existing);
   table.insert_or_assign(key, name);

@@ -117,9 +117,7 @@ bool StreamRecorder::write(const SourceItem& item) {
                                .height = spec_.height,
                                .uncompressed_fourcc = fourcc.value_or(std::array<char, 4>{})});
     }
-    if (format != format_) {
-      return false;  // a Matroska track has one format
-    }
+    if (format != format_) return false;  // a Matroska track has one format
     const bool own_exposure = frame->exposure != spec_.exposure;
     out_->append(frame->stamp.time_ns, bytes, own_exposure ? std::optional(frame->exposure) : std::nullopt);
   } else {

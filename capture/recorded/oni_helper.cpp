@@ -34,9 +34,7 @@ void send(const void* data, std::size_t size) {
   const auto* bytes = static_cast<const std::uint8_t*>(data);
   while (size > 0) {
     const ssize_t written = write(kOniPipe, bytes, size);
-    if (written <= 0) {
-      _exit(0);  // the reader has gone
-    }
+    if (written <= 0) _exit(0);  // the reader has gone
     bytes += written;
     size -= static_cast<std::size_t>(written);
   }

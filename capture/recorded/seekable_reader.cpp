@@ -43,9 +43,7 @@ class FramesFrom : public SeekableReader {
  private:
   void begin() {
     auto* color = dynamic_cast<Seekable*>(sources_.color.get());
-    if (color == nullptr) {
-      return;  // read from the beginning
-    }
+    if (color == nullptr) return;  // read from the beginning
     first_time_ns_ = color->first_time_ns();
     for (Source* source : {sources_.color.get(), sources_.depth.get(), sources_.fisheye.get()}) {
       if (auto* seekable = dynamic_cast<Seekable*>(source)) {

@@ -41,9 +41,7 @@ bool PairingReader::pull(Source& source, std::chrono::milliseconds timeout) {
     StreamLane& lane = lane_of(stream_of(*item));
     if (std::string warning = source.take_warning(); !warning.empty()) lane.notes.push_back(std::move(warning));
     lane.accept(std::move(*item));
-    if (sources_.live) {
-      lane.keep_newest(kMaxAhead);  // colour may be disconnected for hours while the others continue
-    }
+    if (sources_.live) lane.keep_newest(kMaxAhead);  // colour may be disconnected for hours while the others continue
   }
   return item.has_value();
 }

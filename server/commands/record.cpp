@@ -50,9 +50,7 @@ class Recording {
       std::this_thread::sleep_for(kCommands.tick);
     }
     stop_ = true;
-    if (lanes_.failure()) {
-      lanes_.finish();  // a reader may be waiting for space in a queue
-    }
+    if (lanes_.failure()) lanes_.finish();  // a reader may be waiting for space in a queue
     readers.clear();
     print_faults();
     lanes_.finish();

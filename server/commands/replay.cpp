@@ -40,9 +40,7 @@ class PartialOutput {
   ~PartialOutput() {
     std::error_code ignored;
     fs::remove_all(partial_, ignored);
-    if (made_out_ && !kept_) {
-      fs::remove(out_, ignored);  // removes only an empty folder
-    }
+    if (made_out_ && !kept_) fs::remove(out_, ignored);  // removes only an empty folder
   }
 
   const fs::path& folder() const { return partial_; }

@@ -129,9 +129,7 @@ void send(const HelperMessage& message, const std::vector<int>& descriptors = {}
     head->cmsg_len = CMSG_LEN(descriptors.size() * sizeof(int));
     std::memcpy(CMSG_DATA(head), descriptors.data(), descriptors.size() * sizeof(int));
   }
-  if (sendmsg(kHelperSocket, &header, MSG_NOSIGNAL) < 0) {
-    _exit(0);  // the other end is closed
-  }
+  if (sendmsg(kHelperSocket, &header, MSG_NOSIGNAL) < 0) _exit(0);  // the other end is closed
 }
 
 void set_text(HelperMessage& message, const std::string& text) {

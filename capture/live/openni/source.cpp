@@ -168,9 +168,7 @@ class OpenNiSource::Reader : public Source {
         throw CameraFault(std::string("found a ") + name_of(lane->spec.stream) +
                           " stream that does not start: " + openni_error());
       }
-      if (kind == Kind::device) {
-        fix_exposure(*lane);  // after the start: a PS1080 ignores settings made before
-      }
+      if (kind == Kind::device) fix_exposure(*lane);  // after the start: a PS1080 ignores settings made before
     }
   }
 

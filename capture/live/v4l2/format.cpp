@@ -142,9 +142,7 @@ std::pair<Offer, v4l2_format> set_best_format(const Device& device, const Stream
   const std::vector<Offer> all = choices(device, spec);
   std::optional<InputError> refused;
   for (const Offer& offer : all) {
-    if (refused && is_grey(offer.format)) {
-      continue;  // a colour camera is not used as a grey one
-    }
+    if (refused && is_grey(offer.format)) continue;  // a colour camera is not used as a grey one
     try {
       return {offer, set_format(device, spec, offer)};
     } catch (const CameraFault&) {

@@ -104,9 +104,7 @@ Stream::Stream(std::unique_ptr<Device> device, int planes) : shared_(std::make_s
   v4l2_event_subscription subscription{};
   subscription.type = V4L2_EVENT_SOURCE_CHANGE;
   int input = 0;
-  if (camera.call(VIDIOC_G_INPUT, &input) == 0) {
-    subscription.id = static_cast<__u32>(input);  // events are per input
-  }
+  if (camera.call(VIDIOC_G_INPUT, &input) == 0) subscription.id = static_cast<__u32>(input);  // events are per input
   camera.call(VIDIOC_SUBSCRIBE_EVENT, &subscription);  // fails for most cameras, which have no such event
   v4l2_buf_type type = camera.buffers();
   camera.demand(VIDIOC_STREAMON, &type, "start");
@@ -135,9 +133,7 @@ std::optional<FilledBuffer> Stream::next(std::chrono::milliseconds timeout) {
   if (!fault_.empty()) return std::nullopt;
   pollfd waiting{shared_->device->descriptor(), POLLIN | POLLPRI, 0};
   const int ready = poll(&waiting, 1, static_cast<int>(timeout.count()));
-  if (ready <= 0) {
-    return std::nullopt;  // interruption by a signal counts as a timeout
-  }
+  if (ready <= 0) return std::nullopt;  // interruption by a signal counts as a timeout
   if ((waiting.revents & POLLPRI) != 0 && source_changed()) {
     fault_ = "the camera gives another format now";
     return std::nullopt;
