@@ -7,8 +7,7 @@ namespace lumigraft::capture {
 
 template <typename T>
 struct Image {
-  int width = 0;
-  int height = 0;
+  int width = 0, height = 0;
   int channels = 1;
   std::vector<T> data;
 

@@ -44,8 +44,7 @@ bool positive_on(const std::array<double, 5>& c, double end) {
 double radial_factor(const std::array<double, 5>& d, double s) { return 1.0 + s * (d[0] + s * (d[1] + s * d[4])); }
 
 Vector2d distort(const std::array<double, 5>& d, const Vector2d& p, Eigen::Matrix2d* jacobian) {
-  const double x = p.x();
-  const double y = p.y();
+  const double x = p.x(), y = p.y();
   const double s = x * x + y * y;
   const double factor = radial_factor(d, s);
   if (jacobian != nullptr) {
@@ -91,8 +90,7 @@ std::optional<Vector2d> undistort(const std::array<double, 5>& d, const Vector2d
   const auto below = [&](double r) {
     return positive_on({1.0, 3.0 * d[0], 5.0 * d[1], 7.0 * d[4], 0.0}, r * r) && r * radial_factor(d, r * r) < radius;
   };
-  double low = 0.0;
-  double high = 1.0;
+  double low = 0.0, high = 1.0;
   while (below(high) && high < 1e6) high *= 2.0;
   for (int i = 0; i < 60; ++i) {
     const double middle = 0.5 * (low + high);
@@ -121,8 +119,7 @@ std::optional<double> fisheye_angle(const CameraModel& m, double radius) {
   if (m.kind == CameraModel::Kind::equidistant) return radius <= kPi ? std::optional<double>(radius) : std::nullopt;
   // Safeguarded Newton: [low, high] always contains the solution, if there is one before the fold.
   const std::array<double, 5> slope = fisheye_slope(m);
-  double low = 0.0;
-  double high = kPi;
+  double low = 0.0, high = kPi;
   double theta = std::min(radius, 0.5 * kPi);
   for (int i = 0; i < 100; ++i) {
     const double error = fisheye_radius(m, theta) - radius;

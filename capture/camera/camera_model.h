@@ -17,8 +17,7 @@ struct CameraModel {
   enum class Kind { pinhole, equidistant, kannala_brandt };
 
   Kind kind = Kind::pinhole;
-  int width = 0;
-  int height = 0;
+  int width = 0, height = 0;
   double fx = 0, fy = 0, cx = 0, cy = 0;  ///< pixels; equidistant uses fx = fy = f
   std::array<double, 5> distortion{};     ///< pinhole: k1 k2 p1 p2 k3
   std::array<double, 4> k{};              ///< kannala_brandt: k1..k4

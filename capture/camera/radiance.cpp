@@ -91,8 +91,7 @@ RadianceImage merge_bracket(const std::vector<std::shared_ptr<const Frame>>& fra
   out.clipped = Image<std::uint8_t>(shortest.width, shortest.height, 1);
   for (std::size_t i = 0; i < out.radiance.data.size(); ++i) {
     const int c = static_cast<int>(i % 3);
-    double sum = 0.0;
-    double weight_sum = 0.0;
+    double sum = 0.0, weight_sum = 0.0;
     for (std::size_t p = 0; p < sorted.size(); ++p) {
       const std::uint8_t code = sorted[p]->encoded.data[i];
       sum += weights[p][c][code] * response.to_linear(code, c) / sorted[p]->exposure;

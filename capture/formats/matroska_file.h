@@ -60,8 +60,7 @@ enum Id : std::uint32_t {
 
 struct MatroskaTrack {
   std::string codec;  ///< V_FFV1, V_MJPEG or V_UNCOMPRESSED
-  int width = 0;
-  int height = 0;
+  int width = 0, height = 0;
   std::vector<std::uint8_t> codec_private = {};  ///< V_FFV1: the decoder's configuration
   std::array<char, 4> uncompressed_fourcc{};     ///< V_UNCOMPRESSED: pixel format
 };

@@ -14,8 +14,7 @@ inline constexpr int kMaxSide_px = 16384;
 struct PictureHeader {
   enum class Format { png, exr, hdr };
   Format format = Format::png;
-  int width = 0;
-  int height = 0;
+  int width = 0, height = 0;
   int bits = 0;       ///< per channel
   bool gray = false;  ///< PNG of one channel, without alpha or palette
 

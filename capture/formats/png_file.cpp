@@ -76,8 +76,7 @@ bool is_png(const std::vector<std::uint8_t>& start) {
 /// The IHDR chunk (PNG specification, 11.2.2).
 PictureHeader png_header(const std::vector<std::uint8_t>& start) {
   refuse_if(start.size() < 33 || std::memcmp(start.data() + 12, "IHDR", 4) != 0, "found a PNG that ends in its header");
-  const std::uint32_t width = big_endian(&start[16]);
-  const std::uint32_t height = big_endian(&start[20]);
+  const std::uint32_t width = big_endian(&start[16]), height = big_endian(&start[20]);
   refuse_if(width == 0 || height == 0 || width > kMaxSide_px || height > kMaxSide_px, "found a PNG of impossible size");
   return {.width = static_cast<int>(width),
           .height = static_cast<int>(height),

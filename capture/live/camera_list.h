@@ -7,8 +7,7 @@ namespace lumigraft::capture {
 
 struct OfferedFormat {
   std::string pixels;  ///< as `pixel_format` in a configuration; else the camera's own name for it
-  int width = 0;
-  int height = 0;
+  int width = 0, height = 0;
   double rate_hz = 0.0;  ///< the highest; 0 if unknown
 };
 

@@ -9,8 +9,7 @@ namespace lumigraft::capture {
 inline constexpr const char* kSourceKinds = "images:LIST, mkv:FILE, oni:FILE, openni2:, v4l2:, libcamera:, aravis:";
 
 struct SourceUri {
-  std::string kind;
-  std::string rest;
+  std::string kind, rest;
   bool live = false;  ///< a device, not a file
 };
 

@@ -11,8 +11,7 @@ namespace lumigraft::capture {
 
 struct StreamSpec {
   Stream stream = Stream::color;
-  int width = 0;
-  int height = 0;
+  int width = 0, height = 0;
   double exposure = 1.0;         ///< colour and fish-eye: of frames for which the source reports none
   double unit_m = 0.001;         ///< depth: metres per count
   bool registered = true;        ///< depth: the device itself puts depth on the colour camera's pixels

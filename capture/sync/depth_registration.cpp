@@ -18,13 +18,10 @@ bool neighbours(int a, int b, int width) {
 void fill_resampling_holes(Image<float>& depth_m, const std::vector<int>& origin, int origin_width) {
   const Image<float> before = depth_m;
   const auto fill = [&](int x, int y, int dx, int dy) {
-    const int ax = x - dx;
-    const int ay = y - dy;
-    const int bx = x + dx;
-    const int by = y + dy;
+    const int ax = x - dx, ay = y - dy;
+    const int bx = x + dx, by = y + dy;
     if (ax < 0 || ay < 0 || bx >= before.width || by >= before.height) return false;
-    const int a = origin[before.index(ax, ay)];
-    const int b = origin[before.index(bx, by)];
+    const int a = origin[before.index(ax, ay)], b = origin[before.index(bx, by)];
     if (a == kNone || b == kNone || !neighbours(a, b, origin_width)) return false;
     depth_m.at(x, y) = 0.5f * (before.at(ax, ay) + before.at(bx, by));
     return true;

@@ -16,8 +16,7 @@ class Playback {
   };
   struct Orders {
     std::optional<double> at_s;
-    bool paused = false;
-    bool step = false;
+    bool paused = false, step = false;
   };
 
   void apply(const PlaybackCommand& command);

@@ -97,8 +97,7 @@ StreamSpec spec_of(int count, char** words) {
   for (int i = 3; i < count; ++i) {
     const std::string word = words[i];
     const std::size_t equals = word.rfind('=');
-    const std::string key = word.substr(0, equals);
-    const std::string value = word.substr(equals + 1);
+    const std::string key = word.substr(0, equals), value = word.substr(equals + 1);
     if (key == "pixel_format") {
       settings.pixel_format = pixel_format_named(value);
     } else if (key == "rate_hz") {

@@ -11,8 +11,7 @@ namespace lumigraft::capture::v4l2 {
 struct Control {
   std::uint32_t id = 0;
   std::string name;  ///< as in v4l2-ctl: "White Balance, Auto" is white_balance_auto
-  std::int64_t low = 0;
-  std::int64_t high = 0;
+  std::int64_t low = 0, high = 0;
   bool read_only = false;
 };
 

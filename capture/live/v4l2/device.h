@@ -50,8 +50,7 @@ std::string fourcc_text(std::uint32_t fourcc);
 std::vector<std::uint32_t> formats(const Device& device);
 
 struct Size {
-  int width = 0;
-  int height = 0;
+  int width = 0, height = 0;
 };
 /// Frame sizes: every size, or the smallest and the largest of a range; empty if the driver reports none.
 struct Sizes {
