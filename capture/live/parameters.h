@@ -8,7 +8,7 @@
 
 namespace lumigraft::capture {
 
-struct LiveParameters {
+inline constexpr struct LiveParameters {
   std::chrono::milliseconds silence{2000};  ///< without a frame a camera counts as frozen and is opened again
   std::chrono::milliseconds retry{500};     ///< between two attempts to open a camera
   std::chrono::milliseconds poll{50};       ///< longest wait for a frame before stop requests and silence are checked
@@ -23,9 +23,9 @@ struct LiveParameters {
   std::uint32_t max_sequence_gap = 1000;         ///< a larger gap is a counter that was reset, not lost frames
   int fallback_niceness = -10;                   ///< of camera threads where SCHED_RR is not permitted
   std::chrono::milliseconds helper_exit{1000};   ///< for the exit status after a helper has closed its descriptor
-};
+} kLiveParameters;
 
-struct V4l2Parameters {
+inline constexpr struct V4l2Parameters {
   std::uint32_t buffers = 8;
   int min_buffers_with_driver = 4;  ///< with fewer, frames are copied instead of lent
   /// Before an unplugged camera is closed: closing it while the kernel still removes it makes two kernel threads use
@@ -37,28 +37,28 @@ struct V4l2Parameters {
   double rate_rounding = 0.99;           ///< of the wanted rate: 29.97 Hz counts as 30 Hz
   double max_rate_error = 0.02;          ///< relative, between the rate asked for and the one that the driver set
   double max_aspect_ratio_error = 0.01;  ///< relative, between a digital signal and the session's frame size
-};
+} kV4l2Parameters;
 
-struct LibcameraParameters {
+inline constexpr struct LibcameraParameters {
   unsigned buffers = 8;
   std::chrono::milliseconds open_timeout{10'000};  ///< for each answer of the helper until the camera runs
   std::chrono::milliseconds list_timeout{10'000};  ///< for each piece of the helper's list of cameras
-};
+} kLibcameraParameters;
 
-struct AravisParameters {
+inline constexpr struct AravisParameters {
   int buffers = 8;
   std::chrono::milliseconds close_timeout{500};  ///< closing a camera that is gone takes a dozen seconds: not awaited
   std::uint64_t max_time_difference_ns = 1'000'000'000;  ///< chunk to leader: exposure and transfer are shorter
   double max_exposure_ratio = 1e4;  ///< frame to session; sensors' ranges of exposure and gain are far smaller
   int max_feature_depth = 8;        ///< of linked GenICam nodes: a camera's description may be circular
-};
+} kAravisParameters;
 
-struct OpenNiParameters {
+inline constexpr struct OpenNiParameters {
   std::chrono::milliseconds recording_silence{5000};  ///< after which a recording with wrong frame counts has ended
   int end_silence_divisor = 5;                        ///< shortens it once OpenNI2 reports the end of the file
   std::uintmax_t min_frame_bytes = 20;  ///< in a recording: more frames than the file can contain are repetitions
   std::chrono::milliseconds player_pause{25};  ///< for its thread to leave the list of streams, visited every 10 ms
-};
+} kOpenNiParameters;
 
 /// Order in which V4L2 and libcamera choose a format if the session names none: colour before grey, uncompressed before
 /// JPEG, and interpolated colour before Bayer.
@@ -66,11 +66,5 @@ inline constexpr PixelFormat kPreferredFormats[] = {
     PixelFormat::yuyv,        PixelFormat::nv12,        PixelFormat::rgb8,        PixelFormat::bgr8,
     PixelFormat::bayer_rggb8, PixelFormat::bayer_bggr8, PixelFormat::bayer_gbrg8, PixelFormat::bayer_grbg8,
     PixelFormat::mjpeg,       PixelFormat::grey8,       PixelFormat::grey16};
-
-inline constexpr LiveParameters kLiveParameters{};
-inline constexpr V4l2Parameters kV4l2Parameters{};
-inline constexpr LibcameraParameters kLibcameraParameters{};
-inline constexpr AravisParameters kAravisParameters{};
-inline constexpr OpenNiParameters kOpenNiParameters{};
 
 }  // namespace lumigraft::capture

@@ -4,7 +4,7 @@
 
 namespace lumigraft::capture {
 
-struct SessionLimits {
+inline constexpr struct SessionLimits {
   double max_focal_length_px = 1e6;
   double min_exposure_us = 1.0, max_exposure_us = 60e6;  ///< of one frame of a live camera
   double max_gain = 1e6;  ///< magnitude; in the camera's unit, which may be decibels and negative
@@ -17,8 +17,6 @@ struct SessionLimits {
   double min_lamp_radius_m = 0.001, max_lamp_radius_m = 2.0;
   double max_lamp_offset_m = 5.0;        ///< magnitude per axis, from a lamp's tag to its centre
   double max_lamp_intensity_w_sr = 1e6;  ///< per channel
-};
-
-inline constexpr SessionLimits kSessionLimits{};
+} kSessionLimits;
 
 }  // namespace lumigraft::capture
