@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "capture/message_text.h"
 #include "relight/shaders/common/interop.h"
 
 namespace lumigraft::relight {
@@ -83,9 +84,7 @@ Plan read_plan(const capture::ConfigTable& root, const Plan& defaults) {
 }
 
 std::vector<PlanKey> plan_keys() {
-  std::string words;
-  for (const std::string& method : plan_methods()) words += (words.empty() ? "" : ", ") + method;
-  std::vector<PlanKey> keys = {{"plan.method", words, "rendering method"}};
+  std::vector<PlanKey> keys = {{"plan.method", capture::listed(plan_methods()), "rendering method"}};
   for (const IntegerKey& key : integer_keys()) {
     keys.push_back({std::string("plan.") + key.key, text_of(key.allowed), key.meaning});
   }

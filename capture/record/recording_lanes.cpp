@@ -16,8 +16,6 @@ RecordingLanes::RecordingLanes(const SessionText& text, const Session& session, 
   }
 }
 
-RecordingLanes::~RecordingLanes() { finish(); }
-
 void RecordingLanes::put(SourceItem item, bool live) {
   Lane& lane = lanes_[static_cast<std::size_t>(stream_of(item))];
   const std::uint64_t sequence = stamp_of(item).sequence;

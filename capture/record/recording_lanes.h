@@ -26,7 +26,7 @@ class RecordingLanes {
   /// Throws as SessionRecorder. With `background` the writers run at low priority while a live picture is rendered, and
   /// depth stays uncompressed until compress_depth, because FFV1 takes up to a third of a core.
   RecordingLanes(const SessionText& text, const Session& session, const std::filesystem::path& folder, bool background);
-  ~RecordingLanes();
+  ~RecordingLanes() { finish(); }
 
   /// Called by one thread per stream. If the queue is full, a live frame is lost and a recorded frame waits.
   void put(SourceItem item, bool live);

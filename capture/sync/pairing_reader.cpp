@@ -213,8 +213,6 @@ std::vector<std::shared_ptr<const Frame>> PairingReader::take_fisheye(std::int64
   return out;
 }
 
-bool PairingReader::finished() const { return color_.source->finished() && good_colors().empty(); }
-
 std::vector<std::string> PairingReader::faults() const {
   std::vector<std::string> out;
   for (const Source* source : {color_.source, depth_.source, fisheye_.source}) {

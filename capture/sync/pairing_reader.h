@@ -40,7 +40,7 @@ class PairingReader : public FrameReader {
   explicit PairingReader(PairedSources sources);
 
   std::optional<FrameSet> next(std::chrono::milliseconds timeout) override;
-  bool finished() const override;
+  bool finished() const override { return color_.source->finished() && good_colors().empty(); }
   void rewind() override;
   bool live() const override { return sources_.live; }
   std::vector<std::string> faults() const override;

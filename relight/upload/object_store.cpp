@@ -105,10 +105,6 @@ ObjectStore::ObjectStore(gpu::Device& device) : device_(device) {
   const std::array<std::uint8_t, 4> texel{255, 255, 255, 255};
   device.upload(*white_, 0, std::as_bytes(std::span(texel)));
 }
-ObjectStore::~ObjectStore() = default;
-
-const gpu::Texture& ObjectStore::white() const { return *white_; }
-
 StoredModel::Mesh ObjectStore::upload_mesh(const Model& model) {
   std::vector<float> vertices;
   vertices.reserve(model.positions_m.size() * kVertexFloats);

@@ -50,12 +50,13 @@ struct PlacedObject {
 class ObjectStore {
  public:
   explicit ObjectStore(gpu::Device& device);
-  ~ObjectStore();
   /// The visible objects at a time. Releases models that no object uses any more.
   std::vector<PlacedObject> place(const Exhibit& exhibit, double time_s);
   /// Uploads triangles without textures, for surfaces that are not virtual.
   StoredModel::Mesh upload_mesh(const Model& model);
-  const gpu::Texture& white() const;  ///< bound where a shader declares a texture that a part does not have
+  const gpu::Texture& white() const {
+    return *white_;
+  }  ///< bound where a shader declares a texture that a part does not have
 
  private:
   const StoredModel& stored(const std::shared_ptr<const Model>& model);

@@ -79,8 +79,6 @@ ContextHandle::ContextHandle(EGLDisplay of_display, bool debug) : display(of_dis
   throw GpuError("no OpenGL 4.5 context: " + egl_error_text());
 }
 
-ContextHandle::~ContextHandle() { eglDestroyContext(display, context); }
-
 Current::Current(const ContextHandle& handle) : Current(handle, std::nothrow) {
   if (!good_) throw DeviceLost("OpenGL cannot be entered any more: " + egl_error_text());
 }

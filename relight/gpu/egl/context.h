@@ -25,7 +25,7 @@ std::string egl_error_text();
 /// The EGL objects only.
 struct ContextHandle {
   ContextHandle(EGLDisplay of_display, bool debug);  ///< throws GpuError with the reason
-  ~ContextHandle();
+  ~ContextHandle() { eglDestroyContext(display, context); }
   ContextHandle(const ContextHandle&) = delete;
   ContextHandle& operator=(const ContextHandle&) = delete;
 

@@ -48,8 +48,6 @@ EglTexture::EglTexture(std::shared_ptr<Context> context, const TextureDesc& desc
   }
 }
 
-EglTexture::~EglTexture() { destroy(); }
-
 void EglTexture::destroy() {
   const Current current(context_->handle(), std::nothrow);
   if (!current.good()) return;
@@ -120,8 +118,6 @@ EglBuffer::EglBuffer(std::shared_ptr<Context> context, std::size_t size_bytes, c
     throw;
   }
 }
-
-EglBuffer::~EglBuffer() { destroy(); }
 
 void EglBuffer::destroy() {
   const Current current(context_->handle(), std::nothrow);

@@ -13,7 +13,7 @@ GlFormat gl_format(Format format);
 class EglTexture final : public Texture {
  public:
   EglTexture(std::shared_ptr<Context> context, const TextureDesc& desc);
-  ~EglTexture() override;
+  ~EglTexture() override { destroy(); }
 
   const Context* context() const { return context_.get(); }
   GLuint handle() const { return handle_; }
@@ -36,7 +36,7 @@ class EglTexture final : public Texture {
 class EglBuffer final : public Buffer {
  public:
   EglBuffer(std::shared_ptr<Context> context, std::size_t size_bytes, const std::string& name);
-  ~EglBuffer() override;
+  ~EglBuffer() override { destroy(); }
 
   const Context* context() const { return context_.get(); }
   GLuint handle() const { return handle_; }

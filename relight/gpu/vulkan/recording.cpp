@@ -126,6 +126,4 @@ RecordingLease::RecordingLease(std::shared_ptr<Context> context) : context_(std:
   recording_->begin();
 }
 
-RecordingLease::~RecordingLease() { context_->spare_recordings.push_back(std::move(recording_)); }
-
 }  // namespace lumigraft::relight::gpu::vulkan

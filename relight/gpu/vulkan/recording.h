@@ -38,7 +38,7 @@ struct Recording {
 class RecordingLease {
  public:
   explicit RecordingLease(std::shared_ptr<Context> context);
-  ~RecordingLease();
+  ~RecordingLease() { context_->spare_recordings.push_back(std::move(recording_)); }
   Recording* operator->() const { return recording_.get(); }
 
  private:

@@ -38,8 +38,6 @@ VulkanTexture::VulkanTexture(std::shared_ptr<Context> context, const TextureDesc
   }
 }
 
-VulkanTexture::~VulkanTexture() { destroy(); }
-
 void VulkanTexture::create_image() {
   const std::string what = text_of(desc_);
   auto info = zeroed<VkImageCreateInfo>(VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO);
@@ -142,8 +140,6 @@ VulkanBuffer::VulkanBuffer(std::shared_ptr<Context> context, std::size_t size_by
     throw;
   }
 }
-
-VulkanBuffer::~VulkanBuffer() { context_->destroy(buffer_); }
 
 const VulkanTexture& own(const Texture& texture, const Context& context) {
   return own_object<const VulkanTexture>(texture, context, "texture \"" + texture.desc().name + "\"");

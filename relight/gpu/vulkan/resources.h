@@ -14,7 +14,7 @@ struct HostRows {
 class VulkanTexture final : public Texture {
  public:
   VulkanTexture(std::shared_ptr<Context> context, const TextureDesc& desc);
-  ~VulkanTexture() override;
+  ~VulkanTexture() override { destroy(); }
 
   const Context* context() const { return context_.get(); }
   VkImage image() const { return image_; }
@@ -41,7 +41,7 @@ class VulkanTexture final : public Texture {
 class VulkanBuffer final : public Buffer {
  public:
   VulkanBuffer(std::shared_ptr<Context> context, std::size_t size_bytes, const std::string& name);
-  ~VulkanBuffer() override;
+  ~VulkanBuffer() override { context_->destroy(buffer_); }
 
   const Context* context() const { return context_.get(); }
   VkBuffer handle() const { return buffer_.handle; }

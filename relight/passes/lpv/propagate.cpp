@@ -2,8 +2,6 @@
 
 namespace lumigraft::relight {
 
-LpvPropagate::LpvPropagate(gpu::Device& device) : step_(device.create_compute("lpv_step.comp")) {}
-
 void LpvPropagate::record(gpu::CommandList& list, shader::FrameParams params, int sweeps, bool go_on,
                           const LpvGrid& grid) const {
   params.pass_i.x() = grid.edge;

@@ -7,7 +7,7 @@ namespace lumigraft::relight {
 
 class LpvPropagate {
  public:
-  explicit LpvPropagate(gpu::Device& device);
+  explicit LpvPropagate(gpu::Device& device) : step_(device.create_compute("lpv_step.comp")) {}
   /// Sweeps over all cells, of two steps each; starts from zero, or from the content of `light` if `go_on`.
   void record(gpu::CommandList& list, shader::FrameParams params, int sweeps, bool go_on, const LpvGrid& grid) const;
 

@@ -2,8 +2,6 @@
 
 namespace lumigraft::relight {
 
-Compose::Compose(gpu::Device& device) : pipeline_(device.create_compute("compose.comp")) {}
-
 void Compose::record(gpu::CommandList& list, const shader::FrameParams& params, const Screen& screen) const {
   const std::vector<gpu::Binding> bindings{gpu::sampled(1, *screen.codes),
                                            gpu::sampled(2, *screen.radiance),

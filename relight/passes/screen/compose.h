@@ -8,7 +8,7 @@ namespace lumigraft::relight {
 
 class Compose {
  public:
-  explicit Compose(gpu::Device& device);
+  explicit Compose(gpu::Device& device) : pipeline_(device.create_compute("compose.comp")) {}
   void record(gpu::CommandList& list, const shader::FrameParams& params, const Screen& screen) const;
 
  private:

@@ -2,8 +2,6 @@
 
 namespace lumigraft::relight {
 
-Filter::Filter(gpu::Device& device) : pipeline_(device.create_compute("chunk_mean.comp")) {}
-
 void Filter::record(gpu::CommandList& list, shader::FrameParams params, const ChunkSet& chunks,
                     const gpu::Texture& pool, const Volumes& volumes) const {
   const std::vector<gpu::Binding> bindings{gpu::image(1, pool), gpu::storage(2, chunks.places()), volumes.chunks()};

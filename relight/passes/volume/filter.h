@@ -8,7 +8,7 @@ namespace lumigraft::relight {
 
 class Filter {
  public:
-  explicit Filter(gpu::Device& device);
+  explicit Filter(gpu::Device& device) : pipeline_(device.create_compute("chunk_mean.comp")) {}
   void record(gpu::CommandList& list, shader::FrameParams params, const ChunkSet& chunks, const gpu::Texture& pool,
               const Volumes& volumes) const;
 
