@@ -88,8 +88,10 @@ struct LampParameters {
 
   struct Reflections {
     float max_ray_m = 10;
-    float min_contrast = 4;   ///< radiance of a lamp over the surface in front of it
-    float disk_reach = 0.7f;  ///< of the lamp's radius, where its disk is sampled
+    float min_contrast = 4;      ///< radiance of a lamp over the surface in front of it
+    float disk_reach = 0.7f;     ///< of the lamp's radius, where its disk is sampled
+    float min_up_cosine = 0.7f;  ///< of a normal to the tag's, of a surface that is lit from above
+    int min_up_hits = 3;         ///< of five
   } reflections;
 
   struct OutOfView {
