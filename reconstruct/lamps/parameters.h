@@ -125,8 +125,8 @@ struct LampParameters {
     /// black bodies from 2700 K to 10000 K differ by about hue_log_sigma from white, RMS over the channels.
     double prior_pairs = 3;
     float hue_log_sigma = 0.5f, distance_log_sigma = 0.5f;
-    float power_log_sigma = 0.5f;  ///< as published: without penumbrae and gloss power and distance go together
-    float min_unknown = 0.1f;      ///< of a sample's irradiance: known surface is not all its light
+    float power_log_sigma = 0.5f;           ///< as published: power and distance are correlated, and neither was seen
+    float min_unknown = 0.1f;               ///< of a sample's irradiance: known surface is not all its light
     float min_relative_irradiance = 1e-3f;  ///< of a sample over the unknown radiance: it is a divisor
   } from_shading;
 };
