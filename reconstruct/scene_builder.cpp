@@ -1,11 +1,13 @@
 #include "reconstruct/scene_builder.h"
 
+#include <algorithm>
 #include <atomic>
 #include <mutex>
 #include <utility>
 
 #include "capture/sync/depth_registration.h"
 #include "reconstruct/fusion/fusion.h"
+#include "reconstruct/lamps/light_from_shading.h"
 #include "reconstruct/light/light.h"
 #include "reconstruct/light/light_change.h"
 #include "reconstruct/pose/lamp_tags.h"
@@ -61,6 +63,24 @@ class NewestLampTags {
   std::int64_t time_ns_ = 0;
 };
 
+/// Time of fusion without any image of a configured fish-eye, after which light is estimated without one: twice the
+/// difference of times at which images still belong together. A later image replaces the estimate.
+constexpr std::int64_t kFisheyeAwaited_ns = 500'000'000;
+
+/// Span of time over which depth was fused.
+class FusedTime {
+ public:
+  void put(std::int64_t time_ns) {
+    if (first_ns_ < 0) first_ns_ = time_ns;
+    span_ns_ = time_ns - first_ns_;
+  }
+  std::int64_t span_ns() const { return span_ns_; }
+
+ private:
+  std::int64_t first_ns_ = -1;
+  std::atomic<std::int64_t> span_ns_ = 0;
+};
+
 /// What the colour camera showed of hidden lamps, until the light stage takes it.
 class HiddenLampNews {
  public:
@@ -93,6 +113,9 @@ struct SceneBuilder::State {
   std::shared_ptr<const Illumination> fused_light;  ///< measured when radiance was last fused
   AlbedoStage albedo;
   EnclosureStage enclosure;
+  LightFromShading light_from_shading;
+  const std::int64_t fisheye_awaited_ns;
+  FusedTime fused_time;
   AlbedoSchedule schedule;
   std::atomic<bool> learning = true;
   NewestLampTags newest_lamp_tags;
@@ -108,10 +131,13 @@ struct SceneBuilder::State {
         color_gain(session),
         fusion(session, FusionSettings{}),
         albedo(session),
+        light_from_shading(session),
+        fisheye_awaited_ns(session.fisheye ? kFisheyeAwaited_ns : 0),
         schedule(std::move(pace)) {}
 
   std::optional<AlbedoStage::Result> solve(AlbedoWork work, const std::shared_ptr<const DistanceField>& field,
                                            const Illumination& measured);
+  void estimate_light(const DistanceField& field);
   void publish(AlbedoStage::Result solution, const DistanceField& field,
                const std::shared_ptr<const Illumination>& measured);
 };
@@ -152,14 +178,20 @@ void SceneBuilder::extract_light(const capture::FisheyeFrames& fisheye, const ca
   s.light.resolve_hidden(s.hidden_lamps.take());
   const std::int64_t time_ns = fisheye.empty() ? s.newest_lamp_tags.time_ns() : fisheye.front()->stamp.time_ns;
   LightStage::Result result = s.light.extract(fisheye, color, s.newest_lamp_tags.at(time_ns), s.color_brightness);
-  s.store.publish_light(std::move(result.illumination));
+  if (result.illumination)
+    s.store.publish_light(std::move(result.illumination));
+  else if (s.store.measured_light())
+    std::replace(result.warnings.begin(), result.warnings.end(), std::string(kLightUnknown),
+                 std::string(kLightFromShading));
   s.store.publish_warnings("light", std::move(result.warnings));
 }
 
 ColorGainStage::Result SceneBuilder::estimate_color_gain(const capture::FrameSet& frame,
                                                          const std::optional<Pose>& pose) {
   State& s = *state_;
-  ColorGainStage::Result result = s.color_gain.estimate(frame, pose, s.store.newest().illumination);
+  std::shared_ptr<const Illumination> light = s.store.newest().illumination;
+  if (light && light->from_shading) light = nullptr;  // it changes as more of the room is known
+  ColorGainStage::Result result = s.color_gain.estimate(frame, pose, light);
   s.color_brightness = result.gain.mean();
   if (result.correction > 0) s.color_correction = result.correction;
   s.hidden_lamps.put(result.hidden);
@@ -169,7 +201,7 @@ ColorGainStage::Result SceneBuilder::estimate_color_gain(const capture::FrameSet
 void SceneBuilder::fuse_depth(const capture::FrameSet& frame, const Pose& pose) {
   State& s = *state_;
   double light_change = 0;
-  if (const auto light = s.store.measured_light(); light && light != s.fused_light) {
+  if (const auto light = s.store.measured_light(); light && !light->from_shading && light != s.fused_light) {
     if (s.fused_light) light_change = relative_change(*light, *s.fused_light);
     // Smaller ones are noise of the fish-eye's image, and would accumulate.
     if (s.fused_light && light_change < AlbedoSchedule::kLittle)
@@ -179,7 +211,18 @@ void SceneBuilder::fuse_depth(const capture::FrameSet& frame, const Pose& pose) 
   }
   const double change = std::max<double>(light_change, s.color_correction.exchange(0));
   s.store.publish_field(s.fusion.fuse(frame, pose, change));
+  s.fused_time.put(frame.time_ns);
   s.store.publish_warnings("geometry", s.fusion.warnings());
+}
+
+/// While no fish-eye delivers.
+void SceneBuilder::State::estimate_light(const DistanceField& field) {
+  const std::shared_ptr<const Illumination> known = store.measured_light();
+  if (overrides.light || (known && !known->from_shading) || fused_time.span_ns() < fisheye_awaited_ns) return;
+  const std::shared_ptr<const Illumination> estimated = light_from_shading.estimate(field);
+  if (!estimated) return;
+  if (!known) store.publish_warnings("light", {kLightFromShading});
+  store.publish_light(estimated);
 }
 
 /// Empty if only a solution of everything is valid and its wait is not over.
@@ -215,6 +258,7 @@ void SceneBuilder::State::publish(AlbedoStage::Result solution, const DistanceFi
 bool SceneBuilder::solve_albedo() {
   State& s = *state_;
   const std::shared_ptr<const DistanceField> field = s.store.newest().field;
+  if (field) s.estimate_light(*field);
   const std::shared_ptr<const Illumination> measured = s.store.measured_light();
   if (!field || !measured) return false;
   const AlbedoWork work = s.schedule.next(*field, *measured);

@@ -55,6 +55,7 @@ void SceneStore::publish_field(std::shared_ptr<const DistanceField> field) {
 
 void SceneStore::publish_light(std::shared_ptr<const Illumination> light) {
   std::lock_guard lock(mutex_);
+  if (light && light->from_shading && light_ && !light_->from_shading) return;
   same_light_again_ = light && light == light_;
   if (light_ != light) {
     light_ = std::move(light);

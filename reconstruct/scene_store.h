@@ -14,6 +14,7 @@ namespace lumigraft::reconstruct {
 class SceneStore {
  public:
   void publish_field(std::shared_ptr<const DistanceField> field);
+  /// Light that is estimated without a fish-eye replaces no light that a fish-eye measured.
   void publish_light(std::shared_ptr<const Illumination> light);
   /// The albedo solution of a field and the measured light; its lamps are also applied to later measured light.
   void publish_solution(AlbedoStage::Result solution, std::uint64_t field_version,
@@ -29,7 +30,7 @@ class SceneStore {
   /// Whether the scene has converged: the last runs of geometry and light changed nothing, albedo was solved for their
   /// results, and `scene` contains all of these.
   bool settled(const Scene& scene) const;
-  /// Result of the light stage, without lamp distances from albedo solutions.
+  /// The newest published light, without lamp distances from albedo solutions.
   std::shared_ptr<const Illumination> measured_light() const;
 
  private:

@@ -279,6 +279,7 @@ std::optional<AlbedoStage::Result> AlbedoStage::State::solve_incremental(const D
 
 void AlbedoStage::State::add_warnings(const Illumination& lit) {
   if (empty) last.warnings.push_back(kNoSurface);
+  if (lit.from_shading) return;  // one warning says that all of the light is uncertain
   std::vector<LampEstimate> lamps;
   for (const PointLight& light : lit.lights) {
     if (const auto estimate = estimates.find(light.id); estimate != estimates.end()) lamps.push_back(estimate->second);

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -13,15 +14,30 @@ namespace {
 
 constexpr const LampParameters::Reflections& kReflections = kLampParameters.reflections;
 
-bool is_reflection(const PointLight& light, const Eigen::Vector3f& probe, const DistanceField& field,
-                   const FieldRays& rays) {
-  const float solid_angle = 2 * std::numbers::pi_v<float> * (1 - std::cos(std::max(light.angular_radius_rad, 1e-3f)));
-  const float level = light.irradiance.mean() / solid_angle;
+/// Known surface in five directions over a lamp's disk, its centre first.
+std::array<std::optional<Eigen::Vector3f>, 5> surface_behind(const PointLight& light, const Eigen::Vector3f& probe,
+                                                             const FieldRays& rays) {
   const Eigen::Vector3f x = light.direction.unitOrthogonal(), y = light.direction.cross(x);
   const float reach = kReflections.disk_reach * std::tan(light.angular_radius_rad);
-  for (int i = 0; i < 5; ++i) {
+  std::array<std::optional<Eigen::Vector3f>, 5> hits;
+  for (std::size_t i = 0; i < hits.size(); ++i) {
     const float u = i == 1 ? reach : i == 2 ? -reach : 0, v = i == 3 ? reach : i == 4 ? -reach : 0;
-    const auto hit = rays.first_crossing(probe, (light.direction + u * x + v * y).normalized(), kReflections.max_ray_m);
+    hits[i] = rays.first_crossing(probe, (light.direction + u * x + v * y).normalized(), kReflections.max_ray_m);
+  }
+  return hits;
+}
+
+bool is_reflection(const PointLight& light, const Eigen::Vector3f& probe, const DistanceField& field,
+                   const FieldRays& rays) {
+  const auto hits = surface_behind(light, probe, rays);
+  const auto faces_up = [&](const auto& hit) {
+    const auto normal = hit ? field.normal(*hit) : std::nullopt;
+    return normal && normal->z() > kReflections.min_up_cosine;
+  };
+  if (faces_up(hits[0]) && std::count_if(hits.begin(), hits.end(), faces_up) >= kReflections.min_up_hits) return true;
+  const float solid_angle = 2 * std::numbers::pi_v<float> * (1 - std::cos(std::max(light.angular_radius_rad, 1e-3f)));
+  const float level = light.irradiance.mean() / solid_angle;
+  for (const auto& hit : hits) {
     const auto radiance = hit ? field.radiance(*hit) : std::nullopt;
     if (!radiance || radiance->mean() * kReflections.min_contrast > level) return false;
   }

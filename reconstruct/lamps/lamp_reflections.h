@@ -7,7 +7,8 @@
 namespace lumigraft::reconstruct {
 
 /// A lamp whose whole disk lies behind known surface that is much darker in the colour image is a reflection; it is
-/// moved into the environment. A real lamp is clipped in the colour image, so the field has no radiance there.
+/// moved into the environment. A real lamp is clipped in the colour image, so the field has no radiance there. So is a
+/// bright place on known surface that faces up, as the tag does: paper or a floor under a lamp, or glare on it.
 Illumination without_reflections(const Illumination& illumination, const DistanceField& field, const FieldRays& rays);
 
 }  // namespace lumigraft::reconstruct

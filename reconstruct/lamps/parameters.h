@@ -88,8 +88,10 @@ struct LampParameters {
 
   struct Reflections {
     float max_ray_m = 10;
-    float min_contrast = 4;   ///< radiance of a lamp over the surface in front of it
-    float disk_reach = 0.7f;  ///< of the lamp's radius, where its disk is sampled
+    float min_contrast = 4;      ///< radiance of a lamp over the surface in front of it
+    float disk_reach = 0.7f;     ///< of the lamp's radius, where its disk is sampled
+    float min_up_cosine = 0.7f;  ///< of a normal to the tag's, of a surface that is lit from above
+    int min_up_hits = 3;         ///< of five
   } reflections;
 
   struct OutOfView {
@@ -98,6 +100,37 @@ struct LampParameters {
     float max_log_sigma = 0.3f;  ///< of the power found; above it a previous or configured power is better
     float housing_m = 0.05f;     ///< around a lamp that does not count as occluder
   } out_of_view;
+
+  /// Without a fish-eye.
+  struct FromShading {
+    double growth = 1.5;           ///< of known bricks, after which the light is estimated again
+    float probe_height_m = 0.05f;  ///< above the tag's centre
+    int max_samples = 800;         ///< cells of about 5 cm on a table and the wall behind it: 0.5 to 1.5 s of processor
+    int gather_rays = 64;          ///< per sample, as for albedo
+    std::size_t reference_stride = 8;  ///< of samples whose median albedo is assumed where there is no paper
+    int directions = 256;              ///< over the sphere: 13° apart
+    float distances_m[4] = {0.7f, 1.2f, 2.2f, 6.0f};  ///< about a factor of 2 apart; the last as good as infinite
+    float angular_radius_rad = 0.07f;                 ///< of lamps: a bulb of 14 cm at 1 m; penumbrae say little of it
+    std::size_t max_lamps = 3;                        ///< more share the evidence: each would be uncertain
+    int max_log_power = 6;       ///< either way, of a lamp's irradiance over the unknown radiance: nothing, or the sun
+    std::size_t finalists = 12;  ///< of the grid, whose colours are fitted
+    int rounds = 3;              ///< over all lamps of the grid
+    int fine_rays = 5;           ///< over a lamp's disk
+    float fine_steps[3] = {0.16f, 0.08f, 0.04f};  ///< radians: from below the grid's spacing to 2°
+    float fine_distance = 1.5f;                   ///< step of log distance over that of the direction
+    float rough_log_steps[4] = {0.6f, 0.6f, 0.3f, 0.3f}, fine_log_steps[2] = {0.1f, 0.1f};  ///< of powers
+    int fine_rounds = 4;                                                                    ///< per step
+    /// A lamp must lower the robust sum to max_cost of that without it, and by min_gain per pair: where all pairs agree
+    /// the rest of the sum is the error of the model. It is refined if the grid's best lowers it to max_first_cost.
+    double max_cost = 0.9, max_first_cost = 0.95, min_gain = 0.03;
+    /// Wide priors of a lamp's colour and distance: their weight in pairs that do not agree at all, and 1σ. Colours of
+    /// black bodies from 2700 K to 10000 K differ by about hue_log_sigma from white, RMS over the channels.
+    double prior_pairs = 3;
+    float hue_log_sigma = 0.5f, distance_log_sigma = 0.5f;
+    float power_log_sigma = 0.5f;           ///< as published: power and distance are correlated, and neither was seen
+    float min_unknown = 0.1f;               ///< of a sample's irradiance: known surface is not all its light
+    float min_relative_irradiance = 1e-3f;  ///< of a sample over the unknown radiance: it is a divisor
+  } from_shading;
 };
 
 inline constexpr LampParameters kLampParameters{};

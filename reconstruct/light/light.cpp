@@ -209,7 +209,7 @@ LightStage::Result LightStage::extract(const capture::FisheyeFrames& fisheye, co
   if (s.seen) s.place(tags, fresh);
   result.illumination = s.last;
   if (!s.last) {
-    result.warnings.push_back("no fish-eye frame: the light is unknown");
+    result.warnings.push_back(kLightUnknown);
     return result;
   }
   const std::string level_warning = result.warnings.empty() ? s.level_warning : "";

@@ -77,8 +77,14 @@ struct Illumination {
   EnvironmentMap environment;                                  ///< residual: everything but the lamps
   Sh9 environment_sh = zero_sh();                              ///< its spherical harmonics
   double clipped_fraction = 0;                                 ///< of the fish-eye's pixels
+  bool from_shading = false;  ///< without a fish-eye: an uncertain estimate from what the colour camera sees
   std::uint64_t version = 0;
 };
+
+/// Warnings while no fish-eye has delivered an image.
+inline constexpr const char* kLightUnknown = "no fish-eye frame: the light is unknown";
+inline constexpr const char* kLightFromShading =
+    "no fish-eye frame: the light is estimated from the shading of the room that the colour camera sees, and uncertain";
 
 class LightStage {
  public:

@@ -74,6 +74,54 @@ TEST(SceneBuilder, LightNeedsNoColourFrame) {
   EXPECT_EQ(alone->environment.radiance.data, seen->environment.radiance.data);
 }
 
+std::vector<std::string> light_warnings(const std::vector<std::string>& warnings) {
+  std::vector<std::string> result;
+  for (const std::string& warning : warnings)
+    if (warning.find("fish-eye") != std::string::npos) result.push_back(warning);
+  return result;
+}
+
+TEST(SceneBuilder, WithoutAFisheyeLightFollowsFromShading) {
+  capture::Session session = tabletop();
+  session.fisheye.reset();
+  SceneBuilder builder(session);
+  std::shared_ptr<const Illumination> first;
+  for (capture::FrameSet frame : first_frames(session, 3)) {
+    frame.fisheye.clear();
+    const BuildResult built = builder.build(frame);
+    ASSERT_TRUE(built.scene.illumination && built.scene.albedo);
+    EXPECT_TRUE(built.scene.illumination->from_shading);
+    EXPECT_FALSE(built.scene.illumination->lights.empty());
+    EXPECT_EQ(light_warnings(built.warnings), std::vector<std::string>{kLightFromShading});
+    if (!first) first = builder.store().measured_light();
+    EXPECT_EQ(builder.store().measured_light(), first);
+  }
+  // A live light stage runs by itself.
+  builder.extract_light({}, nullptr);
+  EXPECT_EQ(builder.store().measured_light(), first);
+  EXPECT_EQ(light_warnings(builder.store().newest().warnings), std::vector<std::string>{kLightFromShading});
+}
+
+TEST(SceneBuilder, AFisheyeIsAwaitedAndReplacesTheEstimate) {
+  const capture::Session session = tabletop();
+  const capture::FrameSet sensed = first_frames(session, 1).front();
+  SceneBuilder builder(session);
+  const auto build = [&](double time_s, bool with_fisheye) {
+    capture::FrameSet frame = sensed;
+    frame.time_ns += static_cast<std::int64_t>(1e9 * time_s);
+    if (!with_fisheye) frame.fisheye.clear();
+    return builder.build(frame).scene.illumination;
+  };
+  EXPECT_FALSE(build(0, false));
+  EXPECT_FALSE(build(0.4, false));
+  const auto estimated = build(0.6, false);
+  ASSERT_TRUE(estimated);
+  EXPECT_TRUE(estimated->from_shading);
+  const auto measured = build(0.7, true);
+  EXPECT_FALSE(measured->from_shading);
+  EXPECT_FALSE(build(0.8, false)->from_shading);
+}
+
 TEST(SceneBuilder, OverridesReplaceEstimates) {
   const capture::Session session = tabletop();
   SceneOverrides overrides;

@@ -31,6 +31,19 @@ Illumination at_two_metres(Illumination light) {
   return light;
 }
 
+// It may have been estimated while the first image arrived.
+TEST(SceneStore, EstimatedLightDoesNotReplaceMeasuredLight) {
+  SceneStore board;
+  const auto measured = std::make_shared<const Illumination>(lamp_along_x(1, 10));
+  auto estimated = std::make_shared<Illumination>(lamp_along_x(2, 8));
+  estimated->from_shading = true;
+  board.publish_light(estimated);
+  EXPECT_EQ(board.newest().illumination, estimated);
+  board.publish_light(measured);
+  board.publish_light(estimated);
+  EXPECT_EQ(board.newest().illumination, measured);
+}
+
 TEST(SceneStore, ConvergesWhenTheNewestFramesChangeNothing) {
   SceneStore board;
   auto field = std::make_shared<DistanceField>();

@@ -253,7 +253,8 @@ class OpenNiSource::Reader : public Source {
     device_.setDepthColorSyncEnabled(true);  // if supported; pairing by time works without
   }
 
-  /// Radiance = response / exposure requires a fixed exposure; devices without these controls have one.
+  /// Radiance = response / exposure requires a fixed exposure; devices without these controls have one. What stays
+  /// automatic is estimated from the frames.
   static void fix_exposure(Lane& lane) {
     const CameraSettings& wanted = lane.spec.settings;
     openni::CameraSettings* camera = lane.stream.getCameraSettings();
@@ -264,8 +265,6 @@ class OpenNiSource::Reader : public Source {
     }
     camera->setAutoExposureEnabled(false);
     camera->setAutoWhiteBalanceEnabled(false);
-    refuse_if(camera->getAutoExposureEnabled() || camera->getAutoWhiteBalanceEnabled(),
-              "found a device whose exposure or white balance stays automatic, allowed: one that can be fixed");
     const auto set = [](const std::string& key, double value, const auto& apply) {
       if (std::floor(value) != value || apply(static_cast<int>(value)) != openni::STATUS_OK) {
         throw InputError(key + ": found " + std::to_string(value) +

@@ -85,20 +85,22 @@ void set_within(const Device& device, const Control& control, double value, cons
   if (error != 0) fail(error, key);
 }
 
-/// Sets a control if the camera has it; `what` names it in errors.
-void fix(const Device& device, const std::vector<Control>& all, std::uint32_t id, std::int64_t value,
-         const char* what) {
+/// Sets a control if the camera has it; `what` names it in errors. Only the colour camera may refuse: what it then
+/// changes by itself is estimated from its frames.
+void fix(const Device& device, const std::vector<Control>& all, capture::Stream stream, std::uint32_t id,
+         std::int64_t value, const char* what) {
   const Control* control = find(all, id);
   if (control == nullptr || control->read_only) return;
   const int error = set(device, id, value);
-  refuse_if(error == EINVAL || error == ERANGE, std::string("found ") + what + " that cannot be switched off");
-  if (error != 0) fail(error, what);
+  const bool refused = error == EINVAL || error == ERANGE;
+  refuse_if(refused && stream != capture::Stream::color, std::string("found ") + what + " that cannot be switched off");
+  if (error != 0 && !refused) fail(error, what);
 }
 
 /// Cameras offer manual exposure, with or without an automatic iris.
-void fix_exposure(const Device& device, const std::vector<Control>& all) {
+void fix_exposure(const Device& device, const std::vector<Control>& all, capture::Stream stream) {
   if (find(all, V4L2_CID_EXPOSURE_AUTO) != nullptr && set(device, V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_MANUAL) != 0) {
-    fix(device, all, V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_SHUTTER_PRIORITY, "an automatic exposure");
+    fix(device, all, stream, V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_SHUTTER_PRIORITY, "an automatic exposure");
   }
 }
 
@@ -136,15 +138,18 @@ double set_exposure_us(const Device& device, double exposure_us) {
   return kExposureUnit_us * static_cast<double>(value_of(device, *control));
 }
 
-void set_controls(const Device& device, const CameraSettings& settings) {
+void set_controls(const Device& device, capture::Stream stream, const CameraSettings& settings) {
   const std::vector<Control> all = controls(device);
   // Radiance = response / exposure requires a fixed exposure; cameras without these controls have one.
-  fix_exposure(device, all);
-  fix(device, all, V4L2_CID_EXPOSURE_AUTO_PRIORITY, 0, "a rate that follows the exposure");
-  fix(device, all, V4L2_CID_AUTOGAIN, 0, "an automatic gain");
-  fix(device, all, V4L2_CID_AUTOBRIGHTNESS, 0, "an automatic brightness");
-  fix(device, all, V4L2_CID_AUTO_WHITE_BALANCE, 0, "an automatic white balance");
-  fix(device, all, V4L2_CID_HUE_AUTO, 0, "an automatic hue");
+  fix_exposure(device, all, stream);
+  fix(device, all, stream, V4L2_CID_EXPOSURE_AUTO_PRIORITY, 0, "a rate that follows the exposure");
+  fix(device, all, stream, V4L2_CID_AUTOGAIN, 0, "an automatic gain");
+  fix(device, all, stream, V4L2_CID_AUTOBRIGHTNESS, 0, "an automatic brightness");
+  fix(device, all, stream, V4L2_CID_AUTO_WHITE_BALANCE, 0, "an automatic white balance");
+  fix(device, all, stream, V4L2_CID_HUE_AUTO, 0, "an automatic hue");
+  // Against flicker; cameras that know 50 and 60 Hz alone keep what they have.
+  fix(device, all, capture::Stream::color, V4L2_CID_POWER_LINE_FREQUENCY, V4L2_CID_POWER_LINE_FREQUENCY_AUTO,
+      "mains flicker");
   if (settings.exposure_us) set_exposure_us(device, *settings.exposure_us);
   if (settings.gain) {
     const Control* gain = find(all, V4L2_CID_GAIN);

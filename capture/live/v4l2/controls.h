@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "capture/frame.h"
 #include "capture/live/v4l2/device.h"
 #include "capture/session/camera_settings.h"
 
@@ -21,8 +22,8 @@ std::vector<Control> controls(const Device& device);
 std::int64_t value_of(const Device& device, const Control& control);
 
 /// Switches auto-exposure, auto-gain and automatic white balance off, then sets exposure, gain and named controls.
-/// Throws InputError for what the camera does not offer.
-void set_controls(const Device& device, const CameraSettings& settings);
+/// Throws InputError for what the camera does not offer, except automatic functions of the colour camera.
+void set_controls(const Device& device, capture::Stream stream, const CameraSettings& settings);
 /// Returns the exposure that the driver set, which may be rounded. Throws InputError.
 double set_exposure_us(const Device& device, double exposure_us);
 

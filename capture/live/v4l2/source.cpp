@@ -22,7 +22,7 @@ class V4l2Source::Camera : public Source {
     auto device = std::make_unique<v4l2::Device>(v4l2::find_node(name));
     v4l2::select_input(*device, spec);
     format_ = v4l2::negotiate_format(*device, spec);
-    v4l2::set_controls(*device, spec.settings);
+    v4l2::set_controls(*device, spec.stream, spec.settings);
     stream_ = std::make_unique<v4l2::Stream>(std::move(device), format_.planes);
     if (!spec_.settings.bracket_us.empty()) begin_exposure();
   }

@@ -186,6 +186,33 @@ void check(const fs::path& session, const std::string& group, const std::string&
   EXPECT_GT(score.mean.psnr_db, score.psnr_unchanged_db);
 }
 
+/// A copy of a session whose configuration has no [fisheye] section; the data are links.
+class WithoutFisheye {
+ public:
+  explicit WithoutFisheye(const fs::path& session)
+      : root_(fs::temp_directory_path() / ("lumigraft-no-fisheye-" + std::to_string(getpid()))),
+        folder_(root_ / session.filename()) {
+    fs::create_directories(folder_);
+    for (const auto& entry : fs::directory_iterator(session))
+      if (entry.path().filename() != "session.toml")
+        fs::create_symlink(fs::canonical(entry.path()), folder_ / entry.path().filename());
+    std::ifstream from(session / "session.toml");
+    std::ofstream to(folder_ / "session.toml");
+    bool fisheye = false;
+    for (std::string line; std::getline(from, line);) {
+      if (line.starts_with("[")) fisheye = line.starts_with("[fisheye");
+      if (!fisheye) to << line << '\n';
+    }
+  }
+  ~WithoutFisheye() { fs::remove_all(root_); }
+  WithoutFisheye(const WithoutFisheye&) = delete;
+  WithoutFisheye& operator=(const WithoutFisheye&) = delete;
+  const fs::path& folder() const { return folder_; }
+
+ private:
+  fs::path root_, folder_;
+};
+
 TEST(Truth, OwnRecordings) {
   for (const auto& entry : fs::directory_iterator(fs::path(LUMIGRAFT_SOURCE_DIR) / "recordings")) {
     if (fs::exists(entry.path() / "truth")) {
@@ -222,8 +249,14 @@ TEST(Truth, OwnRecordingByCones) {
   check(fs::path(LUMIGRAFT_SOURCE_DIR) / "recordings/tabletop", "cones", " --set plan.method=dvct");
 }
 
+// Light from what the colour camera sees.
+TEST(Truth, OwnRecordingWithoutFisheye) {
+  const WithoutFisheye session(fs::path(LUMIGRAFT_SOURCE_DIR) / "recordings/tabletop");
+  check(session.folder(), "colour");
+}
+
 /// Sessions of a folder of LUMIGRAFT_EXTRA that have truth; only those with a bound if `bounded`.
-void check_extra(const std::string& folder, const std::string& group, bool bounded) {
+void check_extra(const std::string& folder, const std::string& group, bool bounded, bool with_fisheye = true) {
   const char* extra = std::getenv("LUMIGRAFT_EXTRA");
   if (extra == nullptr || !fs::exists(fs::path(extra) / folder)) {
     GTEST_SKIP() << "LUMIGRAFT_EXTRA names no folder with " << folder
@@ -238,11 +271,16 @@ void check_extra(const std::string& folder, const std::string& group, bool bound
   }
   std::sort(sessions.begin(), sessions.end());
   for (const fs::path& session : sessions) {
-    check(session, group);
+    if (with_fisheye)
+      check(session, group);
+    else
+      check(WithoutFisheye(session).folder(), group);
   }
 }
 
 TEST(Truth, ExtraSessions) { check_extra("sessions", "extra", false); }
+
+TEST(Truth, ExtraSessionsWithoutFisheye) { check_extra("sessions", "extra_colour", true, false); }
 
 // Rooms, cameras and lamps that change while they are seen.
 TEST(Truth, ExtraChangingSessions) { check_extra("sessions-changing", "changing", true); }

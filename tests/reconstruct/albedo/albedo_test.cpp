@@ -469,6 +469,31 @@ TEST(AlbedoStage, ReflectionIsNoLamp) {
   EXPECT_NEAR(result.illumination->environment_sh[0].x() - seen.environment_sh[0].x(), 0.3f * band0, 0.01f * band0);
 }
 
+TEST(AlbedoStage, ABrightPlaceOnTheFloorIsNoLamp) {
+  TestRoom room;
+  room.half_m = 0.6f;
+  room.lamps = {bulb()};
+  room.ambient = Eigen::Vector3f::Constant(0.1f);
+  room.probe = {0, 0, 0.3f};
+  const DistanceField field = room.field();
+  Illumination seen = room.illumination();
+  PointLight glare;
+  glare.id = 7;
+  glare.clipped = true;
+  const Eigen::Vector3f on_floor(0.3f, 0.2f, 0);
+  glare.direction = (on_floor - room.probe).normalized();
+  glare.angular_radius_rad = 0.05f;
+  // Twice as bright as the floor: glare may be.
+  const auto floor = field.radiance(on_floor);
+  ASSERT_TRUE(floor);
+  glare.irradiance = 2 * *floor * kTestPi * 0.05f * 0.05f;
+  seen.lights.push_back(glare);
+  AlbedoStage stage{capture::Session()};
+  const auto result = stage.solve(field, seen);
+  ASSERT_EQ(result.illumination->lights.size(), 1u);
+  EXPECT_EQ(result.illumination->lights[0].id, 0);
+}
+
 TEST(AlbedoStage, RepeatedInputIsNotSolvedAgainAndResultsAreDeterministic) {
   TestRoom room;
   room.lamps = {bulb()};
