@@ -168,7 +168,8 @@ class ExtrinsicsCheck {
     }
     std::sort(turns.begin(), turns.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
     std::vector<PoseOffset> result;
-    for (const auto& [value, offset] : turns) {
+    for (const auto& turn : turns) {
+      const PoseOffset& offset = turn.second;
       const auto is_near = [&](const PoseOffset& other) {
         return Eigen::AngleAxisf(other.turn.transpose() * offset.turn).angle() <
                kExtrinsicsCheck.start_separation_deg * kDegree;

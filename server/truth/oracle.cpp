@@ -240,7 +240,7 @@ std::shared_ptr<const reconstruct::AlbedoField> Oracle::albedo(const capture::Fr
   return next;
 }
 
-reconstruct::SceneOverrides overrides_of(std::shared_ptr<Oracle> oracle) {
+reconstruct::SceneOverrides overrides_of(const std::shared_ptr<Oracle>& oracle) {
   reconstruct::SceneOverrides overrides;
   if (!oracle) return overrides;
   const OracleParts parts = oracle->parts();

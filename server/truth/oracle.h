@@ -71,7 +71,7 @@ class Oracle {
 };
 
 /// The oracle's true parts of the scene as overrides of estimates. Null: none.
-reconstruct::SceneOverrides overrides_of(std::shared_ptr<Oracle> oracle);
+reconstruct::SceneOverrides overrides_of(const std::shared_ptr<Oracle>& oracle);
 
 /// `split` with true lamps in place of what it found of them; see Oracle::illumination. `far`: lamps of the
 /// environment.

@@ -28,8 +28,8 @@ using namespace std::chrono_literals;
 using test::kDeviceHeight;
 using test::kDeviceWidth;
 
-constexpr StreamSpec kColor{.stream = Stream::color, .width = kDeviceWidth, .height = kDeviceHeight, .exposure = 2.5};
-constexpr StreamSpec kDepth{.stream = Stream::depth, .width = kDeviceWidth, .height = kDeviceHeight};
+const StreamSpec kColor{.stream = Stream::color, .width = kDeviceWidth, .height = kDeviceHeight, .exposure = 2.5};
+const StreamSpec kDepth{.stream = Stream::depth, .width = kDeviceWidth, .height = kDeviceHeight};
 const std::vector<StreamSpec> kBoth = {kColor, kDepth};
 
 /// Index of the device's frame in an item, checked pixel by pixel; -1 if it is none. Frame 0 has the time

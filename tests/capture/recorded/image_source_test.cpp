@@ -17,9 +17,9 @@ using namespace std::chrono_literals;
 
 constexpr int kWidth = 40;
 constexpr int kHeight = 30;
-constexpr StreamSpec kColor{.stream = Stream::color, .width = kWidth, .height = kHeight, .exposure = 2.5};
-constexpr StreamSpec kDepth{.stream = Stream::depth, .width = kWidth, .height = kHeight};
-constexpr StreamSpec kFisheye{.stream = Stream::fisheye, .width = kWidth, .height = kHeight, .exposure = 6.0};
+const StreamSpec kColor{.stream = Stream::color, .width = kWidth, .height = kHeight, .exposure = 2.5};
+const StreamSpec kDepth{.stream = Stream::depth, .width = kWidth, .height = kHeight};
+const StreamSpec kFisheye{.stream = Stream::fisheye, .width = kWidth, .height = kHeight, .exposure = 6.0};
 
 class ImageSourceTest : public test::ScratchFolder {
  protected:

@@ -17,8 +17,8 @@ using namespace std::chrono_literals;
 
 constexpr int kVideoWidth = 96;
 constexpr int kVideoHeight = 64;
-constexpr StreamSpec kColorVideo{Stream::color, kVideoWidth, kVideoHeight, 2.5};
-constexpr StreamSpec kDepthVideo{Stream::depth, kVideoWidth, kVideoHeight, 1.0};
+const StreamSpec kColorVideo{Stream::color, kVideoWidth, kVideoHeight, 2.5};
+const StreamSpec kDepthVideo{Stream::depth, kVideoWidth, kVideoHeight, 1.0};
 
 test::TimedRgb color_at(std::int64_t time_ms) {
   test::TimedRgb out{time_ms, Image<std::uint8_t>(kVideoWidth, kVideoHeight, 3)};
