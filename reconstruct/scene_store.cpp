@@ -102,9 +102,7 @@ void SceneStore::combine() {
 Scene SceneStore::newest() const {
   std::lock_guard lock(mutex_);
   Scene scene = scene_;
-  for (const auto& [stage, lines] : warnings_) {
-    append_warnings(scene.warnings, lines);
-  }
+  for (const auto& [stage, lines] : warnings_) append_warnings(scene.warnings, lines);
   return scene;
 }
 
@@ -167,9 +165,7 @@ std::shared_ptr<const Illumination> carry_lamps(const Illumination& newest, cons
 
 void append_warnings(std::vector<std::string>& to, const std::vector<std::string>& from) {
   for (const std::string& line : from) {
-    if (std::find(to.begin(), to.end(), line) == to.end()) {
-      to.push_back(line);
-    }
+    if (std::find(to.begin(), to.end(), line) == to.end()) to.push_back(line);
   }
 }
 
