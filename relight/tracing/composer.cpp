@@ -7,29 +7,37 @@
 namespace lumigraft::relight {
 namespace {
 
-using Pixel = Eigen::Map<const Rgb>;
-
-Rgb finite_or_zero(const Pixel& light) { return light.allFinite() ? Rgb(light) : Rgb(Rgb::Zero()); }
+Rgb finite_or_zero(const float* of_pixel) {
+  const Rgb light(of_pixel[0], of_pixel[1], of_pixel[2]);
+  if (!light.allFinite()) [[unlikely]]
+    return Rgb::Zero();
+  return light;
+}
 
 }  // namespace
 
 void compose(const CameraUpload& camera, const capture::Image<float>& change, const ObjectLayer& objects,
              capture::Image<std::uint8_t>* picture) {
   const capture::SrgbTable& srgb = capture::srgb_table();
-  for_each_pixel(picture->width, picture->height, kRows, [&](int u, int v) {
-    const std::size_t i = picture->index(u, v);
-    const int x = u - objects.left, y = v - objects.top;
-    float coverage = 0;
-    Rgb object = Rgb::Zero();
-    if (x >= 0 && y >= 0 && x < objects.coverage.width && y < objects.coverage.height) {
-      coverage = objects.coverage.at(x, y);
-      object = finite_or_zero(Pixel(&objects.radiance.at(x, y))).max(0);
+  for_each_index(picture->height, kRows, [&](int v) {
+    const Rgb exposure = camera.exposure();  // a copy, since the compiler must assume that stored codes change it
+    std::size_t pixel = static_cast<std::size_t>(v) * static_cast<std::size_t>(picture->width);
+    const int y = v - objects.top, width = picture->width;
+    const bool in_rows = y >= 0 && y < objects.coverage.height;
+    for (int u = 0; u < width; ++u, ++pixel) {
+      const int x = u - objects.left;
+      const float coverage = in_rows && x >= 0 && x < objects.coverage.width ? objects.coverage.at(x, y) : 0;
+      const Rgb delta = finite_or_zero(&change.data[3 * pixel]);
+      if (coverage == 0 && delta.isZero(0)) continue;
+      Rgb light = (camera.radiance(pixel) + delta).max(0);
+      if (coverage != 0) {
+        const Rgb object = finite_or_zero(&objects.radiance.at(x, y)).max(0);
+        for (int c = 0; c < 3; ++c) light[c] = composed(light[c], object[c], coverage);
+      }
+      light *= exposure * camera.transmission(pixel);
+      std::uint8_t* codes = &picture->data[3 * pixel];
+      for (int c = 0; c < 3; ++c) codes[c] = srgb.code(light[c]);
     }
-    const Pixel delta(&change.data[i]);
-    if (coverage == 0 && delta.isZero(0)) return;
-    const Rgb room = (camera.radiance(i / 3) + finite_or_zero(delta)).max(0);
-    const Rgb exposure = camera.transmission(i / 3) * camera.exposure();
-    for (int c = 0; c < 3; ++c) picture->at(u, v, c) = srgb.code(exposure[c] * composed(room[c], object[c], coverage));
   });
 }
 
