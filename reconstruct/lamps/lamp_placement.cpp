@@ -76,7 +76,7 @@ class LampSearch {
     }
     LampSolution found = finish();
     for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
-      if (model_.placed(lamp)) continue;
+      if (model_.placed(lamp) || found.lamps[lamp].far) continue;
       const double moved = std::log(found.lamps[lamp].distance_m / before[lamp]->distance_m);
       if (std::abs(moved) > kSearch.fine_limit * kSearch.fine_reach) return std::nullopt;
     }

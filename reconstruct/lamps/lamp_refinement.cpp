@@ -2,6 +2,7 @@
 
 #include <ceres/ceres.h>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -10,6 +11,7 @@ namespace lumigraft::reconstruct {
 namespace {
 
 constexpr const LampParameters::Refinement& kRefinement = kLampParameters.refinement;
+const float kChannelScale = static_cast<float>(1 / (kRefinement.pair_scale * std::sqrt(3.0)));
 
 /// Log albedo of all samples and its derivatives, computed once per step for all pairs.
 class Evaluation : public ceres::EvaluationCallback {
@@ -24,6 +26,10 @@ class Evaluation : public ceres::EvaluationCallback {
       parameters_[kUnknownsPerLamp * lamp] = shapes_[lamp].log_distance;
       for (std::size_t i = 0; i < 2; ++i) parameters_[kUnknownsPerLamp * lamp + 1 + i] = shapes_[lamp].tilt[i];
       for (std::size_t i = 0; i < 3; ++i) parameters_[kUnknownsPerLamp * lamp + 3 + i] = shapes_[lamp].log_gain[i];
+      const std::vector<int> known = fixed(lamp);
+      for (int i = 0; i < kUnknownsPerLamp; ++i)
+        if (!std::count(known.begin(), known.end(), i))
+          free_.push_back(kUnknownsPerLamp * lamp + static_cast<std::size_t>(i));
     }
   }
 
@@ -51,6 +57,12 @@ class Evaluation : public ceres::EvaluationCallback {
     if (!model_.light(lamp).clipped) result.insert(result.end(), {3, 4, 5});
     return result;
   }
+  const std::vector<std::size_t>& free() const { return free_; }  ///< indices of all parameters that are not fixed
+  /// Difference of log albedo over pair_scale; its squared norm is the mean of squares over the channels.
+  Eigen::Vector3f residual(const SamplePair& pair) const {
+    return kChannelScale *
+           (log_albedo[static_cast<std::size_t>(pair.a)] - log_albedo[static_cast<std::size_t>(pair.b)]);
+  }
   std::size_t lamps() const { return shapes_.size(); }
   std::size_t parameters() const { return parameters_.size(); }
   double* of_lamp(std::size_t lamp) { return &parameters_[kUnknownsPerLamp * lamp]; }
@@ -66,12 +78,11 @@ class Evaluation : public ceres::EvaluationCallback {
     std::vector<Eigen::Array3f> slope(log_albedo.size());
     for (std::size_t i = 0; i < slope.size(); ++i) slope[i] = model_.slope(i, powers_, factors_);
     std::vector<float> ahead, behind;
-    for (std::size_t p = 0; p < parameters_.size(); ++p) {
+    for (std::vector<Eigen::Array3f>& of_parameter : derivative)
+      of_parameter.assign(log_albedo.size(), Eigen::Array3f::Zero());
+    for (const std::size_t p : free_) {
       const std::size_t lamp = p / kUnknownsPerLamp;
       const int unknown = static_cast<int>(p % kUnknownsPerLamp);
-      const std::vector<int> known = fixed(lamp);
-      derivative[p].assign(log_albedo.size(), Eigen::Array3f::Zero());
-      if (std::count(known.begin(), known.end(), unknown)) continue;
       if (unknown >= 3) {
         const int c = unknown - 3;
         for (std::size_t i = 0; i < slope.size(); ++i) {
@@ -96,6 +107,7 @@ class Evaluation : public ceres::EvaluationCallback {
   const ShadingModel& model_;
   std::vector<LampShape> shapes_;
   std::vector<double> parameters_;
+  std::vector<std::size_t> free_;
   std::vector<Eigen::Array3f> powers_;
   std::vector<std::vector<float>> factors_;
   bool derivatives_done_ = false;
@@ -104,48 +116,110 @@ class Evaluation : public ceres::EvaluationCallback {
 double albedo_scale_weight(const AlbedoScalePrior& prior) {
   return std::sqrt(kRefinement.scale_pairs / 3) / prior.log_sigma;
 }
-const double kChannelScale = 1 / (kRefinement.pair_scale * std::sqrt(3.0));
-
-/// a s / (a + s) of a squared residual s.
-class GemanMcClure : public ceres::LossFunction {
- public:
-  explicit GemanMcClure(double level) : level_(level) {}
-  void Evaluate(double s, double rho[3]) const override {
-    const double w = level_ / (level_ + s);
-    rho[0] = s * w;
-    rho[1] = w * w;
-    rho[2] = -2 * w * w / (level_ + s);
-  }
-
- private:
-  double level_;
+/// Σ w |r|² over pairs, linearized in the free parameters.
+struct NormalEquations {
+  Eigen::MatrixXd curvature;  ///< Jᵀ W J
+  Eigen::VectorXd gradient;   ///< Jᵀ W r
 };
 
-class PairCost : public ceres::CostFunction {
+/// `weight_of(pair, |r|²)`: w.
+template <typename WeightOf>
+NormalEquations normal_equations(const Evaluation& evaluation, const std::vector<SamplePair>& pairs,
+                                 const WeightOf& weight_of) {
+  constexpr Eigen::Index kPairsAtOnce = 128;  // a product of matrices is faster than one of vectors
+  const std::vector<std::size_t>& free = evaluation.free();
+  const auto size = static_cast<Eigen::Index>(free.size()), count = static_cast<Eigen::Index>(pairs.size());
+  NormalEquations sum{Eigen::MatrixXd::Zero(size, size), Eigen::VectorXd::Zero(size)};
+  Eigen::Matrix3Xf residuals(3, count);
+  Eigen::VectorXf roots(count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const SamplePair& pair = pairs[static_cast<std::size_t>(i)];
+    const Eigen::Vector3f r = evaluation.residual(pair);
+    roots[i] = static_cast<float>(std::sqrt(weight_of(pair, static_cast<double>(r.squaredNorm()))));
+    residuals.col(i) = roots[i] * r;
+  }
+  for (Eigen::Index c = 0; c < 3; ++c) {
+    std::vector<Eigen::Index> own;  // free parameters on which this channel depends
+    for (Eigen::Index k = 0; k < size; ++k) {
+      const std::size_t unknown = free[static_cast<std::size_t>(k)] % kUnknownsPerLamp;
+      if (unknown < 3 || unknown == 3 + static_cast<std::size_t>(c)) own.push_back(k);
+    }
+    for (Eigen::Index first = 0; first < count; first += kPairsAtOnce) {
+      const Eigen::Index rows = std::min(kPairsAtOnce, count - first);
+      Eigen::MatrixXf slopes(rows, static_cast<Eigen::Index>(own.size()));
+      for (Eigen::Index k = 0; k < slopes.cols(); ++k) {
+        const auto parameter = free[static_cast<std::size_t>(own[static_cast<std::size_t>(k)])];
+        const std::vector<Eigen::Array3f>& derivative = evaluation.derivative[parameter];
+        for (Eigen::Index i = 0; i < rows; ++i) {
+          const SamplePair& pair = pairs[static_cast<std::size_t>(first + i)];
+          slopes(i, k) =
+              kChannelScale * roots[first + i] *
+              (derivative[static_cast<std::size_t>(pair.a)][c] - derivative[static_cast<std::size_t>(pair.b)][c]);
+        }
+      }
+      const Eigen::MatrixXd product = (slopes.transpose() * slopes).cast<double>();
+      sum.curvature(own, own) += product;
+      sum.gradient(own) += (slopes.transpose() * residuals.row(c).segment(first, rows).transpose()).cast<double>();
+    }
+  }
+  return sum;
+}
+
+/// The robust cost of all pairs (Geman and McClure 1985): a s / (a + s) of a squared residual s with level a. Ceres
+/// gets as many residuals as there are free parameters, and one more, whose cost, gradient and curvature are those of
+/// all pairs together, each weighted with the slope of its robust cost (Triggs et al. 2000, section 4.3). Thousands of
+/// residuals of their own would take ten times as long.
+class PairsCost : public ceres::CostFunction {
  public:
-  PairCost(const Evaluation& evaluation, SamplePair pair) : evaluation_(evaluation), pair_(pair) {
-    set_num_residuals(3);
-    for (std::size_t lamp = 0; lamp < evaluation.lamps(); ++lamp)
-      mutable_parameter_block_sizes()->push_back(kUnknownsPerLamp);
+  PairsCost(const Evaluation& evaluation, const std::vector<SamplePair>& pairs, double level)
+      : evaluation_(evaluation), pairs_(pairs), level_(level) {
+    set_num_residuals(static_cast<int>(evaluation.free().size()) + 1);
+    mutable_parameter_block_sizes()->assign(evaluation.lamps(), kUnknownsPerLamp);
   }
 
   bool Evaluate(double const* const*, double* residuals, double** jacobians) const override {
-    const auto a = static_cast<std::size_t>(pair_.a), b = static_cast<std::size_t>(pair_.b);
-    const Eigen::Array3f difference = evaluation_.log_albedo[a] - evaluation_.log_albedo[b];
-    for (int c = 0; c < 3; ++c) residuals[c] = kChannelScale * difference[c];
-    for (std::size_t p = 0; jacobians && p < evaluation_.parameters(); ++p) {
-      double* block = jacobians[p / kUnknownsPerLamp];
-      if (!block) continue;
-      const Eigen::Array3f slope = evaluation_.derivative[p][a] - evaluation_.derivative[p][b];
-      for (int c = 0; c < 3; ++c)
-        block[c * kUnknownsPerLamp + static_cast<int>(p % kUnknownsPerLamp)] = kChannelScale * slope[c];
+    const auto size = static_cast<Eigen::Index>(evaluation_.free().size());
+    Eigen::Map<Eigen::VectorXd> reduced(residuals, size + 1);
+    reduced.setZero();
+    double cost = 0;
+    for (const SamplePair& pair : pairs_) {
+      const double s = evaluation_.residual(pair).squaredNorm();
+      cost += level_ * s / (level_ + s);
     }
+    if (jacobians && size > 0) {
+      const NormalEquations sum = normal_equations(
+          evaluation_, pairs_, [&](const SamplePair&, double s) { return std::pow(level_ / (level_ + s), 2); });
+      // Jᵀ J = V D Vᵀ: the reduced Jacobian is √D Vᵀ.
+      const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(sum.curvature);
+      const Eigen::VectorXd root = eigen.eigenvalues().cwiseMax(0).cwiseSqrt();
+      const Eigen::VectorXd along = eigen.eigenvectors().transpose() * sum.gradient;
+      for (Eigen::Index k = 0; k < size; ++k)
+        if (root[k] > kMinRelativeRoot * root[size - 1]) reduced[k] = along[k] / root[k];
+      const Eigen::MatrixXd jacobian = root.asDiagonal() * eigen.eigenvectors().transpose();
+      write(jacobian, jacobians);
+    }
+    reduced[size] = std::sqrt(std::max(0.0, cost - reduced.squaredNorm()));
     return true;
   }
 
  private:
+  static constexpr double kMinRelativeRoot = 1e-9;  // below it a direction has no influence but rounding
+
+  void write(const Eigen::MatrixXd& jacobian, double** blocks) const {
+    for (std::size_t lamp = 0; lamp < evaluation_.lamps(); ++lamp)
+      if (blocks[lamp]) std::fill_n(blocks[lamp], num_residuals() * kUnknownsPerLamp, 0.0);
+    for (Eigen::Index k = 0; k < jacobian.cols(); ++k) {
+      const std::size_t parameter = evaluation_.free()[static_cast<std::size_t>(k)];
+      double* block = blocks[parameter / kUnknownsPerLamp];
+      if (!block) continue;
+      for (Eigen::Index row = 0; row < jacobian.rows(); ++row)
+        block[static_cast<std::size_t>(row) * kUnknownsPerLamp + parameter % kUnknownsPerLamp] = jacobian(row, k);
+    }
+  }
+
   const Evaluation& evaluation_;
-  SamplePair pair_;
+  const std::vector<SamplePair>& pairs_;
+  double level_;
 };
 
 class AlbedoScalePriorCost : public ceres::CostFunction {
@@ -263,23 +337,21 @@ Uncertainty uncertainty_of(const ShadingModel& model, const Evaluation& evaluati
           std::exp(std::max(0.0, kRefinement.log_dim - shape.log_gain[c]));
   }
   double squares = 0, weights = 0;
-  for (const SamplePair& pair : pairs) {
-    const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
-    const Eigen::Array3f r = static_cast<float>(kChannelScale) * (evaluation.log_albedo[a] - evaluation.log_albedo[b]);
-    const double information =
-        std::pow(std::min(evaluation.information_weight(a), evaluation.information_weight(b)), 2);
-    const double weight = information / std::pow(1 + r.square().sum(), 2);
-    squares += weight * r.square().sum();
+  const NormalEquations sum = normal_equations(evaluation, pairs, [&](const SamplePair& pair, double s) {
+    const double information = std::min(evaluation.information_weight(static_cast<std::size_t>(pair.a)),
+                                        evaluation.information_weight(static_cast<std::size_t>(pair.b)));
+    const double weight = std::pow(information / (1 + s), 2);
+    squares += weight * s;
     weights += 3 * weight;
-    for (int c = 0; c < 3; ++c) {
-      for (Eigen::Index p = 0; p < size; ++p) {
-        const auto& derivative = evaluation.derivative[static_cast<std::size_t>(p)];
-        row[p] = scale[p] * kChannelScale * (derivative[a][c] - derivative[b][c]);
-      }
-      curvature.selfadjointView<Eigen::Lower>().rankUpdate(row, weight);
+    return weight;
+  });
+  const std::vector<std::size_t>& free = evaluation.free();
+  for (std::size_t i = 0; i < free.size(); ++i) {
+    for (std::size_t k = 0; k < free.size(); ++k) {
+      const auto p = static_cast<Eigen::Index>(free[i]), q = static_cast<Eigen::Index>(free[k]);
+      curvature(p, q) = scale[p] * scale[q] * sum.curvature(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k));
     }
   }
-  curvature = curvature.selfadjointView<Eigen::Lower>();
   const double min_variance = std::pow(kRefinement.model_error / kRefinement.pair_scale, 2) / 3;
   const double variance = kRefinement.pairs_per_observation * std::max(min_variance, squares / std::max(weights, 1e-9));
   curvature /= variance;
@@ -376,6 +448,8 @@ void minimise(ceres::Problem& problem, Search how) {
   options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
   options.max_num_iterations = how == Search::fine ? kRefinement.fine_iterations : kRefinement.rough_iterations;
   options.function_tolerance = how == Search::fine ? kRefinement.fine_tolerance : kRefinement.rough_tolerance;
+  // Bounds make Ceres search along each step: from costs alone, since derivatives are the expensive part.
+  options.line_search_interpolation_type = ceres::QUADRATIC;
   options.num_threads = 1;
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
@@ -392,10 +466,8 @@ Refinement refine_lamps(const ShadingModel& model, const std::vector<SamplePair>
   ceres::Problem problem(problem_options);
   std::vector<double*> blocks;
   for (std::size_t lamp = 0; lamp < evaluation.lamps(); ++lamp) blocks.push_back(evaluation.of_lamp(lamp));
-  for (const SamplePair& pair : pairs) {
-    problem.AddResidualBlock(new PairCost(evaluation, pair),
-                             new GemanMcClure(how == Search::fine ? 1 : kRefinement.wide_level), blocks);
-  }
+  problem.AddResidualBlock(new PairsCost(evaluation, pairs, how == Search::fine ? 1 : kRefinement.wide_level), nullptr,
+                           blocks);
   const bool with_scale_prior = needs_albedo_scale_prior(model, paper);
   if (with_scale_prior) problem.AddResidualBlock(new AlbedoScalePriorCost(model, evaluation, paper), nullptr, blocks);
   for (std::size_t lamp = 0; lamp < evaluation.lamps(); ++lamp) add_lamp(problem, evaluation, model, lamp);
