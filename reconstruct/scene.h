@@ -16,7 +16,7 @@ namespace lumigraft::reconstruct {
 
 struct Scene {
   std::optional<Pose> pose;                          ///< empty: unknown, no tag is visible
-  std::shared_ptr<const DistanceField> field;        ///< null until a depth frame is fused
+  std::shared_ptr<const DistanceField> field;        ///< with inferred occluders; null until a depth frame is fused
   std::shared_ptr<const Illumination> illumination;  ///< null until it is measured or estimated
   std::shared_ptr<const AlbedoField> albedo;         ///< null until solved
   std::shared_ptr<const Enclosure> enclosure;        ///< null if no planes were found that close the unseen part

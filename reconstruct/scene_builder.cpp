@@ -160,7 +160,7 @@ capture::FrameSet SceneBuilder::register_depth(const capture::FrameSet& sensed) 
 PoseStage::Result SceneBuilder::locate_camera(const capture::FrameSet& frame) {
   State& s = *state_;
   if (s.overrides.pose) return {s.overrides.pose(frame), {}};
-  return s.pose.locate(frame, s.store.newest().field.get());
+  return s.pose.locate(frame, s.store.observed_field().get());
 }
 
 void SceneBuilder::restart_tracking() { state_->pose.reset(); }
@@ -257,7 +257,7 @@ void SceneBuilder::State::publish(AlbedoStage::Result solution, const DistanceFi
 
 bool SceneBuilder::solve_albedo() {
   State& s = *state_;
-  const std::shared_ptr<const DistanceField> field = s.store.newest().field;
+  const std::shared_ptr<const DistanceField> field = s.store.observed_field();
   if (field) s.estimate_light(*field);
   const std::shared_ptr<const Illumination> measured = s.store.measured_light();
   if (!field || !measured) return false;

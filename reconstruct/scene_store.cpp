@@ -49,8 +49,9 @@ bool raise_as_before(EnvironmentMap& newest, const EnvironmentMap& measured, con
 
 void SceneStore::publish_field(std::shared_ptr<const DistanceField> field) {
   std::lock_guard lock(mutex_);
-  same_field_again_ = field && field == scene_.field;
-  scene_.field = std::move(field);
+  same_field_again_ = field && field == field_;
+  field_ = std::move(field);
+  scene_.field = occluder_merge_.merged(field_, occluders_);
 }
 
 void SceneStore::publish_light(std::shared_ptr<const Illumination> light) {
@@ -67,6 +68,8 @@ void SceneStore::publish_solution(AlbedoStage::Result solution, std::uint64_t fi
                                   std::shared_ptr<const Illumination> measured) {
   std::lock_guard lock(mutex_);
   scene_.albedo = std::move(solution.albedo);
+  occluders_ = std::move(solution.occluders);
+  scene_.field = occluder_merge_.merged(field_, occluders_);
   solved_light_ = std::move(solution.illumination);
   solved_field_version_ = field_version;
   solved_from_ = std::move(measured);
@@ -116,6 +119,11 @@ bool SceneStore::settled(const Scene& scene) const {
 std::shared_ptr<const Illumination> SceneStore::measured_light() const {
   std::lock_guard lock(mutex_);
   return light_;
+}
+
+std::shared_ptr<const DistanceField> SceneStore::observed_field() const {
+  std::lock_guard lock(mutex_);
+  return field_;
 }
 
 std::shared_ptr<const Illumination> carry_lamps(const Illumination& newest, const Illumination& measured,

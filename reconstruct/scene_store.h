@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "reconstruct/albedo/shadow_carving.h"
 #include "reconstruct/scene.h"
 
 namespace lumigraft::reconstruct {
@@ -32,12 +33,17 @@ class SceneStore {
   bool settled(const Scene& scene) const;
   /// The newest published light, without lamp distances from albedo solutions.
   std::shared_ptr<const Illumination> measured_light() const;
+  /// The newest published field, without occluders from albedo solutions: what was observed.
+  std::shared_ptr<const DistanceField> observed_field() const;
 
  private:
   void combine();
 
   mutable std::mutex mutex_;
   Scene scene_;
+  std::shared_ptr<const DistanceField> field_;
+  std::shared_ptr<const BrickMap<FieldBrick>> occluders_;
+  OccluderMerge occluder_merge_;
   std::shared_ptr<const Illumination> light_, solved_light_;
   std::shared_ptr<const Illumination> solved_from_;  ///< the measured light that solved_light_ was solved from
   std::uint64_t solved_field_version_ = 0;

@@ -373,7 +373,9 @@ AlbedoStage::Result AlbedoStage::solve_complete(const DistanceField& field, cons
   s.incremental.keep(field, surface, gathered, albedo, of_points, noise_floor);
   s.surroundings = room->surroundings();
   s.environment = illumination.environment;
-  s.last = {result, lit, std::move(warnings), true, false, surface.samples.size()};
+  auto occluders =
+      std::make_shared<BrickMap<FieldBrick>>(carve_occluders(field, rays, surface.samples, points.shadows()));
+  s.last = {result, lit, std::move(occluders), std::move(warnings), true, false, surface.samples.size()};
   s.empty = surface.points.empty();
   s.check_extrinsics(field, rays, illumination, surface.points.size());
   s.add_warnings(*lit);

@@ -36,9 +36,11 @@ class AlbedoStage {
   explicit AlbedoStage(const capture::Session& session);
   ~AlbedoStage();
   struct Result {
-    std::shared_ptr<const AlbedoField> albedo;
-    std::shared_ptr<const Illumination> illumination;  ///< the input with lamp distances filled in
-    std::vector<std::string> warnings;
+    std::shared_ptr<const AlbedoField> albedo = {};
+    std::shared_ptr<const Illumination> illumination = {};  ///< the input with lamp distances filled in
+    /// Occluders of shadows that no known surface explains (carve_occluders), at the last complete solution; not null.
+    std::shared_ptr<const BrickMap<FieldBrick>> occluders = std::make_shared<const BrickMap<FieldBrick>>();
+    std::vector<std::string> warnings = {};
     bool complete = false;    ///< a complete solution: lamps and all samples
     bool due = false;         ///< a complete one is due: more surface is known, much of it changed, or it is long ago
     std::size_t samples = 0;  ///< number of samples solved

@@ -75,6 +75,16 @@ struct AlbedoParameters {
     float min_albedo = 0.02f;         ///< lower clamp before the logarithm
   } unobserved;
 
+  /// Occluders of such shadows.
+  struct Carving {
+    float max_left = 0.5f;      ///< of a lamp's light at a dark sample; the rest is a penumbra or the model's error
+    float min_visible = 0.75f;  ///< of a lamp's disk at a lit sample
+    float sample_reach = 1;     ///< of a patch around its sample, in edges of its cell
+    float lift_voxels = 2;      ///< start of lines above their surface
+    float far_m = 3;            ///< longest line from a sample, or behind a voxel
+    float weight = 0.01f;       ///< of an occluder's voxels, as they were not observed
+  } carving;
+
   struct Incremental {
     float same_summary = 0.02f;  ///< relative change of radiance and count: the accuracy of the lamps' light
     float same_centroid_voxels = 1;

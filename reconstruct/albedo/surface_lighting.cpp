@@ -39,7 +39,6 @@ SurfaceLighting::SurfaceLighting(const Surface& surface, const IrradianceModel& 
   const std::vector<SurfaceSample>& samples = surface.samples;
   for (std::size_t i = 0; i < samples.size(); ++i) sample_light_.push_back({gathered[i], 0});
   std::vector<Eigen::Vector3f> edge_error(samples.size(), Eigen::Vector3f::Zero());
-  std::vector<std::vector<Eigen::Vector3f>> from_lamp;
   for (std::size_t lamp = 0; lamp < illumination.lights.size(); ++lamp) {
     const PointLight& light = illumination.lights[lamp];
     std::vector<float> visible(samples.size());
@@ -52,15 +51,15 @@ SurfaceLighting::SurfaceLighting(const Surface& surface, const IrradianceModel& 
       sample_light_[i].irradiance += irradiance[i];
     }
     visible_.push_back(std::move(visible));
-    from_lamp.push_back(std::move(irradiance));
+    from_lamp_.push_back(std::move(irradiance));
   }
-  left_ = unobserved_shadows(samples, room, illumination.lights, sample_light_, from_lamp, noise_floor, held);
+  left_ = unobserved_shadows(samples, room, illumination.lights, sample_light_, from_lamp_, noise_floor, held);
   for (std::size_t lamp = 0; lamp < illumination.lights.size(); ++lamp) {
     std::vector<float>& visible = visible_[lamp];
     std::vector<float> contrast(samples.size(), 0.0f);
     for (std::size_t i = 0; i < samples.size(); ++i) {
       visible[i] *= left_[lamp][i];
-      sample_light_[i].irradiance -= (1 - left_[lamp][i]) * from_lamp[lamp][i];
+      sample_light_[i].irradiance -= (1 - left_[lamp][i]) * from_lamp_[lamp][i];
     }
     for (std::size_t i = 0; i < samples.size(); ++i) {
       contrast[i] = std::min(visible[i], 1 - visible[i]);
@@ -76,6 +75,24 @@ SurfaceLighting::SurfaceLighting(const Surface& surface, const IrradianceModel& 
     const float edge = edge_error[i].mean() / std::max(sample_light_[i].irradiance.mean(), 1e-9f);
     sample_light_[i].relative_sigma = std::hypot(kLighting.model_error, edge);
   }
+}
+
+std::vector<ObservedShadow> SurfaceLighting::shadows() const {
+  constexpr const AlbedoParameters::Carving& kCarving = kAlbedoParameters.carving;
+  std::vector<ObservedShadow> result;
+  for (std::size_t lamp = 0; lamp < illumination_.lights.size(); ++lamp) {
+    ObservedShadow shadow{illumination_.lights[lamp], {}};
+    for (std::size_t i = 0; i < surface_.samples.size(); ++i) {
+      // A lamp that hardly contributes may be occluded without anybody noticing.
+      const bool matters = from_lamp_[lamp][i].sum() >
+                           kAlbedoParameters.unobserved.min_lamp_fraction * sample_light_[i].irradiance.sum();
+      shadow.samples.push_back(left_[lamp][i] < kCarving.max_left                    ? ObservedShadow::State::dark
+                               : matters && visible_[lamp][i] > kCarving.min_visible ? ObservedShadow::State::lit
+                                                                                     : ObservedShadow::State::unknown);
+    }
+    result.push_back(std::move(shadow));
+  }
+  return result;
 }
 
 Eigen::Vector3f SurfaceLighting::lamp_irradiance(std::size_t lamp, const Eigen::Vector3f& position,

@@ -5,6 +5,7 @@
 
 #include "reconstruct/albedo/albedo_bricks.h"
 #include "reconstruct/albedo/sample_solver.h"
+#include "reconstruct/albedo/shadow_carving.h"
 #include "reconstruct/shading/irradiance.h"
 #include "reconstruct/shading/surface_samples.h"
 
@@ -21,6 +22,9 @@ class SurfaceLighting {
 
   const std::vector<SampleLight>& sample_light() const { return sample_light_; }
   const std::vector<std::vector<int>>& neighbours() const { return neighbours_; }
+
+  /// Of each lamp, as far as it is certain.
+  std::vector<ObservedShadow> shadows() const;
 
   /// Combines each point's own π B / E with the albedo of the samples around it, by their variances.
   std::vector<PointAlbedo> albedo(const std::vector<SampleAlbedo>& samples) const;
@@ -46,9 +50,10 @@ class SurfaceLighting {
   const std::vector<Eigen::Vector3f>& gathered_;
   float noise_floor_;
   std::vector<std::vector<int>> neighbours_;
-  std::vector<std::vector<float>> visible_;   ///< per lamp, per sample
-  std::vector<std::vector<float>> left_;      ///< the part that unobserved_shadows leaves
-  std::vector<std::vector<float>> contrast_;  ///< variation of visibility around the sample
+  std::vector<std::vector<Eigen::Vector3f>> from_lamp_;  ///< irradiance if only known surface occludes it
+  std::vector<std::vector<float>> visible_;              ///< per lamp, per sample
+  std::vector<std::vector<float>> left_;                 ///< the part that unobserved_shadows leaves
+  std::vector<std::vector<float>> contrast_;             ///< variation of visibility around the sample
   std::vector<SampleLight> sample_light_;
 };
 

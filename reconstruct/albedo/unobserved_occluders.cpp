@@ -18,15 +18,15 @@ Eigen::Array3f log_albedo(const SurfaceSample& sample, const Eigen::Vector3f& ir
 
 float rms(const Eigen::Array3f& a) { return std::sqrt(a.square().mean()); }
 
-/// Albedo of the plane around a sample.
+/// Albedo of some samples of a plane.
 struct PlaneAlbedo {
   Eigen::Array3f log_albedo = Eigen::Array3f::Zero();  ///< medians
   float spread = 0;                                    ///< 1σ, from the median of differences
-  std::size_t count = 0;
 };
 
-PlaneAlbedo albedo_around(std::size_t own, const std::vector<SurfaceSample>& samples,
-                          const std::vector<Eigen::Array3f>& known, const std::vector<bool>& counts) {
+/// Samples of the same plane around one.
+std::vector<std::size_t> plane_around(std::size_t own, const std::vector<SurfaceSample>& samples,
+                                      const std::vector<bool>& counts) {
   const SurfaceSample& sample = samples[own];
   std::vector<std::size_t> members;
   for (std::size_t j = 0; j < samples.size(); ++j) {
@@ -38,18 +38,37 @@ PlaneAlbedo albedo_around(std::size_t own, const std::vector<SurfaceSample>& sam
       continue;
     members.push_back(j);
   }
-  PlaneAlbedo around;
-  around.count = members.size();
-  if (members.size() < kUnobservedShadows.min_samples) return around;
+  return members;
+}
+
+PlaneAlbedo albedo_of(const std::vector<std::size_t>& members, const std::vector<Eigen::Array3f>& known) {
+  PlaneAlbedo plane;
   std::vector<float> values(members.size());
   for (Eigen::Index c = 0; c < 3; ++c) {
     for (std::size_t k = 0; k < members.size(); ++k) values[k] = known[members[k]][c];
-    around.log_albedo[c] = median(values);
+    plane.log_albedo[c] = median(values);
   }
-  for (std::size_t k = 0; k < members.size(); ++k) values[k] = rms(known[members[k]] - around.log_albedo);
-  around.spread = 1.48f * median(values);
-  return around;
+  for (std::size_t k = 0; k < members.size(); ++k) values[k] = rms(known[members[k]] - plane.log_albedo);
+  plane.spread = 1.48f * median(values);
+  return plane;
 }
+
+/// Whether something unobserved may occlude a lamp from a sample; computed once.
+class MayBeOccluded {
+ public:
+  MayBeOccluded(const IrradianceModel& room, const std::vector<SurfaceSample>& samples, const PointLight& lamp)
+      : room_(room), samples_(samples), lamp_(lamp), known_(samples.size(), -1) {}
+  bool operator()(std::size_t i) {
+    if (known_[i] < 0) known_[i] = room_.passes_unobserved_space(lamp_, samples_[i].position, samples_[i].normal);
+    return known_[i] > 0;
+  }
+
+ private:
+  const IrradianceModel& room_;
+  const std::vector<SurfaceSample>& samples_;
+  const PointLight& lamp_;
+  std::vector<signed char> known_;
+};
 
 }  // namespace
 
@@ -67,32 +86,56 @@ std::vector<std::vector<float>> unobserved_shadows(const std::vector<SurfaceSamp
                              : Eigen::Array3f(held[i - open].albedo.array().max(kUnobservedShadows.min_albedo).log()));
     counts.push_back(samples[i].usable && (i < open || held[i - open].sigma >= 0));
   }
+  std::vector<MayBeOccluded> occluded;
+  for (const PointLight& lamp : lights) occluded.emplace_back(room, samples, lamp);
+  std::vector<bool> shadowed(samples.size(), false);
+  std::vector<std::vector<std::size_t>> planes(open);
+  std::vector<std::size_t> doubtful;
   for (std::size_t i = 0; i < open; ++i) {
     if (!samples[i].usable) continue;
-    const PlaneAlbedo around = albedo_around(i, samples, known, counts);
-    if (around.count < kUnobservedShadows.min_samples) continue;
-    Eigen::Vector3f irradiance = light[i].irradiance;
-    float difference = rms(known[i] - around.log_albedo);
-    for (std::size_t lamp = 0; lamp < lights.size(); ++lamp) {
-      if (difference < std::max(kUnobservedShadows.min_difference, kUnobservedShadows.min_spreads * around.spread))
-        break;
-      if (from_lamp[lamp][i].sum() < kUnobservedShadows.min_lamp_fraction * irradiance.sum()) continue;
-      float best = difference, fraction = 1;
-      for (int k = 0; k < kUnobservedShadows.steps; ++k) {
-        const float tried = static_cast<float>(k) / kUnobservedShadows.steps;
-        const float now =
-            rms(log_albedo(samples[i], irradiance - (1 - tried) * from_lamp[lamp][i], noise_floor) - around.log_albedo);
-        if (now >= best) continue;
-        best = now;
-        fraction = tried;
-      }
-      if (best > kUnobservedShadows.max_unexplained * difference ||
-          !room.passes_unobserved_space(lights[lamp], samples[i].position, samples[i].normal))
-        continue;
-      left[lamp][i] = fraction;
-      irradiance -= (1 - fraction) * from_lamp[lamp][i];
-      difference = best;
+    planes[i] = plane_around(i, samples, counts);
+    if (planes[i].size() >= kUnobservedShadows.min_samples) doubtful.push_back(i);
+  }
+  /// Whether the lamp's shadow on an open sample explains that it is darker than the lit samples of its plane.
+  const auto explains = [&](std::size_t lamp, std::size_t i) {
+    const Eigen::Vector3f& irradiance = light[i].irradiance;
+    if (from_lamp[lamp][i].sum() < kUnobservedShadows.min_lamp_fraction * irradiance.sum() || !occluded[lamp](i))
+      return false;
+    std::vector<std::size_t> lit;
+    for (const std::size_t j : planes[i])
+      if (shadowed[j] || !occluded[lamp](j)) lit.push_back(j);
+    if (lit.size() < kUnobservedShadows.min_samples) return false;
+    const PlaneAlbedo around = albedo_of(lit, known);
+    const float difference = rms(known[i] - around.log_albedo);
+    if (difference < std::max(kUnobservedShadows.min_difference, kUnobservedShadows.min_spreads * around.spread))
+      return false;
+    float best = difference, fraction = 1;
+    for (int k = 0; k < kUnobservedShadows.steps; ++k) {
+      const float tried = static_cast<float>(k) / kUnobservedShadows.steps;
+      const float now =
+          rms(log_albedo(samples[i], irradiance - (1 - tried) * from_lamp[lamp][i], noise_floor) - around.log_albedo);
+      if (now >= best) continue;
+      best = now;
+      fraction = tried;
     }
+    if (best > kUnobservedShadows.max_unexplained * difference) return false;
+    left[lamp][i] = fraction;
+    known[i] = log_albedo(samples[i], irradiance - (1 - fraction) * from_lamp[lamp][i], noise_floor);
+    return true;
+  };
+  // Albedo of samples in shadow becomes known, so that from its edge inwards all of a wide shadow is found.
+  for (bool found = true; found;) {
+    std::vector<std::size_t> now;
+    std::erase_if(doubtful, [&](std::size_t i) {
+      for (std::size_t lamp = 0; lamp < lights.size(); ++lamp) {
+        if (!explains(lamp, i)) continue;
+        now.push_back(i);
+        return true;
+      }
+      return false;
+    });
+    for (const std::size_t i : now) shadowed[i] = true;
+    found = !now.empty();
   }
   return left;
 }

@@ -15,6 +15,8 @@
 #include <unordered_map>
 #include <vector>
 
+#include "reconstruct/field/seen_space.h"
+
 namespace lumigraft::reconstruct {
 
 constexpr int kBrickEdge = 8;
@@ -81,6 +83,7 @@ struct DistanceField {
   std::uint64_t version = 0;  ///< increases with every publication that changed something
   std::vector<Eigen::Vector3f>
       seen_from_m;  ///< camera positions at some distance from each other, at most 64; tag frame
+  std::vector<std::shared_ptr<const SeenSpace>> seen_space;  ///< of the newest images from there
   BrickMap<FieldBrick> bricks;
 
   const FieldBrick* brick(const BrickKey& key) const;

@@ -17,6 +17,12 @@ struct FieldParameters {
   float min_metallic = 0.5f;    ///< `metallic` of a real surface from which it counts as metal
   float metal_cell_m = 0.012f;  ///< 1.5 voxels of 8 mm: by so much the field's surface may be off the mesh
   float tag_slack_m = 0.015f;   ///< distance from the tag's plane that counts as tag; chosen by hand
+  /// What an image hides (seen_space).
+  struct SeenSpace {
+    int cell_px = 2;          ///< edge of a cell; together with the next one about a voxel at 1 m
+    float margin_voxels = 2;  ///< in front of a surface: by so much the field and the poses may be off
+    float min_jump = 0.03f;   ///< of depth between cells, relative, besides the margin, at an outline; a slope has less
+  } seen_space;
 };
 inline constexpr FieldParameters kFieldParameters;
 

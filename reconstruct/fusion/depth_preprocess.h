@@ -68,6 +68,7 @@ class DepthPreprocessor {
   void prepare(const capture::Image<float>& depth_m, PreparedDepth& view);
   /// x/z, y/z of a pixel's centre; NaN where the lens model has no ray.
   const Eigen::Vector2f& ray(std::int32_t pixel) const { return rays_[static_cast<std::size_t>(pixel)]; }
+  const std::vector<Eigen::Vector2f>& rays() const { return rays_; }
   float focal() const { return focal_; }
 
  private:

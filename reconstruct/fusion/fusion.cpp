@@ -56,7 +56,7 @@ struct FusionStage::State {
         preprocessor(session.color.model, settings.voxel_m, settings.far_m),
         surfaces(session, voxel_m) {}
 
-  void add_viewpoint(const Vector3f& camera_m);
+  void add_viewpoint(const Isometry3f& T_tag_camera);
   WorkingBrick& brick_at(const BrickKey& key);
   void allocate(const Isometry3f& T_tag_camera);
   void update_models();
@@ -91,23 +91,36 @@ struct FusionStage::State {
   std::shared_ptr<const DistanceField> field;
   std::shared_ptr<const capture::DepthFrame> last_depth;
   std::shared_ptr<const capture::Frame> last_color;
-  std::vector<Vector3f> seen_from_m;  ///< least recently used first
+  std::vector<Vector3f> seen_from_m;                         ///< least recently used first
+  std::vector<std::shared_ptr<const SeenSpace>> seen_space;  ///< from there
   Eigen::Isometry3d last_pose = Eigen::Isometry3d::Identity();
   double light_variance = 0;  ///< sum of the squared relative changes of light so far
 };
 
 /// Adds the camera position to the viewpoints, or marks a near one as most recent. The limit removes positions of wrong
 /// poses in time.
-void FusionStage::State::add_viewpoint(const Vector3f& camera_m) {
+void FusionStage::State::add_viewpoint(const Isometry3f& T_tag_camera) {
+  const Vector3f camera_m = T_tag_camera.translation();
   const auto near = std::find_if(seen_from_m.begin(), seen_from_m.end(), [&](const Vector3f& p) {
     return (p - camera_m).norm() < kPublication.viewpoint_spacing_m;
   });
+  const auto seen = [&] {
+    return std::make_shared<const SeenSpace>(preprocessor.rays(), view.inverse_depth, view.width, T_tag_camera,
+                                             voxel_m);
+  };
   if (near != seen_from_m.end()) {
+    const auto space = seen_space.begin() + (near - seen_from_m.begin());
+    if (frames - last_publication >= kPublication.interval_frames) *space = seen();
     std::rotate(near, near + 1, seen_from_m.end());
+    std::rotate(space, space + 1, seen_space.end());
     return;
   }
-  if (seen_from_m.size() == kPublication.max_viewpoints) seen_from_m.erase(seen_from_m.begin());
+  if (seen_from_m.size() == kPublication.max_viewpoints) {
+    seen_from_m.erase(seen_from_m.begin());
+    seen_space.erase(seen_space.begin());
+  }
   seen_from_m.push_back(camera_m);
+  seen_space.push_back(seen());
   new_viewpoint = true;
 }
 
@@ -226,6 +239,7 @@ void FusionStage::State::publish() {
   auto next = std::make_shared<DistanceField>(*field);
   next->version += 1;
   next->seen_from_m = seen_from_m;
+  next->seen_space = seen_space;
   bool changed = new_viewpoint;
   std::erase_if(publication_queue, [&](WorkingBrick* brick) {
     if (brick->queued) {
@@ -268,7 +282,7 @@ std::shared_ptr<const DistanceField> FusionStage::fuse(const capture::FrameSet& 
 
   s.preprocessor.prepare(frame.depth->depth_m, s.view);
   const Isometry3f T_camera_tag = pose.T_tag_camera.inverse().cast<float>();
-  s.add_viewpoint(pose.T_tag_camera.translation().cast<float>());
+  s.add_viewpoint(pose.T_tag_camera.cast<float>());
   s.allocate(pose.T_tag_camera.cast<float>());
   if (s.surfaces.any() && s.surfaces.register_models(frame.depth->depth_m, pose.T_tag_camera)) s.update_models();
   s.record_pose(pose.T_tag_camera.cast<float>());

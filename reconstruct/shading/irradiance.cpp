@@ -242,18 +242,14 @@ float IrradianceModel::visibility(const PointLight& light, float distance_m, con
 
 bool IrradianceModel::passes_unobserved_space(const PointLight& light, const Eigen::Vector3f& position_m,
                                               const Eigen::Vector3f& normal) const {
-  if (field_.seen_from_m.empty()) return false;
   const Eigen::Vector3f from = position_m + lift_m_ * normal;
   const Eigen::Vector3f offset = light.distance_known ? Eigen::Vector3f(light.position_m - from) : light.direction;
   const float far_m = light.distance_known ? std::min(offset.norm(), kUnobserved.range_m) : kUnobserved.range_m;
   const Eigen::Vector3f direction = offset.normalized();
   float unobserved_m = 0;
-  for (float t = 2 * kUnobserved.step_m; t < far_m; t += kUnobserved.step_m) {
-    const Eigen::Vector3f at = from + t * direction;
-    const bool seen = std::any_of(field_.seen_from_m.begin(), field_.seen_from_m.end(),
-                                  [&](const Eigen::Vector3f& camera_m) { return rays_.free(camera_m, at); });
-    unobserved_m = seen ? 0 : unobserved_m + kUnobserved.step_m;
-    if (unobserved_m > kUnobserved.min_width_m) return true;
+  for (float t = kUnobserved.start_m; t < far_m; t += kUnobserved.step_m) {
+    unobserved_m = hidden_from_all(field_.seen_space, from + t * direction) ? unobserved_m + kUnobserved.step_m : 0;
+    if (unobserved_m >= kUnobserved.min_width_m) return true;
   }
   return false;
 }

@@ -30,9 +30,9 @@ struct ShadingParameters {
 
   /// Unobserved space in which something may occlude a lamp.
   struct UnobservedSpace {
-    float range_m = 1.0f;       ///< from the surface towards the lamp
-    float step_m = 0.015f;      ///< about two voxels
-    float min_width_m = 0.03f;  ///< of unobserved space along the ray; thinner gaps are ignored
+    float start_m = 0.03f, range_m = 1.0f;  ///< from the surface towards the lamp
+    float step_m = 0.008f;                  ///< a voxel
+    float min_width_m = 0.008f;  ///< along the ray: SeenSpace makes the space of a thin edge wider than it is
   } unobserved;
 
   struct ClippedWalls {

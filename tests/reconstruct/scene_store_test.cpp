@@ -55,7 +55,7 @@ TEST(SceneStore, ConvergesWhenTheNewestFramesChangeNothing) {
   };
   const auto solve = [&](std::uint64_t field_version, std::uint64_t light_version) {
     const auto measured = std::make_shared<const Illumination>(lamp_along_x(light_version, 10));
-    board.publish_solution({std::make_shared<AlbedoField>(), light, {}}, field_version, measured);
+    board.publish_solution({.albedo = std::make_shared<AlbedoField>(), .illumination = light}, field_version, measured);
   };
   EXPECT_FALSE(board.settled(board.newest()));
   publish_again();
@@ -85,7 +85,8 @@ TEST(SceneStore, SolvedDistancesHoldForLaterLight) {
   const auto measured = std::make_shared<const Illumination>(lamp_along_x(1, 10));
   board.publish_light(measured);
   const auto solved = std::make_shared<const Illumination>(at_two_metres(lamp_along_x(1, 10)));
-  board.publish_solution({std::make_shared<AlbedoField>(), solved, {"dim"}}, 0, measured);
+  board.publish_solution({.albedo = std::make_shared<AlbedoField>(), .illumination = solved, .warnings = {"dim"}}, 0,
+                         measured);
   EXPECT_EQ(board.newest().illumination, solved) << "the very light that was solved";
   EXPECT_EQ(board.newest().warnings, std::vector<std::string>{"dim"});
 

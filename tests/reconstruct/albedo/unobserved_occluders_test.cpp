@@ -5,6 +5,7 @@
 
 #include "reconstruct/albedo/albedo.h"
 #include "tests/reconstruct/albedo/albedo_room.h"
+#include "tests/reconstruct/pose/pose_room.h"
 
 namespace lumigraft::reconstruct {
 namespace {
@@ -35,9 +36,29 @@ struct HalfSeenBox {
              p.y() < box.low.y() + kUnseenFrom_m;
     };
   }
-  DistanceField field() const {
+  /// As seen from some places.
+  DistanceField field(const std::vector<Vector3f>& eyes = {{0, -0.9f, 0.5f}}) const {
     DistanceField result = room.field();
-    result.seen_from_m = {{0, -0.9f, 0.5f}};
+    for (const Vector3f& eye : eyes) {
+      Eigen::Isometry3d T_tag_camera = Eigen::Isometry3d::Identity();
+      const Eigen::Vector3d z = (Eigen::Vector3d(0, 0, 0.1) - eye.cast<double>()).normalized();
+      const Eigen::Vector3d x = z.cross(Eigen::Vector3d::UnitZ()).normalized();
+      T_tag_camera.linear() << x, z.cross(x), z;
+      T_tag_camera.translation() = eye.cast<double>();
+      const capture::CameraModel camera = test::small_camera();
+      const capture::DepthFrame depth = test::depth_of_room(room, camera, T_tag_camera, 0, 0);
+      std::vector<Eigen::Vector2f> rays;
+      std::vector<float> inverse;
+      for (int v = 0; v < camera.height; ++v) {
+        for (int u = 0; u < camera.width; ++u) {
+          const Eigen::Vector3d ray = *camera.unproject({static_cast<double>(u), static_cast<double>(v)});
+          rays.push_back((ray.head<2>() / ray.z()).cast<float>());
+          inverse.push_back(depth.depth_m.at(u, v) > 0 ? 1 / depth.depth_m.at(u, v) : 0.0f);
+        }
+      }
+      result.seen_space.push_back(
+          std::make_shared<const SeenSpace>(rays, inverse, camera.width, T_tag_camera.cast<float>(), result.voxel_m));
+    }
     return result;
   }
 };
@@ -58,9 +79,12 @@ TEST(UnobservedOccluders, ShadowsOfUnseenSidesAreSeparatedFromPaint) {
 
 TEST(UnobservedOccluders, NoneWhereCamerasSawThroughTheSpace) {
   HalfSeenBox half;
+  const TestBox box = half.room.boxes[0];
+  half.room.boxes.clear();  // for the cameras: they look through where the box is
+  DistanceField seen = half.field({{0.9f, 0.05f, 0.4f}, {-0.9f, 0.05f, 0.4f}});
+  half.room.boxes = {box};
   DistanceField field = half.field();
-  field.seen_from_m.push_back({0.9f, 0.05f, 0.4f});  // looks along the shadow into the box's volume
-  field.seen_from_m.push_back({-0.9f, 0.05f, 0.4f});
+  field.seen_space.insert(field.seen_space.end(), seen.seen_space.begin(), seen.seen_space.end());
   AlbedoStage stage{capture::Session()};
   const auto result = stage.solve(field, half.room.illumination());
   EXPECT_LT(albedo_at(*result.albedo, half.in_shadow).first.mean(), 0.3f)
