@@ -14,8 +14,9 @@
 namespace lumigraft::test {
 namespace {
 
-constexpr double kWidth = 720, kHeight = 400, kText = 12;
+constexpr double kMinWidth = 720, kHeight = 400, kText = 12;
 constexpr server::Box kFrame{70, 44, 540, 344};
+constexpr double kLegend = 46;  ///< from the frame to the text of the legend
 
 void write_table(const Sweep& sweep, const std::filesystem::path& path) {
   std::ofstream out(path);
@@ -56,6 +57,15 @@ std::vector<server::chart::Tick> ticks_between(double low, double high) {
   return ticks;
 }
 
+/// Of a chart with all of its legend.
+double width_of(const Sweep& sweep) {
+  const server::Drawing any(1, 1);
+  double width = kMinWidth;
+  for (const Curve& curve : sweep.curves)
+    width = std::max(width, kFrame.right + kLegend + any.text_width(curve.name, {.size = kText}) + 12);
+  return width;
+}
+
 void draw(const Sweep& sweep, const std::filesystem::path& stem) {
   double low = 0, high = 1e-9;
   const auto take = [&](double y) {
@@ -72,7 +82,7 @@ void draw(const Sweep& sweep, const std::filesystem::path& stem) {
   const auto scale = sweep.logarithmic ? server::chart::Axis::Scale::logarithmic : server::chart::Axis::Scale::linear;
   const server::chart::Axis x(scale, sweep.x.front(), sweep.x.back(), kFrame.left + 8, kFrame.right - 8);
   const server::chart::Axis y(server::chart::Axis::Scale::linear, low, high, kFrame.bottom, kFrame.top);
-  server::Drawing drawing(kWidth, kHeight);
+  server::Drawing drawing(width_of(sweep), kHeight);
   drawing.text({kFrame.left, 24}, sweep.title, {.size = 14, .bold = true});
   server::chart::draw_frame(drawing, kFrame, x, ticks_of(sweep), y, ticks_between(low, high), kText);
   drawing.text({0.5 * (kFrame.left + kFrame.right), kFrame.bottom + 38}, sweep.x_label, {.size = kText, .across = 0.5});
@@ -86,7 +96,7 @@ void draw(const Sweep& sweep, const std::filesystem::path& stem) {
   double row = kFrame.top + 8;
   const auto legend = [&](const std::string& name, const server::Stroke& stroke) {
     drawing.line({{kFrame.right + 16, row - 4}, {kFrame.right + 40, row - 4}}, stroke);
-    drawing.text({kFrame.right + 46, row}, name, {.size = kText, .colour = server::chart::kInk});
+    drawing.text({kFrame.right + kLegend, row}, name, {.size = kText, .colour = server::chart::kInk});
     row += 20;
   };
   std::size_t index = 0;
