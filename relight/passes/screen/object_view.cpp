@@ -1,7 +1,5 @@
 #include "relight/passes/screen/object_view.h"
 
-#include <array>
-
 namespace lumigraft::relight {
 shader::DrawParams camera_view(const shader::FrameParams& frame, int samples) {
   shader::DrawParams view{};
@@ -31,11 +29,8 @@ void ObjectView::draw(gpu::CommandList& list, const shader::FrameParams& params,
     const auto& mesh = simple ? objects[i].stored->simple : objects[i].stored->full;
     draws.add(mesh, objects[i].T_tag_model, objects[i].material, static_cast<int>(i), view, white);
   }
-  const std::array<gpu::Attachment, 3> colors{gpu::Attachment{screen.sample_normal.get()},
-                                              gpu::Attachment{screen.sample_base.get()},
-                                              gpu::Attachment{screen.sample_depth.get()}};
-  const gpu::Attachment depth{screen.sample_z.get()};
-  list.draw(*raster_, colors, &depth, draws.calls);
+  list.draw(*raster_, {screen.sample_normal.get(), screen.sample_base.get(), screen.sample_depth.get()},
+            *screen.sample_z, draws.calls);
 }
 
 void ObjectView::draw_known(gpu::CommandList& list, const shader::FrameParams& params,
@@ -46,11 +41,8 @@ void ObjectView::draw_known(gpu::CommandList& list, const shader::FrameParams& p
   for (std::size_t i = 0; i < surfaces.size(); ++i) {
     draws.add(surfaces[i], Eigen::Affine3f::Identity(), Material{.specular = 0}, static_cast<int>(i), view, white);
   }
-  const std::array<gpu::Attachment, 3> colors{gpu::Attachment{screen.known_normal.get()},
-                                              gpu::Attachment{screen.known_base.get()},
-                                              gpu::Attachment{screen.known_depth.get()}};
-  const gpu::Attachment depth{screen.known_z.get()};
-  list.draw(*raster_, colors, &depth, draws.calls);
+  list.draw(*raster_, {screen.known_normal.get(), screen.known_base.get(), screen.known_depth.get()}, *screen.known_z,
+            draws.calls);
 }
 
 void ObjectView::resolve(gpu::CommandList& list, const shader::FrameParams& params, const Screen& screen) const {
