@@ -12,8 +12,7 @@
 #include "relight/passes/volume/inject.h"
 #include "relight/passes/volume/light_volume_state.h"
 #include "relight/passes/volume/object_light.h"
-#include "relight/passes/volume/real_fill.h"
-#include "relight/passes/volume/virtual_fill.h"
+#include "relight/passes/volume/surface_fill.h"
 #include "relight/upload/brick_pool.h"
 
 namespace lumigraft::relight {
@@ -59,8 +58,7 @@ class LightVolumeBuilder {
                        std::vector<LightStep>* steps);
 
   gpu::Device& device_;
-  RealFill real_fill_;
-  VirtualFill virtual_fill_;
+  SurfaceFill fill_;
   std::unique_ptr<Inject> inject_;
   int rsm_ = 0;
   Filter filter_;

@@ -1,6 +1,6 @@
 #include "relight/passes/volume/bounce.h"
 
-#include "relight/passes/volume/virtual_fill.h"
+#include "relight/passes/volume/surface_fill.h"
 
 namespace lumigraft::relight {
 
@@ -51,7 +51,7 @@ void Bounce::smooth_real(gpu::CommandList& list, const shader::FrameParams& para
 }
 
 void Bounce::resolve(gpu::CommandList& list, shader::FrameParams params, const Volumes& volumes) const {
-  params.pass_f.x() = 1.0f / VirtualFill::kUnitsPerFace;
+  params.pass_f.x() = 1.0f / SurfaceFill::kUnitsPerFace;
   for (const auto* listed : {&volumes.listed_real, &volumes.listed_virtual}) {  // in both: same value twice
     dispatch_list(list, *resolve_,
                   {gpu::sampled(1, *volumes.virtual_distance, gpu::Filter::linear), gpu::storage(28, **listed),

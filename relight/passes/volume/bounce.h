@@ -2,8 +2,8 @@
 // Bounces beyond the first. In: listed_virtual, cells, all volumes. Out: gathered_virtual, at the voxels near surfaces;
 // real_irradiance, at the cells.
 // resolve: converts flux and gathered light to radiance. In: listed_virtual, listed_real, virtual_flux, real_flux
-// (Inject), gathered_virtual, real_irradiance, real_albedo, real_radiance level 0 (RealFill), virtual_distance
-// (VirtualFill). Out: level 0 of virtual_radiance and real_change, in the listed voxels only.
+// (Inject), gathered_virtual, real_irradiance, real_albedo, real_radiance level 0 (SurfaceFill), virtual_distance
+// (SurfaceFill). Out: level 0 of virtual_radiance and real_change, in the listed voxels only.
 #include "relight/passes/dispatch.h"
 #include "relight/passes/lamps/lamp_maps.h"
 #include "relight/passes/volume/volumes.h"
