@@ -5,7 +5,7 @@
 
 namespace lumigraft::relight {
 LightVolumeBuilder::LightVolumeBuilder(gpu::Device& device)
-    : device_(device), fill_(device), filter_(device), bounce_(device), enclosure_(device), object_light_(device) {}
+    : device_(device), fill_(device), bounce_(device), object_light_(device) {}
 
 void LightVolumeBuilder::fit(const Plan& plan) {
   if (rsm_ != plan.rsm) inject_ = std::make_unique<Inject>(device_, plan.rsm);
@@ -50,7 +50,7 @@ std::vector<LightStep> LightVolumeBuilder::steps(const Work& work, const BrickPo
   coarse.params.counts.y() = coarse.params.counts.z() = quality.voxel_cones;
   if (work.key.enclosure) {
     steps.push_back({"enclosure", 40, [this, coarse, &volumes](gpu::CommandList& list) {
-                       enclosure_.light(list, coarse.params, volumes);
+                       bounce_.light_enclosure(list, coarse.params, volumes);
                      }});
   }
   for (int i = 1; i < work.key.plan.bounces; ++i) {
@@ -108,7 +108,7 @@ void LightVolumeBuilder::add_surfaces(const Work& work, const BrickPool& bricks,
                       fill_.real_surfaces(list, work.params, bricks, volumes);
                     }});
   steps->push_back({"volumes", 20, [this, work, &volumes](gpu::CommandList& list) {
-                      filter_.record(list, work.params, volumes.real_chunks, *volumes.real_radiance, volumes);
+                      bounce_.filter(list, work.params, volumes.real_chunks, *volumes.real_radiance, volumes);
                     }});
 }
 
@@ -117,14 +117,14 @@ void LightVolumeBuilder::add_resolve(const Work& work, const LightVolumeState& r
   steps->push_back(
       {"resolve", 20, [this, work, &volumes](gpu::CommandList& list) { bounce_.resolve(list, work.params, volumes); }});
   steps->push_back({"resolve", 20, [this, work, &volumes](gpu::CommandList& list) {
-                      filter_.record(list, work.params, volumes.virtual_chunks, *volumes.virtual_radiance, volumes);
-                      filter_.record(list, work.params, volumes.real_chunks, *volumes.real_change, volumes);
+                      bounce_.filter(list, work.params, volumes.virtual_chunks, *volumes.virtual_radiance, volumes);
+                      bounce_.filter(list, work.params, volumes.real_chunks, *volumes.real_change, volumes);
                     }});
 }
 
 void LightVolumeBuilder::add_enclosure_change(const Work& work, LightVolumeState& room, std::vector<LightStep>* steps) {
   steps->push_back({"enclosure", 40, [this, work, &room](gpu::CommandList& list) {
-                      enclosure_.change(list, work.params, room.volumes);
+                      bounce_.change_enclosure(list, work.params, room.volumes);
                     }});
 }
 

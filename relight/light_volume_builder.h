@@ -7,8 +7,6 @@
 
 #include "relight/passes/lpv/lpv.h"
 #include "relight/passes/volume/bounce.h"
-#include "relight/passes/volume/enclosure.h"
-#include "relight/passes/volume/filter.h"
 #include "relight/passes/volume/inject.h"
 #include "relight/passes/volume/light_volume_state.h"
 #include "relight/passes/volume/object_light.h"
@@ -61,9 +59,7 @@ class LightVolumeBuilder {
   SurfaceFill fill_;
   std::unique_ptr<Inject> inject_;
   int rsm_ = 0;
-  Filter filter_;
   Bounce bounce_;
-  EnclosureLight enclosure_;
   std::unique_ptr<Lpv> lpv_;
   ObjectLight object_light_;
 };
