@@ -2,9 +2,65 @@
 
 #include <algorithm>
 
-#include "relight/read_back.h"
-
 namespace lumigraft::relight {
+namespace {
+
+capture::Image<float> read_floats(gpu::Device& device, const gpu::Texture& texture, int first, int channels) {
+  const std::vector<std::byte> bytes = device.download(texture);
+  const bool halves = texture.desc().format == gpu::Format::rgba16_float;
+  capture::Image<float> image(texture.desc().width, texture.desc().height, channels);
+  const std::size_t pixels = static_cast<std::size_t>(image.width) * image.height;
+  const auto* half = reinterpret_cast<const Eigen::half*>(bytes.data());
+  const auto* full = reinterpret_cast<const float*>(bytes.data());
+  for (std::size_t i = 0; i < pixels; ++i) {
+    for (int c = 0; c < channels; ++c) {
+      const std::size_t at = 4 * i + static_cast<std::size_t>(first + c);
+      image.data[i * channels + c] = halves ? static_cast<float>(half[at]) : full[at];
+    }
+  }
+  return image;
+}
+
+/// Where an object covers a pixel, the maps describe the object.
+std::shared_ptr<const RelightMaps> read_maps(gpu::Device& device, const Screen& screen) {
+  auto maps = std::make_shared<RelightMaps>();
+  maps->albedo = read_floats(device, *screen.real_albedo, 0, 3);
+  maps->normals = read_floats(device, *screen.real_normal, 0, 3);
+  maps->depth_m = read_floats(device, *screen.real_position, 3, 1);
+  for (float& z : maps->depth_m.data) z = std::max(z, 0.0f);  // negative: estimated
+  maps->delta = read_floats(device, *screen.delta, 0, 3);
+  maps->mask = read_floats(device, *screen.delta, 3, 1);
+  const capture::Image<float> base = read_floats(device, *screen.object_base, 0, 3);
+  const capture::Image<float> normal = read_floats(device, *screen.object_normal, 0, 3);
+  const capture::Image<float> z = read_floats(device, *screen.object_surface, 0, 1);
+  for (std::size_t i = 0; i < maps->mask.data.size(); ++i) {
+    if (maps->mask.data[i] < 0.5f) continue;
+    maps->depth_m.data[i] = z.data[i];
+    for (std::size_t c = 0; c < 3; ++c) {
+      maps->albedo.data[3 * i + c] = base.data[3 * i + c];
+      maps->normals.data[3 * i + c] = normal.data[3 * i + c];
+    }
+  }
+  return maps;
+}
+
+/// The camera's code values, with the blocks that were composed taken from `drawn`: the texels of screen.picture.
+capture::Image<std::uint8_t> with_drawn_blocks(const capture::Image<std::uint8_t>& coded,
+                                               std::span<const std::byte> drawn, const Screen& screen) {
+  capture::Image<std::uint8_t> picture = coded;
+  for (const std::uint32_t place : screen.tiles->view_places()) {
+    const int left = kTile_px * static_cast<int>(place & 0xffff), top = kTile_px * static_cast<int>(place >> 16);
+    for (int v = top; v < std::min(top + kTile_px, screen.height); ++v) {
+      for (int u = left; u < std::min(left + kTile_px, screen.width); ++u) {
+        const std::size_t i = static_cast<std::size_t>(v) * screen.width + u;
+        for (std::size_t c = 0; c < 3; ++c) picture.data[3 * i + c] = static_cast<std::uint8_t>(drawn[4 * i + c]);
+      }
+    }
+  }
+  return picture;
+}
+
+}  // namespace
 
 CameraView::CameraView(gpu::Device& device, const capture::ColorCamera& camera)
     : device_(device),
@@ -12,10 +68,7 @@ CameraView::CameraView(gpu::Device& device, const capture::ColorCamera& camera)
       model_(camera.model),
       object_view_(device),
       real_view_(device),
-      shadow_(device),
-      trace_(device),
-      reflect_(device),
-      object_shading_(device),
+      real_change_(device),
       compose_(device),
       live_view_(device),
       still_(camera.model) {}
@@ -50,7 +103,7 @@ void CameraView::show_live(const capture::FrameSet& frame, const View& view, con
   }
   result->srgb = live_picture_.over(camera_);
   shown_ = Shown::live;
-  if (view.with_maps) read_maps(result);
+  if (view.with_maps) add_maps(result);
 }
 
 void CameraView::show_full(const capture::FrameSet& frame, const View& view, const Light& light, gpu::CommandList& list,
@@ -81,7 +134,7 @@ void CameraView::show_full(const capture::FrameSet& frame, const View& view, con
   }
   result->srgb = with_drawn_blocks(*camera_.coded(), full_drawn_, *screen_);
   shown_ = Shown::full;
-  if (view.with_maps) read_maps(result);
+  if (view.with_maps) add_maps(result);
 }
 
 /// As those of the picture that the screen holds.
@@ -113,23 +166,23 @@ void CameraView::draw_full(gpu::CommandList& list, const View& view, const Light
   list.begin_pass("object view");
   object_view_.resolve(list, params, *screen_);
   list.begin_pass("shadow");
-  shadow_.record(list, params, glossy, glossy && !view.live, light.maps, volumes, *screen_);
+  real_change_.shadow(list, params, glossy, glossy && !view.live, light.maps, volumes, *screen_);
   if (screen_->shadow_scale > 1)
-    trace_.upsample(list, params, *screen_, screen_->tiles->shaded(), *screen_->shadowed, *screen_->direct_lost,
-                    screen_->shadow_scale, 1);
+    real_change_.upsample(list, params, *screen_, screen_->tiles->shaded(), *screen_->shadowed, *screen_->direct_lost,
+                          screen_->shadow_scale, 1);
   if (!quality.cells && lpv) {
     list.begin_pass("look up");
     lpv->look_up(list, params, volumes, *screen_);
   } else if (!quality.cells) {
     list.begin_pass("trace");
-    trace_.trace(list, params, quality.change_cones, volumes, *screen_);
+    real_change_.trace(list, params, quality.change_cones, volumes, *screen_);
     list.begin_pass("upsample");
-    trace_.upsample(list, params, *screen_, screen_->tiles->changed(), *screen_->traced, *screen_->indirect,
-                    view.plan.trace_scale, quality.window);
+    real_change_.upsample(list, params, *screen_, screen_->tiles->changed(), *screen_->traced, *screen_->indirect,
+                          view.plan.trace_scale, quality.window);
   }
   if (glossy) {
     list.begin_pass("reflect");
-    reflect_.record(list, params, volumes, *screen_);
+    real_change_.reflect(list, params, volumes, *screen_);
   }
   light_objects(list, params, light);
   list.begin_pass("compose");
@@ -164,16 +217,16 @@ void CameraView::draw_live(gpu::CommandList& list, const View& view, const Light
   if (glossy) {
     list.begin_pass("reflect");
     live_view_.see_gloss(list, view.params, shadows, light.maps, volumes, rounds.irradiance(), *screen_);
-    reflect_.record(list, view.params, volumes, *screen_);
+    real_change_.reflect(list, view.params, volumes, *screen_);
     live_view_.add_gloss(list, view.params, *screen_);
   }
 }
 
 void CameraView::light_objects(gpu::CommandList& list, const shader::FrameParams& params, const Light& light) const {
   list.begin_pass("ambient");
-  object_shading_.ambient(list, params, light.rounds.room().volumes, *screen_);
+  object_view_.ambient(list, params, light.rounds.room().volumes, *screen_);
   list.begin_pass("shade");
-  object_shading_.shade(list, params, light.maps, light.rounds.room().volumes, *screen_);
+  object_view_.shade(list, params, light.maps, light.rounds.room().volumes, *screen_);
 }
 
 const capture::Image<float>* CameraView::depth_of(const capture::FrameSet& frame) const {
@@ -185,8 +238,8 @@ void CameraView::submit(gpu::CommandList& list, RelitPicture* result) {
   result->passes.insert(result->passes.end(), passes.begin(), passes.end());
 }
 
-void CameraView::read_maps(RelitPicture* result) {
-  result->maps = lumigraft::relight::read_maps(device_, *screen_);
+void CameraView::add_maps(RelitPicture* result) {
+  result->maps = read_maps(device_, *screen_);
   shown_ = Shown::nothing;  // every block was drawn per pixel
 }
 

@@ -9,12 +9,9 @@
 #include "relight/passes/screen/compose.h"
 #include "relight/passes/screen/lamp_shadows.h"
 #include "relight/passes/screen/live_view.h"
-#include "relight/passes/screen/object_shading.h"
 #include "relight/passes/screen/object_view.h"
+#include "relight/passes/screen/real_change.h"
 #include "relight/passes/screen/real_view.h"
-#include "relight/passes/screen/reflect.h"
-#include "relight/passes/screen/shadow.h"
-#include "relight/passes/screen/trace.h"
 #include "relight/quality.h"
 #include "relight/renderer.h"
 #include "relight/static_view_cache.h"
@@ -67,7 +64,7 @@ class CameraView {
   bool same_codes() const;
   const capture::Image<float>* depth_of(const capture::FrameSet& frame) const;
   void submit(gpu::CommandList& list, RelitPicture* result);
-  void read_maps(RelitPicture* result);
+  void add_maps(RelitPicture* result);
 
   gpu::Device& device_;
   CameraUpload camera_;
@@ -76,10 +73,7 @@ class CameraView {
   // Passes in execution order.
   ObjectView object_view_;
   RealView real_view_;
-  Shadow shadow_;
-  Trace trace_;
-  Reflect reflect_;
-  ObjectShading object_shading_;
+  RealChange real_change_;
   Compose compose_;
   LiveView live_view_;
   // State kept between frames.

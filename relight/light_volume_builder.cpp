@@ -5,13 +5,7 @@
 
 namespace lumigraft::relight {
 LightVolumeBuilder::LightVolumeBuilder(gpu::Device& device)
-    : device_(device),
-      real_fill_(device),
-      virtual_fill_(device),
-      filter_(device),
-      bounce_(device),
-      enclosure_(device),
-      object_light_(device) {}
+    : device_(device), fill_(device), bounce_(device), object_light_(device) {}
 
 void LightVolumeBuilder::fit(const Plan& plan) {
   if (rsm_ != plan.rsm) inject_ = std::make_unique<Inject>(device_, plan.rsm);
@@ -33,7 +27,7 @@ std::vector<LightStep> LightVolumeBuilder::steps(const Work& work, const BrickPo
   add_chunks(work, bricks, surfaces, room, &steps);
   if (surfaces) add_surfaces(work, bricks, room, &steps);
   steps.push_back({"volumes", 20, [this, work, &volumes](gpu::CommandList& list) {
-                     virtual_fill_.areas(list, work.params, work.key.objects, volumes);
+                     fill_.virtual_areas(list, work.params, work.key.objects, volumes);
                      bounce_.list_cells(list, work.params, kRelight.min_hemisphere, volumes);
                    }});
   steps.push_back({"inject", 5, [&volumes](gpu::CommandList& list) {
@@ -56,7 +50,7 @@ std::vector<LightStep> LightVolumeBuilder::steps(const Work& work, const BrickPo
   coarse.params.counts.y() = coarse.params.counts.z() = quality.voxel_cones;
   if (work.key.enclosure) {
     steps.push_back({"enclosure", 40, [this, coarse, &volumes](gpu::CommandList& list) {
-                       enclosure_.light(list, coarse.params, volumes);
+                       bounce_.light_enclosure(list, coarse.params, volumes);
                      }});
   }
   for (int i = 1; i < work.key.plan.bounces; ++i) {
@@ -95,11 +89,11 @@ void LightVolumeBuilder::add_chunks(const Work& work, const BrickPool& bricks, b
   Volumes& volumes = room.volumes;
   if (real) {
     steps->push_back({"volumes", 60, [this, work, &bricks, &volumes](gpu::CommandList& list) {
-                        real_fill_.distances(list, work.params, bricks, volumes);
+                        fill_.real_distances(list, work.params, bricks, volumes);
                       }});
   }
   steps->push_back({"volumes", 20, [this, work, &volumes](gpu::CommandList& list) {
-                      virtual_fill_.distances(device_, list, work.params, work.key.objects, volumes);
+                      fill_.virtual_distances(device_, list, work.params, work.key.objects, volumes);
                     }});
   steps->push_back({"volumes", 0, {}, [this, real, &volumes] {
                       if (real) volumes.fit_chunks(device_, Surfaces::real);
@@ -111,10 +105,10 @@ void LightVolumeBuilder::add_surfaces(const Work& work, const BrickPool& bricks,
                                       std::vector<LightStep>* steps) {
   const Volumes& volumes = room.volumes;
   steps->push_back({"volumes", 80, [this, work, &bricks, &volumes](gpu::CommandList& list) {
-                      real_fill_.surfaces(list, work.params, bricks, volumes);
+                      fill_.real_surfaces(list, work.params, bricks, volumes);
                     }});
   steps->push_back({"volumes", 20, [this, work, &volumes](gpu::CommandList& list) {
-                      filter_.record(list, work.params, volumes.real_chunks, *volumes.real_radiance, volumes);
+                      bounce_.filter(list, work.params, volumes.real_chunks, *volumes.real_radiance, volumes);
                     }});
 }
 
@@ -123,14 +117,14 @@ void LightVolumeBuilder::add_resolve(const Work& work, const LightVolumeState& r
   steps->push_back(
       {"resolve", 20, [this, work, &volumes](gpu::CommandList& list) { bounce_.resolve(list, work.params, volumes); }});
   steps->push_back({"resolve", 20, [this, work, &volumes](gpu::CommandList& list) {
-                      filter_.record(list, work.params, volumes.virtual_chunks, *volumes.virtual_radiance, volumes);
-                      filter_.record(list, work.params, volumes.real_chunks, *volumes.real_change, volumes);
+                      bounce_.filter(list, work.params, volumes.virtual_chunks, *volumes.virtual_radiance, volumes);
+                      bounce_.filter(list, work.params, volumes.real_chunks, *volumes.real_change, volumes);
                     }});
 }
 
 void LightVolumeBuilder::add_enclosure_change(const Work& work, LightVolumeState& room, std::vector<LightStep>* steps) {
   steps->push_back({"enclosure", 40, [this, work, &room](gpu::CommandList& list) {
-                      enclosure_.change(list, work.params, room.volumes);
+                      bounce_.change_enclosure(list, work.params, room.volumes);
                     }});
 }
 

@@ -7,13 +7,10 @@
 
 #include "relight/passes/lpv/lpv.h"
 #include "relight/passes/volume/bounce.h"
-#include "relight/passes/volume/enclosure.h"
-#include "relight/passes/volume/filter.h"
 #include "relight/passes/volume/inject.h"
 #include "relight/passes/volume/light_volume_state.h"
 #include "relight/passes/volume/object_light.h"
-#include "relight/passes/volume/real_fill.h"
-#include "relight/passes/volume/virtual_fill.h"
+#include "relight/passes/volume/surface_fill.h"
 #include "relight/upload/brick_pool.h"
 
 namespace lumigraft::relight {
@@ -59,13 +56,10 @@ class LightVolumeBuilder {
                        std::vector<LightStep>* steps);
 
   gpu::Device& device_;
-  RealFill real_fill_;
-  VirtualFill virtual_fill_;
+  SurfaceFill fill_;
   std::unique_ptr<Inject> inject_;
   int rsm_ = 0;
-  Filter filter_;
   Bounce bounce_;
-  EnclosureLight enclosure_;
   std::unique_ptr<Lpv> lpv_;
   ObjectLight object_light_;
 };

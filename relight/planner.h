@@ -15,6 +15,7 @@
 //
 // Hysteresis: a value is raised at once when the bound is exceeded, and lowered only after the smaller value would have
 // kept to half the bound for calm_frames frames. The first scene's values are taken directly.
+#include <array>
 #include <memory>
 #include <string>
 #include <unordered_map>
@@ -22,7 +23,6 @@
 
 #include "reconstruct/scene.h"
 #include "relight/exhibit/exhibit.h"
-#include "relight/light_measures.h"
 #include "relight/objects/placement.h"
 #include "relight/plan.h"
 
@@ -35,6 +35,16 @@ struct PlanChoice {
   /// Fraction of the irradiance that the value leaves out; exceeds the bound where `requested` is too small.
   float left_out = 0;
 };
+
+/// How much of the light at the probe each part of the illumination contributes.
+struct LightMeasures {
+  float environment_fraction = 0;  ///< of all light at the probe, ∫L dω: contribution of the residual environment
+  /// Truncation error by the last band of the residual environment's spherical harmonics that is kept: root mean square
+  /// irradiance of the higher bands over the mean irradiance of all light including lamps, both over all normals.
+  std::array<float, 3> bands_left_out{};
+};
+
+LightMeasures measure_light(const reconstruct::Illumination& light);
 
 class Planner {
  public:

@@ -1,11 +1,10 @@
-#include "capture/formats/exr_file.h"
-
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
 #include <ImfInputFile.h>
 
 #include "capture/error.h"
+#include "capture/formats/picture_decoders.h"
 
 namespace lumigraft::capture {
 namespace {

@@ -1,11 +1,10 @@
-#include "capture/formats/hdr_file.h"
-
 #include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <string>
 
 #include "capture/error.h"
+#include "capture/formats/picture_decoders.h"
 
 namespace lumigraft::capture {
 namespace {

@@ -4,9 +4,7 @@
 #include <iterator>
 
 #include "capture/error.h"
-#include "capture/formats/exr_file.h"
-#include "capture/formats/hdr_file.h"
-#include "capture/formats/png_file.h"
+#include "capture/formats/picture_decoders.h"
 
 namespace lumigraft::capture {
 namespace {

@@ -1,10 +1,9 @@
-#include "capture/formats/png_file.h"
-
 #include <png.h>
 
 #include <cstring>
 
 #include "capture/error.h"
+#include "capture/formats/picture_decoders.h"
 
 namespace lumigraft::capture {
 namespace {

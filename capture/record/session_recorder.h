@@ -13,7 +13,6 @@
 
 #include "capture/record/stream_recorder.h"
 #include "capture/session/session.h"
-#include "capture/session/session_text.h"
 
 namespace lumigraft::capture {
 

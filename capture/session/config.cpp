@@ -71,6 +71,19 @@ std::string range_text(const char* kind, const std::string& low, const std::stri
 
 }  // namespace
 
+std::string text_with_overrides(const SessionText& text) {
+  try {
+    toml::table root = toml::parse_file(text.file.string());
+    std::set<std::string> overridden;
+    for (const std::string& line : text.overrides) apply_override(root, line, overridden);
+    std::ostringstream out;
+    out << toml::toml_formatter(root, toml::toml_formatter::default_flags & ~toml::format_flags::indentation) << '\n';
+    return out.str();
+  } catch (const toml::parse_error& e) {
+    throw InputError(text.file.string() + ": " + std::string(e.description()));
+  }
+}
+
 ConfigTable::ConfigTable(std::shared_ptr<Document> document, std::shared_ptr<Node> node)
     : document_(std::move(document)), node_(std::move(node)) {}
 

@@ -10,7 +10,7 @@ struct FieldParameters {
   float interpolation_reach_voxels = 2;  ///< beyond it the nearest voxel's distance is exact enough to step by
   float min_ray_step_voxels = 0.7f;      ///< less than a voxel, so that no layer of voxels is skipped
   float max_distance_slope = 4;          ///< change of distance per length of a fused surface (exact: 1); not swept
-  // Meshes to fields (real_surface_field).
+  // Meshes to fields (real_surface_mesh).
   float min_triangle_cosine = 0.6f;  ///< direction to the voxel to normal; next to a corner of a cube: 0.577, unknown
   float equal_distance_m = 1e-5f;    ///< triangles whose distances differ by less count as equally near
   // Metal (metal_mask).

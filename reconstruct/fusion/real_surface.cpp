@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "capture/message_text.h"
-#include "reconstruct/field/real_surface_field.h"
+#include "reconstruct/field/real_surface_mesh.h"
 #include "reconstruct/fusion/parameters.h"
 #include "reconstruct/math/depth_noise.h"
 #include "reconstruct/pose/icp.h"

@@ -8,13 +8,16 @@
 #include <assimp/Importer.hpp>
 #include <cctype>
 #include <cmath>
+#include <fstream>
+#include <iterator>
 #include <map>
+#include <sstream>
+#include <string_view>
 
 #include "capture/camera/srgb.h"
 #include "capture/error.h"
 #include "relight/exhibit/model_corners.h"
 #include "relight/exhibit/model_materials.h"
-#include "relight/exhibit/model_ply.h"
 
 namespace lumigraft::relight {
 namespace {
@@ -29,6 +32,53 @@ ModelFormat format_of(const fs::path& path) {
   if (extension == ".ply") return ModelFormat::ply;
   if (extension == ".obj") return ModelFormat::obj;
   throw capture::InputError(path.string() + ": found \"" + extension + "\", allowed: .gltf, .glb, .ply or .obj");
+}
+
+/// Checks of PLY files that assimp 5.2 lacks. Returns whether colours have 8 bits: these are sRGB in practice, floating
+/// point colours linear. Throws InputError if the header has no end (assimp would not terminate) or an ASCII file has
+/// fewer lines than its header states (assimp would repeat the last one).
+bool check_ply(const fs::path& file) {
+  constexpr int max_header_lines = 10000;
+  const std::string where = file.string() + ": not a model that can be read: ";
+  bool ascii = false, ended = false, colors_are_8_bit = false;
+  std::size_t elements = 0;
+  std::ifstream in(file, std::ios::binary);
+  std::string line;
+  for (int n = 0; n < max_header_lines && !ended && std::getline(in, line); ++n) {
+    std::istringstream words(line);
+    std::string keyword, second, third;
+    words >> keyword >> second >> third;
+    ended = keyword == "end_header";
+    if (keyword == "format") ascii = second == "ascii";
+    std::size_t count = 0;
+    if (keyword == "element" && std::istringstream(third) >> count) elements += count;
+    if (keyword == "property" && (third == "red" || third == "r" || third == "diffuse_red")) {
+      colors_are_8_bit = second == "uchar" || second == "uint8";
+    }
+  }
+  if (!ended) throw capture::InputError(where + "found no end of the PLY header");
+  if (!ascii) return colors_are_8_bit;
+
+  std::size_t lines = 0;
+  while (std::getline(in, line)) lines += line.find_first_not_of(" \t\r") != std::string::npos;
+  if (lines < elements) {
+    throw capture::InputError(where + "found " + std::to_string(lines) + " lines of data, allowed: the " +
+                              std::to_string(elements) + " of its header");
+  }
+  return colors_are_8_bit;
+}
+
+/// The file's bytes, changed where assimp would misread them: it skips white space after the header of a binary file
+/// too, and a first number may begin with such a byte, as -0.04f does. That byte, the lowest of a little-endian
+/// mantissa, is increased by one.
+std::string read_ply(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::string bytes((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+  const std::size_t end = bytes.find("end_header"), data = bytes.find('\n', end) + 1;
+  const std::size_t ascii = bytes.find("format ascii");
+  if (end == std::string::npos || data == 0 || data >= bytes.size() || ascii < end) return bytes;
+  if (std::string_view(" \t\r\n\f").find(bytes[data]) != std::string_view::npos) ++bytes[data];
+  return bytes;
 }
 
 // Rotation of the model's up axis to z, right-handed.
@@ -194,7 +244,7 @@ std::shared_ptr<const Model> load_model(const fs::path& path, char up) {
                      path.string() + ": up: found \"" + std::string(1, up) + "\", allowed: x, y or z");
   const ModelFormat format = format_of(path);
   if (!fs::is_regular_file(path)) throw capture::InputError(path.string() + ": no such file");
-  const bool srgb_colors = format == ModelFormat::ply && check_ply(path).colors_are_8_bit;
+  const bool srgb_colors = format == ModelFormat::ply && check_ply(path);
 
   Assimp::Importer importer;
   const aiScene* scene = nullptr;

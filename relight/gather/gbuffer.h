@@ -10,7 +10,7 @@
 #include "capture/image.h"
 #include "relight/gather/ray_room.h"
 #include "relight/tracing/parallel_for.h"
-#include "relight/tracing/posed_camera.h"
+#include "relight/tracing/trace_scene.h"
 
 namespace lumigraft::relight {
 
@@ -67,20 +67,6 @@ int central_pixel(const std::vector<GBufferPixel>& seen, const capture::CameraMo
     }
   }
   return nearest;
-}
-
-/// Replaces pixels by what `better(u, v)` returns, if anything, after it was called for all of them.
-template <typename Better>
-void replace_pixels(std::vector<GBufferPixel>& seen, int width, int height, Better better) {
-  std::vector<std::vector<std::pair<std::size_t, GBufferPixel>>> rows(static_cast<std::size_t>(height));
-  for_each_pixel(width, height, kRows, [&](int u, int v) {
-    if (const std::optional<GBufferPixel> pixel = better(u, v)) {
-      rows[static_cast<std::size_t>(v)].emplace_back(v * width + u, *pixel);
-    }
-  });
-  for (const auto& row : rows) {
-    for (const auto& [i, pixel] : row) seen[i] = pixel;
-  }
 }
 
 /// Albedo of a similar pixel, modulated by the image's detail: the radiance of the pixel over that of the similar one.

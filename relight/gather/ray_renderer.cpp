@@ -6,11 +6,10 @@
 #include <optional>
 
 #include "relight/gather/gather_grid.h"
-#include "relight/gather/hole_fill.h"
 #include "relight/gather/low_res_view.h"
 #include "relight/gather/object_pixels.h"
 #include "relight/gather/parameters.h"
-#include "relight/gather/pixel_edges.h"
+#include "relight/gather/pixel_repair.h"
 #include "relight/gather/ray_light.h"
 #include "relight/quality_warnings.h"
 #include "relight/static_view_cache.h"

@@ -7,27 +7,47 @@
 namespace lumigraft::relight::gpu {
 namespace {
 
+std::string text_of(Binding::Kind kind) {
+  constexpr const char* texts[] = {"a sampled texture", "a storage image", "a storage buffer"};
+  return texts[static_cast<std::size_t>(kind)];
+}
+
+/// Why `binding` does not match `slot`; empty if it does.
+std::string misfit(const ShaderSlot& slot, const Binding& binding) {
+  if (binding.kind != slot.kind) return "wants " + text_of(slot.kind) + ", not " + text_of(binding.kind);
+  if (binding.kind == Binding::Kind::storage_buffer) return binding.buffer ? "" : "has no buffer";
+  if (!binding.texture) return "has no texture";
+
+  const TextureDesc& desc = binding.texture->desc();
+  const std::string texture = gpu::text_of(desc);
+  if (slot.volume != is_volume(desc))
+    return std::string("wants a ") + (slot.volume ? "3D" : "2D") + " image, not " + texture;
+  if (binding.kind == Binding::Kind::storage_image && slot.format != desc.format) {
+    return "declares " + std::string(name_of(*slot.format)) + ", not the format of " + texture;
+  }
+  if (binding.kind == Binding::Kind::sampled && binding.filter != Filter::nearest && is_depth(desc.format)) {
+    return "cannot filter " + texture;
+  }
+  return "";
+}
+
 /// Checks that all targets of a draw are distinct and of one size, and returns them.
 std::vector<const Texture*> checked_targets(const std::string& shader, const RasterDesc& desc,
-                                            std::span<const Attachment> colors, const Attachment* depth) {
+                                            const std::vector<const Texture*>& colors, const Texture& depth) {
   std::vector<const Texture*> targets;
-  const auto add = [&](const std::string& which, const Attachment& attachment, Format format) {
-    if (!attachment.texture) refuse(shader, which + " has no texture");
-    const TextureDesc& target = attachment.texture->desc();
+  const auto add = [&](const std::string& which, const Texture* texture, Format format) {
+    const TextureDesc& target = texture->desc();
     const std::string text = which + ", " + text_of(target) + ", ";
     if (!target.attachment) refuse(shader, text + "was not made as an attachment");
     if (target.format != format) refuse(shader, text + "is not " + std::string(name_of(format)));
     if (!targets.empty() && (target.width != targets[0]->desc().width || target.height != targets[0]->desc().height)) {
       refuse(shader, text + "has another size than \"" + targets[0]->desc().name + "\"");
     }
-    if (std::find(targets.begin(), targets.end(), attachment.texture) != targets.end()) {
-      refuse(shader, text + "is drawn to twice");
-    }
-    targets.push_back(attachment.texture);
+    if (std::ranges::count(targets, texture) > 0) refuse(shader, text + "is drawn to twice");
+    targets.push_back(texture);
   };
   for (std::size_t i = 0; i < colors.size(); ++i) add("colour " + std::to_string(i), colors[i], desc.color_formats[i]);
-  if (depth) add("depth", *depth, Format::depth32_float);
-  if (targets.empty()) refuse(shader, "draws to nothing");
+  add("depth", &depth, Format::depth32_float);
   return targets;
 }
 
@@ -50,7 +70,7 @@ void check_raster_desc(const std::string& shader, const ShaderInterface& interfa
       refuse(shader, "colour " + std::to_string(i) + " is never written");
     }
   }
-  if (!desc.attributes.empty() && desc.vertex_stride_bytes <= 0) refuse(shader, "attributes without a vertex stride");
+  if (desc.vertex_stride_bytes <= 0) refuse(shader, "attributes without a vertex stride");
 }
 
 void check_texture_edge(const TextureDesc& desc, std::size_t max_size, const std::string& device) {
@@ -64,6 +84,40 @@ void check_buffer_bytes(const Buffer& buffer, std::size_t max_size, const std::s
                  " bytes; the maximum of " + device + " is " + std::to_string(max_size));
 }
 
+void check_bindings(const std::string& shader, const ShaderInterface& interface, std::span<const Binding> bindings,
+                    std::span<const std::byte> params) {
+  const auto slot_text = [](int slot, const std::string& name) {
+    return "slot " + std::to_string(slot) + (name.empty() ? "" : " \"" + name + "\"");
+  };
+
+  // The last member of a std140 block may end before the C++ struct, which is padded to 16 bytes.
+  const std::size_t padded = (interface.params_bytes + 15) / 16 * 16;
+  const bool fits = params.size() >= interface.params_bytes && params.size() <= padded;
+  if (!fits && (interface.params_used || !params.empty())) {
+    refuse(shader, "params has " + std::to_string(params.size()) + " bytes, its uniform block " +
+                       std::to_string(interface.params_bytes));
+  }
+
+  for (std::size_t i = 0; i < bindings.size(); ++i) {
+    const Binding& binding = bindings[i];
+    const auto slot = interface.slots.find(binding.slot);
+    if (slot == interface.slots.end()) refuse(shader, slot_text(binding.slot, "") + " is bound but not declared");
+    for (std::size_t j = 0; j < i; ++j) {
+      if (bindings[j].slot == binding.slot)
+        refuse(shader, slot_text(binding.slot, slot->second.name) + " is bound twice");
+    }
+    if (const std::string why = misfit(slot->second, binding); !why.empty()) {
+      refuse(shader, slot_text(binding.slot, slot->second.name) + " " + why);
+    }
+  }
+
+  for (const auto& [number, slot] : interface.slots) {
+    const bool bound =
+        std::any_of(bindings.begin(), bindings.end(), [&](const Binding& b) { return b.slot == number; });
+    if (slot.used && !bound) refuse(shader, slot_text(number, slot.name) + " has nothing bound");
+  }
+}
+
 void check_groups(const std::string& shader, const std::array<int, 3>& groups,
                   const std::array<std::uint32_t, 3>& max_groups) {
   for (std::size_t i = 0; i < 3; ++i) {
@@ -73,14 +127,11 @@ void check_groups(const std::string& shader, const std::array<int, 3>& groups,
   }
 }
 
-void check_draw(const std::string& shader, const RasterDesc& desc, std::span<const Attachment> colors,
-                const Attachment* depth, std::span<const DrawCall> calls, const Area* area) {
+void check_draw(const std::string& shader, const RasterDesc& desc, const std::vector<const Texture*>& colors,
+                const Texture& depth, std::span<const DrawCall> calls, const Area* area) {
   if (colors.size() != desc.color_formats.size()) {
     refuse(shader, std::to_string(colors.size()) + " colour attachments; it has " +
                        std::to_string(desc.color_formats.size()) + " colour formats");
-  }
-  if (desc.depth_test != (depth != nullptr)) {
-    refuse(shader, depth ? "a depth attachment without depth_test" : "depth_test without a depth attachment");
   }
   const std::vector<const Texture*> targets = checked_targets(shader, desc, colors, depth);
   if (area) {
@@ -91,12 +142,12 @@ void check_draw(const std::string& shader, const RasterDesc& desc, std::span<con
   }
   for (const DrawCall& call : calls) {
     for (const Binding& binding : call.bindings) {
-      if (binding.texture && std::find(targets.begin(), targets.end(), binding.texture) != targets.end()) {
+      if (binding.texture && std::ranges::count(targets, binding.texture) > 0) {
         refuse(shader, "texture \"" + binding.texture->desc().name + "\" is bound while it is drawn to");
       }
     }
-    if (!desc.attributes.empty() && !call.vertices) refuse(shader, "a draw call without vertices");
-    if (call.indices && call.indices->size_bytes() / 4 < call.index_count) {
+    if (!call.vertices || !call.indices) refuse(shader, "a draw call without vertices or indices");
+    if (call.indices->size_bytes() / 4 < call.index_count) {
       refuse(shader, std::to_string(call.index_count) + " indices from a buffer of " +
                          std::to_string(call.indices->size_bytes() / 4));
     }

@@ -12,11 +12,15 @@ void check_raster_desc(const std::string& shader, const ShaderInterface& interfa
 void check_texture_edge(const TextureDesc& desc, std::size_t max_size, const std::string& device);
 void check_buffer_bytes(const Buffer& buffer, std::size_t max_size, const std::string& device);
 
+/// Throws std::logic_error naming the shader and the slot if `bindings` or `params` don't match.
+void check_bindings(const std::string& shader, const ShaderInterface& interface, std::span<const Binding> bindings,
+                    std::span<const std::byte> params);
+
 void check_groups(const std::string& shader, const std::array<int, 3>& groups,
                   const std::array<std::uint32_t, 3>& max_groups);
 
-void check_draw(const std::string& shader, const RasterDesc& desc, std::span<const Attachment> colors,
-                const Attachment* depth, std::span<const DrawCall> calls, const Area* area);
+void check_draw(const std::string& shader, const RasterDesc& desc, const std::vector<const Texture*>& colors,
+                const Texture& depth, std::span<const DrawCall> calls, const Area* area);
 
 /// "mip 1 of texture "albedo" (64x64 rgba8_unorm)".
 std::string mip_text(const Texture& texture, int mip);
@@ -30,6 +34,14 @@ Own& own_object(Object& object, const Context& context, const std::string& what)
   auto* own = dynamic_cast<Own*>(&object);
   if (own != nullptr && own->context() == &context) return *own;
   throw std::logic_error(what + " belongs to another device");
+}
+template <typename Own, typename Context>
+const Own& own(const Texture& texture, const Context& context) {
+  return own_object<const Own>(texture, context, "texture \"" + texture.desc().name + "\"");
+}
+template <typename Own, typename Context>
+const Own& own(const Buffer& buffer, const Context& context) {
+  return own_object<const Own>(buffer, context, "a buffer");
 }
 
 }  // namespace lumigraft::relight::gpu

@@ -20,7 +20,6 @@ constexpr FormatTable<FormatFacts> format_facts{{{{"r8_unorm", 1},
                                                   {"r32_float", 4},
                                                   {"rg32_float", 8},
                                                   {"rgba32_float", 16},
-                                                  {"r32_uint", 4},
                                                   {"depth32_float", 4}}}};
 
 }  // namespace
@@ -76,8 +75,8 @@ Binding sampled(int slot, const Texture& texture, Filter filter) {
   return {.kind = Binding::Kind::sampled, .slot = slot, .texture = &texture, .filter = filter};
 }
 
-Binding image(int slot, const Texture& texture, int mip) {
-  return {.kind = Binding::Kind::storage_image, .slot = slot, .texture = &texture, .mip = mip};
+Binding image(int slot, const Texture& texture) {
+  return {.kind = Binding::Kind::storage_image, .slot = slot, .texture = &texture};
 }
 
 Binding storage(int slot, const Buffer& buffer) {

@@ -52,12 +52,11 @@ enum class Format {
   r32_float,
   rg32_float,
   rgba32_float,
-  r32_uint,
   depth32_float
 };
 std::size_t bytes_per_texel(Format format);
 
-/// All clamp to the edge. nearest and linear use the nearest mip. r32_uint and depth32_float support nearest only.
+/// All clamp to the edge. nearest and linear use the nearest mip. depth32_float supports nearest only.
 enum class Filter { nearest, linear, linear_mip_linear };
 
 struct TextureDesc {
@@ -122,8 +121,6 @@ struct RasterDesc {
   int vertex_stride_bytes = 0;
   std::vector<VertexAttribute> attributes;
   std::vector<Format> color_formats;
-  bool depth_test = true;  ///< less-or-equal on depth32_float, with writes; needs a depth attachment
-  bool cull_back = false;  ///< front faces are counter-clockwise
 };
 
 struct Binding {
@@ -133,17 +130,10 @@ struct Binding {
   const Texture* texture = nullptr;
   const Buffer* buffer = nullptr;
   Filter filter = Filter::nearest;  ///< if sampled
-  int mip = 0;                      ///< storage_image: the accessed level; sampled: the first visible level
 };
 Binding sampled(int slot, const Texture& texture, Filter filter = Filter::nearest);
-Binding image(int slot, const Texture& texture, int mip = 0);
+Binding image(int slot, const Texture& texture);  ///< mip 0
 Binding storage(int slot, const Buffer& buffer);
-
-struct Attachment {
-  const Texture* texture = nullptr;
-  bool clear = true;
-  std::array<float, 4> clear_color{0, 0, 0, 0};  ///< depth is cleared to 1, the far plane
-};
 
 /// Part of a target, in texels.
 struct Area {
@@ -153,8 +143,8 @@ struct Area {
 struct DrawCall {
   std::vector<Binding> bindings;
   std::span<const std::byte> params;  ///< copied at record time
-  const Buffer* vertices = nullptr;   ///< null if the pipeline has no attributes
-  const Buffer* indices = nullptr;    ///< 32-bit, triangles; null: index_count vertices in order
+  const Buffer* vertices = nullptr;
+  const Buffer* indices = nullptr;  ///< 32-bit, triangles
   std::uint32_t index_count = 0;
 };
 
@@ -170,11 +160,12 @@ class CommandList {
   virtual void begin_pass(std::string_view name) = 0;
   virtual void dispatch(const ComputePipeline& pipeline, std::span<const Binding> bindings,
                         std::span<const std::byte> params, int groups_x, int groups_y = 1, int groups_z = 1) = 0;
-  /// `area`: the region cleared and drawn to; null: the whole targets.
-  virtual void draw(const RasterPipeline& pipeline, std::span<const Attachment> colors, const Attachment* depth,
+  /// Clears mip 0 of the colours to 0 and of the depth to 1, the far plane, and draws what is not farther than the
+  /// depth. `area`: the region cleared and drawn to; null: the whole targets.
+  virtual void draw(const RasterPipeline& pipeline, const std::vector<const Texture*>& colors, const Texture& depth,
                     std::span<const DrawCall> calls, const Area* area = nullptr) = 0;
   virtual void fill(const Buffer& buffer, std::uint32_t value) = 0;
-  virtual void clear(const Texture& texture, std::array<float, 4> value) = 0;  ///< all mips; r32_uint: rounded down
+  virtual void clear(const Texture& texture, std::array<float, 4> value) = 0;  ///< all mips
 };
 
 class Device {

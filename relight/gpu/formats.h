@@ -18,7 +18,6 @@ std::string_view name_of(Format format);
 std::string text_of(const TextureDesc& desc);  ///< texture "albedo" (64x64x64 rgba16_float)
 
 inline bool is_depth(Format format) { return format == Format::depth32_float; }
-inline bool is_integer(Format format) { return format == Format::r32_uint; }
 inline bool is_volume(const TextureDesc& desc) { return desc.volume || desc.depth > 1; }
 
 /// Edge of a mip level: half of the previous, rounded down, at least 1.

@@ -19,7 +19,7 @@ constexpr std::size_t max_params_bytes = 4096;
 std::optional<Format> format_of(SpvImageFormat format) {
   constexpr FormatTable<SpvImageFormat> formats{{SpvImageFormatR8, SpvImageFormatRgba8, SpvImageFormatR16f,
                                                  SpvImageFormatRgba16f, SpvImageFormatR32f, SpvImageFormatRg32f,
-                                                 SpvImageFormatRgba32f, SpvImageFormatR32ui, SpvImageFormatMax}};
+                                                 SpvImageFormatRgba32f, SpvImageFormatMax}};
   const auto found = std::find(formats.values.begin(), formats.values.end(), format);
   if (found == formats.values.end()) return std::nullopt;
   return static_cast<Format>(found - formats.values.begin());
@@ -53,11 +53,6 @@ class Module {
   }
   spvc_type type(const spvc_reflected_resource& resource) const {
     return spvc_compiler_get_type_handle(compiler_, resource.type_id);
-  }
-  /// For an image or a combined sampler.
-  bool samples_integers(spvc_type type) const {
-    const auto sampled = spvc_compiler_get_type_handle(compiler_, spvc_type_get_image_sampled_type(type));
-    return spvc_type_get_basetype(sampled) == SPVC_BASETYPE_UINT32;
   }
   std::size_t block_bytes(const spvc_reflected_resource& resource) const {
     std::size_t size = 0;
@@ -113,7 +108,6 @@ ShaderSlot slot_of(const Module& module, std::string_view shader, spvc_resource_
     refuse(shader, "\"" + slot.name + "\" is neither a plain 2D nor a 3D image");
   }
   slot.volume = dimension == SpvDim3D;
-  slot.integer = module.samples_integers(type);
   if (kind == Binding::Kind::storage_image) {
     slot.format = format_of(spvc_type_get_image_storage_format(type));
     if (!slot.format) refuse(shader, "\"" + slot.name + "\" has no layout format that device.h knows");
@@ -189,8 +183,7 @@ ShaderInterface join_stages(const std::string& name, const ShaderInterface& vert
     const auto [at, added] = joined.slots.emplace(binding, slot);
     if (added) continue;
     ShaderSlot& other = at->second;
-    if (other.kind != slot.kind || other.volume != slot.volume || other.integer != slot.integer ||
-        other.format != slot.format) {
+    if (other.kind != slot.kind || other.volume != slot.volume || other.format != slot.format) {
       refuse(name, "its stages declare slot " + std::to_string(binding) + " differently");
     }
     other.used = other.used || slot.used;

@@ -14,7 +14,6 @@ struct ShaderSlot {
   Binding::Kind kind = Binding::Kind::sampled;
   bool used = false;                  ///< false: declared but not accessed, needs no binding
   bool volume = false;                ///< images: 3D, else 2D
-  bool integer = false;               ///< images: usampler or uimage
   std::optional<Format> format = {};  ///< storage images: the layout qualifier
 };
 
@@ -30,10 +29,6 @@ ShaderInterface reflect_shader(const ShaderCode& shader);
 
 /// The slots of both stages. Throws std::logic_error if they contradict each other.
 ShaderInterface join_stages(const std::string& name, const ShaderInterface& vertex, const ShaderInterface& fragment);
-
-/// Throws std::logic_error naming the shader and the slot if `bindings` or `params` don't match.
-void check_bindings(const std::string& shader, const ShaderInterface& interface, std::span<const Binding> bindings,
-                    std::span<const std::byte> params);
 
 [[noreturn]] void refuse(std::string_view shader, const std::string& why);  ///< throws std::logic_error
 

@@ -5,6 +5,8 @@
 #include <cmath>
 
 #include "relight/objects/closest_point.h"
+#include "relight/objects/nearest_cells.h"
+#include "relight/objects/parameters.h"
 #include "relight/objects/solid_voxels.h"
 #include "relight/objects/surface_color.h"
 
@@ -131,6 +133,25 @@ class FieldBuilder {
 
 std::shared_ptr<const ObjectField> compute_object_field(const Model& model, int edge_voxels) {
   return std::make_shared<ObjectField>(FieldBuilder(model, edge_voxels).build());
+}
+
+std::vector<float> full_distances(const ObjectField& field) {
+  std::vector<NearestCell> seeds(field.distance_m.size());
+  for (std::size_t i = 0; i < seeds.size(); ++i) {
+    if (std::abs(field.distance_m[i]) <= kObjects.seed_voxels * field.voxel_m) seeds[i].point = static_cast<int>(i);
+  }
+  spread_nearest(seeds, Eigen::Vector3i::Map(field.size.data()));
+
+  std::vector<float> full(seeds.size());
+  for (std::size_t i = 0; i < full.size(); ++i) {
+    const float near = field.distance_m[i];
+    const bool found = seeds[i].point != NearestCell::kNone;
+    const float squared = found ? std::min(static_cast<float>(seeds[i].squared), kObjects.max_far2) : kObjects.max_far2;
+    const float far = (std::sqrt(squared) - kObjects.seed_voxels) * field.voxel_m;
+    full[i] = std::copysign(std::max(std::abs(near), far), near);
+    if (std::abs(near) < 2.5f * field.voxel_m) full[i] = near;
+  }
+  return full;
 }
 
 }  // namespace lumigraft::relight

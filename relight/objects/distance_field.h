@@ -28,4 +28,9 @@ struct ObjectField {
 /// `edge_voxels` along the longest edge of the bounding box, plus a margin of three voxels on all sides.
 std::shared_ptr<const ObjectField> compute_object_field(const Model& model, int edge_voxels);
 
+/// The field's distances, so that cones can take long steps: where they are clamped, a lower bound of the true distance
+/// that is at most 1.5 voxels too small, with the field's sign (Felzenszwalb & Huttenlocher 2012, exact Euclidean
+/// transform of the surface voxels).
+std::vector<float> full_distances(const ObjectField& field);
+
 }  // namespace lumigraft::relight

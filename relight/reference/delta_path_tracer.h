@@ -16,7 +16,6 @@
 #include <cstdint>
 #include <memory>
 
-#include "relight/tracing/posed_camera.h"
 #include "relight/tracing/trace_scene.h"
 
 namespace lumigraft::relight {

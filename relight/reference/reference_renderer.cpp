@@ -25,11 +25,8 @@ struct ReferenceRenderer::State {
   CameraUpload camera;
 
   // State kept between frames.
-  std::shared_ptr<const reconstruct::DistanceField> field;
-  std::shared_ptr<const reconstruct::AlbedoField> albedo;
-  std::shared_ptr<const reconstruct::Enclosure> enclosure;
-  std::shared_ptr<const reconstruct::Illumination> illumination;
   std::shared_ptr<const ReferenceScene> reconstructed;
+  reconstruct::Scene of;  ///< from which it was made
   struct Traced {
     std::shared_ptr<const ReferenceScene> room;
     std::vector<ReferenceMesh> objects;
@@ -44,13 +41,10 @@ struct ReferenceRenderer::State {
 
   std::shared_ptr<const ReferenceScene> room_of(const capture::FrameSet& frame, const reconstruct::Scene& scene) {
     if (room) return room(frame);
-    if (!reconstructed || field != scene.field || albedo != scene.albedo || enclosure != scene.enclosure ||
-        illumination != scene.illumination) {
+    if (!reconstructed || of.field != scene.field || of.albedo != scene.albedo || of.enclosure != scene.enclosure ||
+        of.illumination != scene.illumination) {
       reconstructed = std::make_shared<const ReferenceScene>(reference_room_of(scene, known));
-      field = scene.field;
-      albedo = scene.albedo;
-      enclosure = scene.enclosure;
-      illumination = scene.illumination;
+      of = scene;
     }
     return reconstructed;
   }

@@ -2,6 +2,7 @@
 // Input of the reference renderer, for a room and the virtual objects in it: triangles, lamps, and distant light. A
 // plain value; built from a reconstructed Scene by reference_room_of(), or by the caller.
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <memory>
 #include <vector>
 
@@ -13,6 +14,11 @@ namespace lumigraft::relight {
 
 using Rgb = Eigen::Array3f;
 
+struct PosedCamera {
+  capture::CameraModel model;
+  Eigen::Isometry3f T_tag_camera = Eigen::Isometry3f::Identity();
+};
+
 struct ReferenceMesh {
   std::shared_ptr<const Model> model;
   Eigen::Affine3f T_tag_model = Eigen::Affine3f::Identity();
@@ -23,7 +29,11 @@ struct ReferenceMesh {
 };
 
 /// Whether models, poses and materials are equal.
-bool same_meshes(const std::vector<ReferenceMesh>& a, const std::vector<ReferenceMesh>& b);
+inline bool same_meshes(const std::vector<ReferenceMesh>& a, const std::vector<ReferenceMesh>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const ReferenceMesh& x, const ReferenceMesh& y) {
+    return x.model == y.model && x.T_tag_model.matrix() == y.T_tag_model.matrix() && x.material == y.material;
+  });
+}
 
 /// Materials of real surfaces per pixel of a camera, finer than per vertex of a mesh.
 struct SeenMaterials {

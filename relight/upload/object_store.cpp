@@ -6,7 +6,6 @@
 
 #include "relight/exhibit/bsdf_params.h"
 #include "relight/objects/distance_field.h"
-#include "relight/objects/far_distance.h"
 #include "relight/objects/mesh_refine.h"
 #include "relight/objects/mesh_simplify.h"
 #include "relight/upload/parameters.h"

@@ -13,7 +13,6 @@
 #include "server/bench/error_budget.h"
 #include "server/bench/error_time_chart.h"
 #include "server/bench/resize.h"
-#include "server/bench/results_json.h"
 #include "server/bench/settings.h"
 #include "server/bench/tables.h"
 #include "server/bench/work.h"

@@ -1,6 +1,7 @@
 #pragma once
 // Results of the bench, and the machine that they were measured on.
 #include <algorithm>
+#include <filesystem>
 #include <map>
 #include <string>
 #include <vector>
@@ -41,6 +42,9 @@ struct BenchResults {
   std::vector<BudgetRow> budget;
   std::map<std::string, std::map<std::string, reconstruct::StageCost>> stages;  ///< by session and stage
 };
+
+/// Writes all results as results.json: the whole file or none. Missing numbers are null.
+void write_results_json(const std::filesystem::path& path, const BenchResults& results);
 
 /// The different values of one member, in the order of their first rows.
 template <typename Row>

@@ -9,7 +9,6 @@
 #include "capture/formats/picture_list.h"
 #include "capture/formats/picture_writer.h"
 #include "capture/message_text.h"
-#include "capture/session/session_text.h"
 #include "capture/sync/pairing_reader.h"
 #include "capture/text_file.h"
 #include "server/commands/record.h"

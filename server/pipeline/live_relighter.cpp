@@ -65,7 +65,6 @@ LiveRelighter::Result LiveRelighter::relight(const capture::FrameSet& frame, con
     result.picture.plan = plan;
     result.picture.passed_through = true;
   }
-  result.passed_through = result.picture.passed_through;
   return result;
 }
 

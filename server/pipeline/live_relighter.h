@@ -19,8 +19,7 @@ class LiveRelighter {
 
   struct Result {
     relight::RelitPicture picture;
-    bool passed_through = false;  ///< the camera image, without objects
-    bool up_to_date = true;       ///< false: the scene has surfaces that are not prepared yet
+    bool up_to_date = true;  ///< false: the scene has surfaces that are not prepared yet
   };
   /// Whether the renderer needs `prepare`; RayRenderer does.
   bool draws_prepared() const { return rays_ != nullptr; }

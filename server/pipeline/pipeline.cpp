@@ -254,7 +254,7 @@ void Pipeline::State::relight_turn() {
 
   ShownFrame shown;
   shown.srgb = std::make_shared<const capture::Image<std::uint8_t>>(std::move(relit.picture.srgb));
-  shown.passed_through = relit.passed_through;
+  shown.passed_through = relit.picture.passed_through;
   shown.captured = posed->played.captured;
   {
     std::lock_guard lock(newest_mutex);

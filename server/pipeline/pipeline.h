@@ -27,7 +27,6 @@
 #include "server/pipeline/playback.h"
 #include "server/pipeline/service_config.h"
 #include "server/stream/encode_stage.h"
-#include "server/stream/encoder_demand.h"
 
 namespace lumigraft::server {
 

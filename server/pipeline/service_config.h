@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "capture/session/session.h"
-#include "capture/session/session_text.h"
 #include "relight/exhibit/exhibit.h"
 #include "relight/gpu/device.h"
 #include "relight/plan.h"

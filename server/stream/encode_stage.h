@@ -9,7 +9,6 @@
 #include "server/metrics/metrics.h"
 #include "server/stream/encode_h264.h"
 #include "server/stream/encode_jpeg.h"
-#include "server/stream/encoder_demand.h"
 #include "server/stream/protocol.h"
 
 namespace lumigraft::server {

@@ -1,6 +1,7 @@
 #pragma once
 // Parsing and serialisation of the stream's messages, as in docs/protocol.md. Pure functions.
 #include <Eigen/Geometry>
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -40,6 +41,12 @@ std::shared_ptr<const StreamMessage> make_stream_message(const StreamHeader& hea
                                                          std::span<const std::uint8_t> payload);
 
 enum class Codec { none, h264, jpeg };
+
+/// Which encodings viewers currently request: a kind that no viewer requests is not encoded.
+struct EncoderDemand {
+  std::atomic<int> h264 = 0, jpeg = 0;  ///< viewers
+  std::atomic<bool> key = false;        ///< a viewer needs a key frame; the encoder clears this
+};
 
 /// The material properties that a message sets: a new value, or none to restore the model's own.
 struct MaterialChange {

@@ -8,13 +8,13 @@
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
+#include <deque>
 #include <list>
 #include <stdexcept>
 #include <thread>
 #include <utility>
 
 #include "server/stream/request_guard.h"
-#include "server/stream/viewer_hub.h"
 #include "server/stream/viewer_queue.h"
 
 namespace lumigraft::server {
@@ -40,8 +40,9 @@ struct WebServer::State {
   tcp::acceptor acceptor{io};
   asio::steady_timer state_timer{io}, accept_timer{io}, stop_timer{io};
   bool state_waits = false, loopback = true;
-  std::list<std::shared_ptr<Connection>> connections;  ///< oldest first
-  ViewerHub hub{demand, metrics};
+  std::list<std::shared_ptr<Connection>> connections;                   ///< oldest first
+  std::shared_ptr<const StreamMessage> config;                          ///< the newest codec configuration; may be null
+  std::deque<std::pair<std::uint32_t, std::int64_t>> capture_times_ns;  ///< of recent frames, by sequence number
   std::thread thread;
 
   State(const WebSettings& the_settings, WebHandlers the_handlers, EncoderDemand& the_demand, Metrics& the_metrics)
@@ -51,12 +52,21 @@ struct WebServer::State {
   void admit(tcp::socket socket);
   void forget(const std::shared_ptr<Connection>& connection);
   void objects_changed();
+
+  /// A copy, since any call of a viewer may close it and so remove its connection.
+  std::vector<std::shared_ptr<Connection>> viewers() const;
+  /// Call after viewers or their codecs changed.
+  void count_viewers();
+  void publish(const std::shared_ptr<const StreamMessage>& message);
+  void publish_text(const std::string& kind, const std::string& text);
+  /// Called when a viewer has displayed the frame: the time since capture goes to the metrics as capture_to_ack.
+  void acknowledged(std::uint32_t sequence);
 };
 
 namespace {
 
 /// One connection: HTTP requests, and after a websocket upgrade a viewer.
-class Connection : public Viewer, public std::enable_shared_from_this<Connection> {
+class Connection : public std::enable_shared_from_this<Connection> {
  public:
   Connection(WebServer::State& server, tcp::socket socket)
       : server_(server), stream_(std::move(socket)), write_timer_(server.io) {}
@@ -72,14 +82,14 @@ class Connection : public Viewer, public std::enable_shared_from_this<Connection
   }
 
   bool is_viewer() const { return websocket_.has_value(); }
-  Codec codec() const override { return queue_.codec(); }
+  Codec codec() const { return queue_.codec(); }
 
-  void offer(const std::shared_ptr<const StreamMessage>& message) override {
+  void offer(const std::shared_ptr<const StreamMessage>& message) {
     if (queue_.offer(message)) server_.metrics.drop("viewer");
     write_next();
   }
 
-  void offer_text(const std::string& kind, const std::string& text) override {
+  void offer_text(const std::string& kind, const std::string& text) {
     queue_.offer_text(kind, text);
     write_next();
   }
@@ -94,7 +104,12 @@ class Connection : public Viewer, public std::enable_shared_from_this<Connection
     server_.forget(shared_from_this());
   }
 
-  void close_all() override { leave(websocket::close_code::going_away); }
+  /// Closes the websocket with a reason, after the current write.
+  void leave(websocket::close_code code) {
+    if (closed_ || !open_ || leaving_) return;
+    leaving_ = code;
+    write_next();
+  }
 
  private:
   tcp::socket& socket() { return websocket_ ? beast::get_lowest_layer(*websocket_).socket() : stream_.socket(); }
@@ -115,7 +130,7 @@ class Connection : public Viewer, public std::enable_shared_from_this<Connection
       return reply({405, "text/plain; charset=utf-8", "GET or HEAD\n"}, false);
     }
     if (upgrade) {
-      if (static_cast<int>(server_.hub.count()) >= server_.settings.max_viewers) {
+      if (static_cast<int>(server_.viewers().size()) >= server_.settings.max_viewers) {
         server_.metrics.refused_connection();
         return reply({503, "text/plain; charset=utf-8", "enough viewers\n"}, false);
       }
@@ -146,7 +161,7 @@ class Connection : public Viewer, public std::enable_shared_from_this<Connection
   void become_viewer() {
     stream_.expires_never();
     websocket_.emplace(std::move(stream_));
-    server_.hub.add(shared_from_this());
+    server_.count_viewers();
     websocket::stream_base::timeout timeout{};
     timeout.handshake_timeout = server_.settings.request_timeout;
     timeout.idle_timeout = server_.settings.silence_timeout;
@@ -162,7 +177,7 @@ class Connection : public Viewer, public std::enable_shared_from_this<Connection
       self->open_ = true;
       self->buffer_.consume(self->buffer_.size());
       self->queue_.offer_text("hello", self->server_.handlers.hello());
-      if (self->server_.hub.config()) self->queue_.offer(self->server_.hub.config());
+      if (self->server_.config) self->queue_.offer(self->server_.config);
       self->write_next();
       self->read_message();
     });
@@ -185,12 +200,12 @@ class Connection : public Viewer, public std::enable_shared_from_this<Connection
     std::optional<std::string> wrong;
     if (const auto* want = std::get_if<WantCommand>(&command)) {
       queue_.want(want->codec);
-      server_.hub.count_demand();
+      server_.count_viewers();
       server_.demand.key = server_.demand.key || want->codec == Codec::h264;
     } else if (std::holds_alternative<KeyCommand>(command)) {
       server_.demand.key = true;
     } else if (const auto* ack = std::get_if<AckCommand>(&command)) {
-      if (queue_.acknowledge(ack->sequence)) server_.hub.acknowledged(ack->sequence);
+      if (queue_.acknowledge(ack->sequence)) server_.acknowledged(ack->sequence);
       write_next();
     } else if (const auto* object = std::get_if<ObjectCommand>(&command)) {
       wrong = server_.handlers.change_object(*object);
@@ -234,13 +249,6 @@ class Connection : public Viewer, public std::enable_shared_from_this<Connection
     if (std::exchange(close_sent_, true)) return;
     watch_write();
     websocket_->async_close(*leaving_, [self = shared_from_this()](error_code) { self->close(); });
-  }
-
-  /// Closes the websocket with a reason, after the current write.
-  void leave(websocket::close_code code) {
-    if (closed_ || !open_ || leaving_) return;
-    leaving_ = code;
-    write_next();
   }
 
   /// Closes the connection when a write exceeds its time limit: the client does not read.
@@ -301,8 +309,8 @@ void WebServer::State::admit(tcp::socket socket) {
 }
 
 void WebServer::State::forget(const std::shared_ptr<Connection>& connection) {
-  hub.remove(connection);
   connections.remove(std::shared_ptr(connection));  // a copy: the argument must not refer into the list
+  count_viewers();
 }
 
 void WebServer::State::objects_changed() {
@@ -310,8 +318,43 @@ void WebServer::State::objects_changed() {
   state_timer.expires_after(kStream.states_apart);
   state_timer.async_wait([this](error_code error) {
     state_waits = false;
-    if (!error) hub.publish_text("state", handlers.state());
+    if (!error) publish_text("state", handlers.state());
   });
+}
+
+std::vector<std::shared_ptr<Connection>> WebServer::State::viewers() const {
+  std::vector<std::shared_ptr<Connection>> all;
+  std::ranges::copy_if(connections, std::back_inserter(all), [](const auto& one) { return one->is_viewer(); });
+  return all;
+}
+
+void WebServer::State::count_viewers() {
+  const std::vector<std::shared_ptr<Connection>> all = viewers();
+  metrics.viewers(static_cast<int>(all.size()));
+  demand.h264 = static_cast<int>(std::ranges::count(all, Codec::h264, &Connection::codec));
+  demand.jpeg = static_cast<int>(std::ranges::count(all, Codec::jpeg, &Connection::codec));
+}
+
+void WebServer::State::publish(const std::shared_ptr<const StreamMessage>& message) {
+  if (message->header.kind == StreamKind::config) {
+    config = message;
+  } else {
+    capture_times_ns.emplace_back(message->header.sequence, message->header.capture_time_ns);
+    if (capture_times_ns.size() > kStream.remembered_frames) capture_times_ns.pop_front();
+  }
+  for (const auto& viewer : viewers()) viewer->offer(message);
+}
+
+void WebServer::State::publish_text(const std::string& kind, const std::string& text) {
+  for (const auto& viewer : viewers()) viewer->offer_text(kind, text);
+}
+
+void WebServer::State::acknowledged(std::uint32_t sequence) {
+  const auto known = std::ranges::find(capture_times_ns, sequence, [](const auto& frame) { return frame.first; });
+  if (known == capture_times_ns.end()) return;
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  const auto now_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(now).count();
+  metrics.time("capture_to_ack", 1e-9 * static_cast<double>(now_ns - known->second));
 }
 
 WebServer::WebServer(const WebSettings& settings, WebHandlers handlers, EncoderDemand& demand, Metrics& metrics)
@@ -340,11 +383,11 @@ void WebServer::start() {
 }
 
 void WebServer::publish(std::shared_ptr<const StreamMessage> message) {
-  asio::post(state_->io, [&s = *state_, message = std::move(message)] { s.hub.publish(message); });
+  asio::post(state_->io, [&s = *state_, message = std::move(message)] { s.publish(message); });
 }
 
 void WebServer::publish_text(const std::string& kind, std::string text) {
-  asio::post(state_->io, [&s = *state_, kind, text = std::move(text)] { s.hub.publish_text(kind, text); });
+  asio::post(state_->io, [&s = *state_, kind, text = std::move(text)] { s.publish_text(kind, text); });
 }
 
 void WebServer::stop() {
@@ -353,8 +396,8 @@ void WebServer::stop() {
   asio::post(s.io, [&s] {
     error_code ignored;
     s.acceptor.close(ignored);
-    s.hub.close_all();
-    s.stop_timer.expires_after(s.hub.count() == 0 ? std::chrono::milliseconds(0) : kStream.goodbye);
+    for (const auto& viewer : s.viewers()) viewer->leave(websocket::close_code::going_away);
+    s.stop_timer.expires_after(s.viewers().empty() ? std::chrono::milliseconds(0) : kStream.goodbye);
     s.stop_timer.async_wait([&s](error_code) { s.io.stop(); });
   });
   s.thread.join();

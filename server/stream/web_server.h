@@ -11,7 +11,6 @@
 #include <string_view>
 
 #include "server/metrics/metrics.h"
-#include "server/stream/encoder_demand.h"
 #include "server/stream/protocol.h"
 
 namespace lumigraft::server {

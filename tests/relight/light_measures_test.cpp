@@ -1,11 +1,10 @@
-#include "relight/light_measures.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <functional>
 
 #include "reconstruct/light/environment.h"
+#include "relight/planner.h"
 
 namespace lumigraft::relight {
 namespace {

@@ -5,7 +5,7 @@
 #include <cstring>
 #include <random>
 
-#include "relight/passes/volume/filter.h"
+#include "relight/passes/volume/bounce.h"
 #include "tests/sweeps/sweep.h"
 
 namespace lumigraft::test {
@@ -76,7 +76,7 @@ TEST_P(MipSweep, DeltaAndTheDifferenceOfTwo) {
     delta.push_back(weight * Eigen::Vector4f(after - before, after - before, after - before, 1));
     rho_own.push_back(rho.back() + object * Eigen::Vector4f(of_object, of_object, of_object, 1));
   }
-  const relight::Filter filter(*device_);
+  const relight::Bounce bounce(*device_);
   const FullVolumes full(*device_);
   relight::shader::FrameParams params{};
   params.grid.x() = kEdge;
@@ -91,7 +91,7 @@ TEST_P(MipSweep, DeltaAndTheDifferenceOfTwo) {
     }
     device_->upload(pool, 0, std::as_bytes(std::span(packed_halves)));
     const auto list = device_->begin();
-    filter.record(*list, params, full.volumes.real_chunks, pool, full.volumes);
+    bounce.filter(*list, params, full.volumes.real_chunks, pool, full.volumes);
     device_->submit(*list);
     const Texels all = halves(device_->download(pool));
     std::vector<Texels> levels(kMips);

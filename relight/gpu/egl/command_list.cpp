@@ -8,25 +8,18 @@ namespace {
 
 /// Attaches the targets of a draw to the single framebuffer.
 struct Targets {
-  struct Target {
-    GLenum point;
-    GLuint texture;
-    bool clear, integer;
-    std::array<float, 4> clear_color;
-  };
-  std::vector<Target> colors;
-  Target depth{};
-  bool has_depth = false;
+  std::vector<GLuint> colors;
+  GLuint depth = 0;
   int width = 0, height = 0;
   Area area;
 
   void attach(GLuint framebuffer) const {
     std::vector<GLenum> points;
-    for (const Target& color : colors) {
-      glNamedFramebufferTexture(framebuffer, color.point, color.texture, 0);
-      points.push_back(color.point);
+    for (const GLuint color : colors) {
+      points.push_back(GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(points.size()));
+      glNamedFramebufferTexture(framebuffer, points.back(), color, 0);
     }
-    if (has_depth) glNamedFramebufferTexture(framebuffer, GL_DEPTH_ATTACHMENT, depth.texture, 0);
+    glNamedFramebufferTexture(framebuffer, GL_DEPTH_ATTACHMENT, depth, 0);
     glNamedFramebufferDrawBuffers(framebuffer, static_cast<GLsizei>(points.size()), points.data());
     glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
     glViewport(0, 0, width, height);
@@ -35,32 +28,24 @@ struct Targets {
   }
 
   void clear(GLuint framebuffer) const {
+    const std::array<float, 4> nothing{};
     for (std::size_t i = 0; i < colors.size(); ++i) {
-      if (!colors[i].clear) continue;
-      if (colors[i].integer) {
-        const std::array<GLuint, 4> value = integer_value(colors[i].clear_color);
-        glClearNamedFramebufferuiv(framebuffer, GL_COLOR, static_cast<GLint>(i), value.data());
-      } else {
-        glClearNamedFramebufferfv(framebuffer, GL_COLOR, static_cast<GLint>(i), colors[i].clear_color.data());
-      }
+      glClearNamedFramebufferfv(framebuffer, GL_COLOR, static_cast<GLint>(i), nothing.data());
     }
     const float far_plane = 1;
-    if (has_depth && depth.clear) {
-      glDepthMask(GL_TRUE);
-      glClearNamedFramebufferfv(framebuffer, GL_DEPTH, 0, &far_plane);
-    }
+    glClearNamedFramebufferfv(framebuffer, GL_DEPTH, 0, &far_plane);
   }
 
   /// Otherwise the framebuffer would keep textures alive.
   void detach(GLuint framebuffer) const {
     glDisable(GL_SCISSOR_TEST);
-    for (const Target& color : colors) glNamedFramebufferTexture(framebuffer, color.point, 0, 0);
-    if (has_depth) glNamedFramebufferTexture(framebuffer, GL_DEPTH_ATTACHMENT, 0, 0);
+    for (std::size_t i = 0; i < colors.size(); ++i) {
+      glNamedFramebufferTexture(framebuffer, GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(i), 0, 0);
+    }
+    glNamedFramebufferTexture(framebuffer, GL_DEPTH_ATTACHMENT, 0, 0);
     glBindFramebuffer(GL_FRAMEBUFFER, 0);
   }
 };
-
-void set(GLenum capability, bool on) { on ? glEnable(capability) : glDisable(capability); }
 
 }  // namespace
 
@@ -88,16 +73,14 @@ EglCommandList::Bound EglCommandList::bind(const PipelineObjects& pipeline, std:
     one.kind = binding.kind;
     one.unit = static_cast<GLuint>(unit->second);
     if (binding.kind == Binding::Kind::storage_buffer) {
-      one.handle = own(*binding.buffer, *context_).handle();
+      one.handle = own<EglBuffer>(*binding.buffer, *context_).handle();
       continue;
     }
-    const EglTexture& texture = own(*binding.texture, *context_);
+    const EglTexture& texture = own<EglTexture>(*binding.texture, *context_);
+    one.handle = texture.handle();
     if (binding.kind == Binding::Kind::sampled) {
-      one.handle = texture.view_from(binding.mip);
       one.sampler = context_->sampler(binding.filter);
     } else {
-      one.handle = texture.handle();
-      one.level = binding.mip;
       one.is_volume = is_volume(texture.desc()) ? GL_TRUE : GL_FALSE;
       one.internal_format = gl_format(texture.desc().format).internal;
     }
@@ -119,7 +102,7 @@ void EglCommandList::Bound::apply(const Context& context) const {
         glBindSampler(one.unit, one.sampler);
         break;
       case Binding::Kind::storage_image:
-        glBindImageTexture(one.unit, one.handle, one.level, one.is_volume, 0, GL_READ_WRITE, one.internal_format);
+        glBindImageTexture(one.unit, one.handle, 0, one.is_volume, 0, GL_READ_WRITE, one.internal_format);
         break;
       case Binding::Kind::storage_buffer:
         glBindBufferBase(GL_SHADER_STORAGE_BUFFER, one.unit, one.handle);
@@ -148,54 +131,37 @@ void EglCommandList::dispatch(const ComputePipeline& pipeline, std::span<const B
 }
 
 std::function<void()> EglCommandList::draw_of(const EglRaster& pipeline, const DrawCall& call) {
-  const GLuint vertices = call.vertices ? own(*call.vertices, *context_).handle() : 0;
-  const GLuint indices = call.indices ? own(*call.indices, *context_).handle() : 0;
+  const GLuint vertices = own<EglBuffer>(*call.vertices, *context_).handle();
+  const GLuint indices = own<EglBuffer>(*call.indices, *context_).handle();
   return [this, bound = bind(pipeline.objects(), call.bindings, call.params), array = pipeline.objects().vertex_array,
           stride = pipeline.desc().vertex_stride_bytes, vertices, indices,
           count = static_cast<GLsizei>(call.index_count)] {
     if (count == 0) return;
     bound.apply(*context_);
-    if (vertices) glVertexArrayVertexBuffer(array, 0, vertices, 0, stride);
-    if (indices) {
-      glVertexArrayElementBuffer(array, indices);
-      glDrawElements(GL_TRIANGLES, count, GL_UNSIGNED_INT, nullptr);
-    } else {
-      glDrawArrays(GL_TRIANGLES, 0, count);
-    }
+    glVertexArrayVertexBuffer(array, 0, vertices, 0, stride);
+    glVertexArrayElementBuffer(array, indices);
+    glDrawElements(GL_TRIANGLES, count, GL_UNSIGNED_INT, nullptr);
   };
 }
 
-void EglCommandList::draw(const RasterPipeline& pipeline, std::span<const Attachment> colors, const Attachment* depth,
-                          std::span<const DrawCall> calls, const Area* area) {
+void EglCommandList::draw(const RasterPipeline& pipeline, const std::vector<const Texture*>& colors,
+                          const Texture& depth, std::span<const DrawCall> calls, const Area* area) {
   const EglRaster& raster = own_object<const EglRaster>(pipeline, *context_, "a pipeline");
   check_draw(raster.objects().name, raster.desc(), colors, depth, calls, area);
   const Current current = context_->enter();
 
-  Targets targets;
-  const auto target_of = [&](const Attachment& attachment, GLenum point) -> Targets::Target {
-    const TextureDesc& desc = attachment.texture->desc();
-    targets.width = desc.width;
-    targets.height = desc.height;
-    return {point, own(*attachment.texture, *context_).handle(), attachment.clear, is_integer(desc.format),
-            attachment.clear_color};
-  };
-  for (std::size_t i = 0; i < colors.size(); ++i) {
-    targets.colors.push_back(target_of(colors[i], GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(i)));
-  }
-  targets.has_depth = depth != nullptr;
-  if (depth) targets.depth = target_of(*depth, GL_DEPTH_ATTACHMENT);
+  Targets targets{
+      .depth = own<EglTexture>(depth, *context_).handle(), .width = depth.desc().width, .height = depth.desc().height};
+  for (const Texture* color : colors) targets.colors.push_back(own<EglTexture>(*color, *context_).handle());
   targets.area = area ? *area : Area{0, 0, targets.width, targets.height};
   std::vector<std::function<void()>> draws;
   for (const DrawCall& call : calls) draws.push_back(draw_of(raster, call));
 
   record([this, targets = std::move(targets), draws = std::move(draws), program = raster.objects().program,
-          array = raster.objects().vertex_array, depth_test = raster.desc().depth_test,
-          cull = raster.desc().cull_back] {
+          array = raster.objects().vertex_array] {
     const GLuint framebuffer = context_->framebuffer();
     targets.attach(framebuffer);
     targets.clear(framebuffer);
-    set(GL_DEPTH_TEST, depth_test);
-    set(GL_CULL_FACE, cull);
     glUseProgram(program);
     glBindVertexArray(array);
     for (const auto& one : draws) one();
@@ -204,11 +170,11 @@ void EglCommandList::draw(const RasterPipeline& pipeline, std::span<const Attach
 }
 
 void EglCommandList::fill(const Buffer& buffer, std::uint32_t value) {
-  record([&target = own(buffer, *context_), value] { target.fill(value); });
+  record([&target = own<EglBuffer>(buffer, *context_), value] { target.fill(value); });
 }
 
 void EglCommandList::clear(const Texture& texture, std::array<float, 4> value) {
-  record([&target = own(texture, *context_), value] { target.clear(value); });
+  record([&target = own<EglTexture>(texture, *context_), value] { target.clear(value); });
 }
 
 std::vector<PassTime> EglCommandList::run() {

@@ -14,7 +14,7 @@ class EglCommandList final : public CommandList {
   void begin_pass(std::string_view name) override;
   void dispatch(const ComputePipeline& pipeline, std::span<const Binding> bindings, std::span<const std::byte> params,
                 int groups_x, int groups_y, int groups_z) override;
-  void draw(const RasterPipeline& pipeline, std::span<const Attachment> colors, const Attachment* depth,
+  void draw(const RasterPipeline& pipeline, const std::vector<const Texture*>& colors, const Texture& depth,
             std::span<const DrawCall> calls, const Area* area) override;
   void fill(const Buffer& buffer, std::uint32_t value) override;
   void clear(const Texture& texture, std::array<float, 4> value) override;
@@ -27,9 +27,8 @@ class EglCommandList final : public CommandList {
   struct BoundUnit {
     Binding::Kind kind;
     GLuint unit, handle;
-    GLuint sampler;  ///< if sampled
-    GLint level;     ///< if storage_image, as are the next two
-    GLboolean is_volume;
+    GLuint sampler;       ///< if sampled
+    GLboolean is_volume;  ///< if storage_image, as is the next
     GLenum internal_format;
   };
   struct BoundParams {

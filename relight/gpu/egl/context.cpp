@@ -113,6 +113,7 @@ Context::Context(std::unique_ptr<ContextHandle> handle, bool validation) : handl
   glFrontFace(GL_CW);  // OpenGL defines winding with y up, device.h with y down
   glProvokingVertex(GL_FIRST_VERTEX_CONVENTION);
   glDisable(GL_DITHER);
+  glEnable(GL_DEPTH_TEST);
   glDepthFunc(GL_LEQUAL);
   glPixelStorei(GL_PACK_ALIGNMENT, 1);
   glPixelStorei(GL_UNPACK_ALIGNMENT, 1);

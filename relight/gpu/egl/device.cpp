@@ -31,7 +31,7 @@ class EglDevice final : public Device {
   }
 
   void upload(const Texture& texture, int mip, std::span<const std::byte> texels) override {
-    const EglTexture& target = own(texture, *context_);
+    const EglTexture& target = own<EglTexture>(texture, *context_);
     check_upload(texture, mip, texels.size());
     const Current current = context_->enter();
     target.upload(mip, texels);
@@ -39,7 +39,7 @@ class EglDevice final : public Device {
   }
 
   void upload_rgb(const Texture& texture, std::span<const std::uint8_t> rgb) override {
-    const EglTexture& target = own(texture, *context_);
+    const EglTexture& target = own<EglTexture>(texture, *context_);
     check_upload_rgb(texture, rgb.size());
     const Current current = context_->enter();
     target.upload_rgb(rgb);
@@ -47,7 +47,7 @@ class EglDevice final : public Device {
   }
 
   void upload(const Buffer& buffer, std::size_t offset, std::span<const std::byte> bytes) override {
-    const EglBuffer& target = own(buffer, *context_);
+    const EglBuffer& target = own<EglBuffer>(buffer, *context_);
     check_upload(buffer, offset, bytes.size());
     const Current current = context_->enter();
     glNamedBufferSubData(target.handle(), static_cast<GLintptr>(offset), static_cast<GLsizeiptr>(bytes.size()),
@@ -56,7 +56,7 @@ class EglDevice final : public Device {
   }
 
   std::vector<std::byte> download(const Texture& texture, int mip) override {
-    const EglTexture& source = own(texture, *context_);
+    const EglTexture& source = own<EglTexture>(texture, *context_);
     const std::string what = mip_text(texture, mip);
     const Current current = context_->enter();
     std::vector<std::byte> texels = source.download(mip);
@@ -65,7 +65,7 @@ class EglDevice final : public Device {
   }
 
   std::vector<std::byte> download(const Buffer& buffer) override {
-    const EglBuffer& source = own(buffer, *context_);
+    const EglBuffer& source = own<EglBuffer>(buffer, *context_);
     const Current current = context_->enter();
     std::vector<std::byte> bytes(buffer.size_bytes());
     glGetNamedBufferSubData(source.handle(), 0, static_cast<GLsizeiptr>(bytes.size()), bytes.data());

@@ -1,17 +1,9 @@
 #include "relight/gpu/egl/resources.h"
 
-#include <algorithm>
-
 #include "relight/gpu/check_commands.h"
 #include "relight/gpu/formats.h"
 
 namespace lumigraft::relight::gpu::egl {
-namespace {
-
-GLenum target_of(const TextureDesc& desc) { return is_volume(desc) ? GL_TEXTURE_3D : GL_TEXTURE_2D; }
-
-}  // namespace
-
 GlFormat gl_format(Format format) {
   static constexpr FormatTable<GlFormat> formats{{{{GL_R8, GL_RED, GL_UNSIGNED_BYTE},
                                                    {GL_RGBA8, GL_RGBA, GL_UNSIGNED_BYTE},
@@ -20,7 +12,6 @@ GlFormat gl_format(Format format) {
                                                    {GL_R32F, GL_RED, GL_FLOAT},
                                                    {GL_RG32F, GL_RG, GL_FLOAT},
                                                    {GL_RGBA32F, GL_RGBA, GL_FLOAT},
-                                                   {GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT},
                                                    {GL_DEPTH_COMPONENT32F, GL_DEPTH_COMPONENT, GL_FLOAT}}}};
   return formats[format];
 }
@@ -32,14 +23,13 @@ EglTexture::EglTexture(std::shared_ptr<Context> context, const TextureDesc& desc
   const Current current = context_->enter();
   try {
     const GLenum internal = gl_format(desc_.format).internal;
-    glCreateTextures(target_of(desc_), 1, &handle_);
+    glCreateTextures(is_volume(desc_) ? GL_TEXTURE_3D : GL_TEXTURE_2D, 1, &handle_);
     if (is_volume(desc_)) {
       glTextureStorage3D(handle_, desc_.mips, internal, desc_.width, desc_.height, desc_.depth);
     } else {
       glTextureStorage2D(handle_, desc_.mips, internal, desc_.width, desc_.height);
     }
     context_->check("creating " + text_of(desc_));
-    views_.resize(static_cast<std::size_t>(desc_.mips));
     clear({});
     context_->check("clearing " + text_of(desc_));
   } catch (...) {
@@ -50,31 +40,12 @@ EglTexture::EglTexture(std::shared_ptr<Context> context, const TextureDesc& desc
 
 void EglTexture::destroy() {
   const Current current(context_->handle(), std::nothrow);
-  if (!current.good()) return;
-  glDeleteTextures(static_cast<GLsizei>(views_.size()), views_.data());
-  glDeleteTextures(1, &handle_);
-}
-
-GLuint EglTexture::view_from(int mip) const {
-  if (mip == 0) return handle_;
-  GLuint& view = views_[static_cast<std::size_t>(mip)];
-  if (view == 0) {
-    glGenTextures(1, &view);
-    glTextureView(view, target_of(desc_), handle_, gl_format(desc_.format).internal, static_cast<GLuint>(mip),
-                  static_cast<GLuint>(desc_.mips - mip), 0, 1);
-  }
-  return view;
+  if (current.good()) glDeleteTextures(1, &handle_);
 }
 
 void EglTexture::clear(const std::array<float, 4>& value) const {
-  const GlFormat format = gl_format(desc_.format);
-  const std::array<GLuint, 4> integers = integer_value(value);
   for (int mip = 0; mip < desc_.mips; ++mip) {
-    if (is_integer(desc_.format)) {
-      glClearTexImage(handle_, mip, format.layout, GL_UNSIGNED_INT, integers.data());
-    } else {
-      glClearTexImage(handle_, mip, is_depth(desc_.format) ? GL_DEPTH_COMPONENT : GL_RGBA, GL_FLOAT, value.data());
-    }
+    glClearTexImage(handle_, mip, is_depth(desc_.format) ? GL_DEPTH_COMPONENT : GL_RGBA, GL_FLOAT, value.data());
   }
 }
 
@@ -126,22 +97,6 @@ void EglBuffer::destroy() {
 
 void EglBuffer::fill(std::uint32_t value) const {
   glClearNamedBufferData(handle_, GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, &value);
-}
-
-const EglTexture& own(const Texture& texture, const Context& context) {
-  return own_object<const EglTexture>(texture, context, "texture \"" + texture.desc().name + "\"");
-}
-
-const EglBuffer& own(const Buffer& buffer, const Context& context) {
-  return own_object<const EglBuffer>(buffer, context, "a buffer");
-}
-
-std::array<GLuint, 4> integer_value(const std::array<float, 4>& value) {
-  std::array<GLuint, 4> integers{};
-  for (std::size_t i = 0; i < 4; ++i) {
-    integers[i] = static_cast<GLuint>(std::clamp(static_cast<double>(value[i]), 0.0, 4294967295.0));
-  }
-  return integers;
 }
 
 }  // namespace lumigraft::relight::gpu::egl

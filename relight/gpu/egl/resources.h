@@ -17,9 +17,6 @@ class EglTexture final : public Texture {
 
   const Context* context() const { return context_.get(); }
   GLuint handle() const { return handle_; }
-  /// A texture view of the levels from `mip` on. Requires a Current.
-  GLuint view_from(int mip) const;
-
   void clear(const std::array<float, 4>& value) const;
   void upload(int mip, std::span<const std::byte> texels) const;
   void upload_rgb(std::span<const std::uint8_t> rgb) const;
@@ -30,7 +27,6 @@ class EglTexture final : public Texture {
 
   std::shared_ptr<Context> context_;
   GLuint handle_ = 0;
-  mutable std::vector<GLuint> views_;  ///< by first level, created on first use
 };
 
 class EglBuffer final : public Buffer {
@@ -48,12 +44,5 @@ class EglBuffer final : public Buffer {
   std::shared_ptr<Context> context_;
   GLuint handle_ = 0;
 };
-
-/// The OpenGL object of a caller's resource. Throws std::logic_error if it belongs to another device.
-const EglTexture& own(const Texture& texture, const Context& context);
-const EglBuffer& own(const Buffer& buffer, const Context& context);
-
-/// For a clear of an integer format: rounded down and clamped.
-std::array<GLuint, 4> integer_value(const std::array<float, 4>& value);
 
 }  // namespace lumigraft::relight::gpu::egl

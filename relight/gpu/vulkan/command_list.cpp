@@ -6,18 +6,13 @@
 namespace lumigraft::relight::gpu::vulkan {
 namespace {
 
-VkRenderingAttachmentInfo attachment_info(const Attachment& attachment, const Context& context) {
-  const VulkanTexture& texture = own(*attachment.texture, context);
+VkRenderingAttachmentInfo attachment_info(const Texture& texture, const Context& context) {
   auto info = zeroed<VkRenderingAttachmentInfo>(VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO);
-  info.imageView = texture.mip_view(0);
+  info.imageView = own<VulkanTexture>(texture, context).first_mip();
   info.imageLayout = VK_IMAGE_LAYOUT_GENERAL;
-  info.loadOp = attachment.clear ? VK_ATTACHMENT_LOAD_OP_CLEAR : VK_ATTACHMENT_LOAD_OP_LOAD;
+  info.loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR;
   info.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
-  if (is_depth(texture.desc().format)) {
-    info.clearValue.depthStencil.depth = 1.0f;
-  } else {
-    info.clearValue.color = clear_value(texture.desc().format, attachment.clear_color);
-  }
+  if (is_depth(texture.desc().format)) info.clearValue.depthStencil.depth = 1.0f;
   return info;
 }
 
@@ -63,14 +58,14 @@ VkDescriptorSet VulkanCommandList::bind(const PipelineObjects& pipeline, std::sp
     if (!pipeline.interface.slots.at(binding.slot).used) continue;  // not in the layout
     VkWriteDescriptorSet& one = write(binding.slot, descriptor_type(binding.kind));
     if (binding.kind == Binding::Kind::storage_buffer) {
-      buffers[i] = {own(*binding.buffer, *context_).handle(), 0, VK_WHOLE_SIZE};
+      buffers[i] = {own<VulkanBuffer>(*binding.buffer, *context_).handle(), 0, VK_WHOLE_SIZE};
       one.pBufferInfo = &buffers[i];
       continue;
     }
-    const VulkanTexture& texture = own(*binding.texture, *context_);
+    const VulkanTexture& texture = own<VulkanTexture>(*binding.texture, *context_);
     const bool is_sampled = binding.kind == Binding::Kind::sampled;
     images[i] = {is_sampled ? context_->sampler(binding.filter) : VK_NULL_HANDLE,
-                 is_sampled ? texture.view_from(binding.mip) : texture.mip_view(binding.mip), VK_IMAGE_LAYOUT_GENERAL};
+                 is_sampled ? texture.all_mips() : texture.first_mip(), VK_IMAGE_LAYOUT_GENERAL};
     one.pImageInfo = &images[i];
   }
   vkUpdateDescriptorSets(context_->device(), static_cast<std::uint32_t>(writes.size()), writes.data(), 0, nullptr);
@@ -91,8 +86,8 @@ void VulkanCommandList::dispatch(const ComputePipeline& pipeline, std::span<cons
                 static_cast<std::uint32_t>(groups_z));
 }
 
-void VulkanCommandList::draw(const RasterPipeline& pipeline, std::span<const Attachment> colors,
-                             const Attachment* depth, std::span<const DrawCall> calls, const Area* area) {
+void VulkanCommandList::draw(const RasterPipeline& pipeline, const std::vector<const Texture*>& colors,
+                             const Texture& depth, std::span<const DrawCall> calls, const Area* area) {
   begin_command();
   const VulkanRaster& raster = own_object<const VulkanRaster>(pipeline, *context_, "a pipeline");
   check_draw(raster.objects().name, raster.desc(), colors, depth, calls, area);
@@ -100,11 +95,10 @@ void VulkanCommandList::draw(const RasterPipeline& pipeline, std::span<const Att
   std::vector<VkDescriptorSet> sets;
   for (const DrawCall& call : calls) sets.push_back(bind(raster.objects(), call.bindings, call.params));
   std::vector<VkRenderingAttachmentInfo> color_infos;
-  for (const Attachment& color : colors) color_infos.push_back(attachment_info(color, *context_));
-  VkRenderingAttachmentInfo depth_info{};
-  if (depth) depth_info = attachment_info(*depth, *context_);
+  for (const Texture* color : colors) color_infos.push_back(attachment_info(*color, *context_));
+  const VkRenderingAttachmentInfo depth_info = attachment_info(depth, *context_);
 
-  const TextureDesc& target = (depth ? *depth : colors[0]).texture->desc();
+  const TextureDesc& target = depth.desc();
   auto rendering = zeroed<VkRenderingInfo>(VK_STRUCTURE_TYPE_RENDERING_INFO);
   const Area full{0, 0, target.width, target.height}, part = area ? *area : full;
   rendering.renderArea = {{part.x, part.y},
@@ -112,7 +106,7 @@ void VulkanCommandList::draw(const RasterPipeline& pipeline, std::span<const Att
   rendering.layerCount = 1;
   rendering.colorAttachmentCount = static_cast<std::uint32_t>(color_infos.size());
   rendering.pColorAttachments = color_infos.data();
-  rendering.pDepthAttachment = depth ? &depth_info : nullptr;
+  rendering.pDepthAttachment = &depth_info;
 
   const VkCommandBuffer commands = recording_->commands;
   vkCmdBeginRendering(commands, &rendering);
@@ -128,27 +122,21 @@ void VulkanCommandList::draw_one(const VulkanRaster& pipeline, const DrawCall& c
   if (call.index_count == 0) return;
   const VkCommandBuffer commands = recording_->commands;
   vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline.objects().layout, 0, 1, &set, 0, nullptr);
-  if (call.vertices) {
-    const VkBuffer vertices = own(*call.vertices, *context_).handle();
-    const VkDeviceSize offset = 0;
-    vkCmdBindVertexBuffers(commands, 0, 1, &vertices, &offset);
-  }
-  if (call.indices) {
-    vkCmdBindIndexBuffer(commands, own(*call.indices, *context_).handle(), 0, VK_INDEX_TYPE_UINT32);
-    vkCmdDrawIndexed(commands, call.index_count, 1, 0, 0, 0);
-  } else {
-    vkCmdDraw(commands, call.index_count, 1, 0, 0);
-  }
+  const VkBuffer vertices = own<VulkanBuffer>(*call.vertices, *context_).handle();
+  const VkDeviceSize offset = 0;
+  vkCmdBindVertexBuffers(commands, 0, 1, &vertices, &offset);
+  vkCmdBindIndexBuffer(commands, own<VulkanBuffer>(*call.indices, *context_).handle(), 0, VK_INDEX_TYPE_UINT32);
+  vkCmdDrawIndexed(commands, call.index_count, 1, 0, 0, 0);
 }
 
 void VulkanCommandList::fill(const Buffer& buffer, std::uint32_t value) {
   begin_command();
-  vkCmdFillBuffer(recording_->commands, own(buffer, *context_).handle(), 0, VK_WHOLE_SIZE, value);
+  vkCmdFillBuffer(recording_->commands, own<VulkanBuffer>(buffer, *context_).handle(), 0, VK_WHOLE_SIZE, value);
 }
 
 void VulkanCommandList::clear(const Texture& texture, std::array<float, 4> value) {
   begin_command();
-  clear_all_mips(recording_->commands, own(texture, *context_), value);
+  clear_all_mips(recording_->commands, own<VulkanTexture>(texture, *context_), value);
 }
 
 std::vector<PassTime> VulkanCommandList::run() {

@@ -42,13 +42,13 @@ class VulkanDevice final : public Device {
   }
 
   void upload(const Texture& texture, int mip, std::span<const std::byte> texels) override {
-    const VulkanTexture& target = own(texture, *context_);
+    const VulkanTexture& target = own<VulkanTexture>(texture, *context_);
     check_upload(texture, mip, texels.size());
     copy_staged(staged(texels), target, mip);
   }
 
   void upload_rgb(const Texture& texture, std::span<const std::uint8_t> rgb) override {
-    const VulkanTexture& target = own(texture, *context_);
+    const VulkanTexture& target = own<VulkanTexture>(texture, *context_);
     check_upload_rgb(texture, rgb.size());
     const TextureDesc& desc = texture.desc();
     const HostRows direct = target.host_rows();  // nothing runs meanwhile: submit() waits
@@ -64,7 +64,7 @@ class VulkanDevice final : public Device {
   }
 
   void upload(const Buffer& buffer, std::size_t offset, std::span<const std::byte> bytes) override {
-    const VulkanBuffer& target = own(buffer, *context_);
+    const VulkanBuffer& target = own<VulkanBuffer>(buffer, *context_);
     check_upload(buffer, offset, bytes.size());
     if (bytes.empty()) return;
     if (target.mapped()) {  // no commands are in flight: submit() waits
@@ -79,7 +79,7 @@ class VulkanDevice final : public Device {
   }
 
   std::vector<std::byte> download(const Texture& texture, int mip) override {
-    const VulkanTexture& source = own(texture, *context_);
+    const VulkanTexture& source = own<VulkanTexture>(texture, *context_);
     const std::string what = mip_text(texture, mip);
     const std::size_t size = mip_bytes(texture.desc(), mip);
     const AllocatedBuffer& staging = context_->staging(size, MemoryUse::from_device);
@@ -91,7 +91,7 @@ class VulkanDevice final : public Device {
   }
 
   std::vector<std::byte> download(const Buffer& buffer) override {
-    const VulkanBuffer& source = own(buffer, *context_);
+    const VulkanBuffer& source = own<VulkanBuffer>(buffer, *context_);
     const AllocatedBuffer& staging = context_->staging(buffer.size_bytes(), MemoryUse::from_device);
     context_->run_once("download of buffer \"" + source.name() + "\"", [&](VkCommandBuffer commands) {
       const VkBufferCopy copy{0, 0, buffer.size_bytes()};

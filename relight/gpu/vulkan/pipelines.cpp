@@ -107,7 +107,7 @@ void VulkanRaster::create(VkShaderModule vertex, VkShaderModule fragment) {
                           static_cast<std::uint32_t>(attribute.offset_bytes)});
   }
   auto input = zeroed<VkPipelineVertexInputStateCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_VERTEX_INPUT_STATE_CREATE_INFO);
-  input.vertexBindingDescriptionCount = attributes.empty() ? 0 : 1;
+  input.vertexBindingDescriptionCount = 1;
   input.pVertexBindingDescriptions = &vertex_buffer;
   input.vertexAttributeDescriptionCount = static_cast<std::uint32_t>(attributes.size());
   input.pVertexAttributeDescriptions = attributes.data();
@@ -122,7 +122,7 @@ void VulkanRaster::create(VkShaderModule vertex, VkShaderModule fragment) {
   // Vulkan defines winding in framebuffer coordinates, row 0 at the top: counter-clockwise as in device.h.
   auto rasterization =
       zeroed<VkPipelineRasterizationStateCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_RASTERIZATION_STATE_CREATE_INFO);
-  rasterization.cullMode = desc_.cull_back ? VK_CULL_MODE_BACK_BIT : VK_CULL_MODE_NONE;
+  rasterization.cullMode = VK_CULL_MODE_NONE;
   rasterization.frontFace = VK_FRONT_FACE_COUNTER_CLOCKWISE;
   rasterization.lineWidth = 1.0f;
 
@@ -131,7 +131,7 @@ void VulkanRaster::create(VkShaderModule vertex, VkShaderModule fragment) {
 
   auto depth =
       zeroed<VkPipelineDepthStencilStateCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_DEPTH_STENCIL_STATE_CREATE_INFO);
-  depth.depthTestEnable = depth.depthWriteEnable = desc_.depth_test;
+  depth.depthTestEnable = depth.depthWriteEnable = VK_TRUE;
   depth.depthCompareOp = VK_COMPARE_OP_LESS_OR_EQUAL;
 
   VkPipelineColorBlendAttachmentState overwrite{};
@@ -152,7 +152,7 @@ void VulkanRaster::create(VkShaderModule vertex, VkShaderModule fragment) {
   auto rendering = zeroed<VkPipelineRenderingCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_RENDERING_CREATE_INFO);
   rendering.colorAttachmentCount = static_cast<std::uint32_t>(colors.size());
   rendering.pColorAttachmentFormats = colors.data();
-  rendering.depthAttachmentFormat = desc_.depth_test ? VK_FORMAT_D32_SFLOAT : VK_FORMAT_UNDEFINED;
+  rendering.depthAttachmentFormat = VK_FORMAT_D32_SFLOAT;
 
   auto info = zeroed<VkGraphicsPipelineCreateInfo>(VK_STRUCTURE_TYPE_GRAPHICS_PIPELINE_CREATE_INFO);
   info.pNext = &rendering;

@@ -1,7 +1,5 @@
 #include "relight/gpu/vulkan/resources.h"
 
-#include <algorithm>
-
 #include "relight/gpu/check_commands.h"
 #include "relight/gpu/formats.h"
 #include "relight/gpu/vulkan/choose_device.h"
@@ -30,7 +28,8 @@ VulkanTexture::VulkanTexture(std::shared_ptr<Context> context, const TextureDesc
                      context_->name());
   try {
     create_image();
-    create_views();
+    first_mip_ = create_view(1);
+    all_mips_ = create_view(desc_.mips);
     clear_new();
   } catch (...) {
     destroy();
@@ -58,21 +57,15 @@ void VulkanTexture::create_image() {
   context_->set_name(VK_OBJECT_TYPE_IMAGE, reinterpret_cast<std::uint64_t>(image_), desc_.name);
 }
 
-void VulkanTexture::create_views() {
-  const auto create = [&](int first, int count) {
-    auto info = zeroed<VkImageViewCreateInfo>(VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO);
-    info.image = image_;
-    info.viewType = is_volume(desc_) ? VK_IMAGE_VIEW_TYPE_3D : VK_IMAGE_VIEW_TYPE_2D;
-    info.format = vk_format(desc_.format);
-    info.subresourceRange = {aspect(), edge(first), edge(count), 0, 1};
-    VkImageView view = VK_NULL_HANDLE;
-    check(vkCreateImageView(context_->device(), &info, nullptr, &view), "viewing texture \"" + desc_.name + "\"");
-    return view;
-  };
-  for (int mip = 0; mip < desc_.mips; ++mip) {
-    mip_views_.push_back(create(mip, 1));
-    views_from_.push_back(create(mip, desc_.mips - mip));
-  }
+VkImageView VulkanTexture::create_view(int mips) const {
+  auto info = zeroed<VkImageViewCreateInfo>(VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO);
+  info.image = image_;
+  info.viewType = is_volume(desc_) ? VK_IMAGE_VIEW_TYPE_3D : VK_IMAGE_VIEW_TYPE_2D;
+  info.format = vk_format(desc_.format);
+  info.subresourceRange = {aspect(), 0, edge(mips), 0, 1};
+  VkImageView view = VK_NULL_HANDLE;
+  check(vkCreateImageView(context_->device(), &info, nullptr, &view), "viewing texture \"" + desc_.name + "\"");
+  return view;
 }
 
 void VulkanTexture::clear_new() {
@@ -95,9 +88,7 @@ void VulkanTexture::clear_new() {
 }
 
 void VulkanTexture::destroy() {
-  for (const auto* views : {&mip_views_, &views_from_}) {
-    for (const VkImageView view : *views) vkDestroyImageView(context_->device(), view, nullptr);
-  }
+  for (const VkImageView view : {first_mip_, all_mips_}) vkDestroyImageView(context_->device(), view, nullptr);
   vkDestroyImage(context_->device(), image_, nullptr);
   vkFreeMemory(context_->device(), memory_.handle, nullptr);
 }
@@ -141,34 +132,14 @@ VulkanBuffer::VulkanBuffer(std::shared_ptr<Context> context, std::size_t size_by
   }
 }
 
-const VulkanTexture& own(const Texture& texture, const Context& context) {
-  return own_object<const VulkanTexture>(texture, context, "texture \"" + texture.desc().name + "\"");
-}
-
-const VulkanBuffer& own(const Buffer& buffer, const Context& context) {
-  return own_object<const VulkanBuffer>(buffer, context, "a buffer");
-}
-
-VkClearColorValue clear_value(Format format, const std::array<float, 4>& value) {
-  VkClearColorValue color{};
-  for (std::size_t i = 0; i < 4; ++i) {
-    if (is_integer(format)) {
-      const double bounded = std::clamp(static_cast<double>(value[i]), 0.0, 4294967295.0);
-      color.uint32[i] = static_cast<std::uint32_t>(bounded);
-    } else {
-      color.float32[i] = value[i];
-    }
-  }
-  return color;
-}
-
 void clear_all_mips(VkCommandBuffer commands, const VulkanTexture& texture, const std::array<float, 4>& value) {
   const VkImageSubresourceRange range{texture.aspect(), 0, VK_REMAINING_MIP_LEVELS, 0, 1};
   if (is_depth(texture.desc().format)) {
     const VkClearDepthStencilValue depth{value[0], 0};
     vkCmdClearDepthStencilImage(commands, texture.image(), VK_IMAGE_LAYOUT_GENERAL, &depth, 1, &range);
   } else {
-    const VkClearColorValue color = clear_value(texture.desc().format, value);
+    VkClearColorValue color;
+    std::copy(value.begin(), value.end(), color.float32);
     vkCmdClearColorImage(commands, texture.image(), VK_IMAGE_LAYOUT_GENERAL, &color, 1, &range);
   }
 }

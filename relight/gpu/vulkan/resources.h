@@ -18,15 +18,15 @@ class VulkanTexture final : public Texture {
 
   const Context* context() const { return context_.get(); }
   VkImage image() const { return image_; }
-  VkImageView mip_view(int mip) const { return mip_views_[static_cast<std::size_t>(mip)]; }
-  VkImageView view_from(int mip) const { return views_from_[static_cast<std::size_t>(mip)]; }
+  VkImageView first_mip() const { return first_mip_; }  ///< for storage and attachments
+  VkImageView all_mips() const { return all_mips_; }    ///< for sampling
   VkImageAspectFlags aspect() const;
   VkBufferImageCopy copy_of(int mip) const;
   HostRows host_rows() const;
 
  private:
   void create_image();
-  void create_views();
+  VkImageView create_view(int mips) const;
   void clear_new();
   void destroy();
 
@@ -34,8 +34,7 @@ class VulkanTexture final : public Texture {
   VkImage image_ = VK_NULL_HANDLE;
   Memory memory_;
   bool linear_ = false;
-  std::vector<VkImageView> mip_views_;   ///< one level each: storage, attachments
-  std::vector<VkImageView> views_from_;  ///< from one level to the last: sampling
+  VkImageView first_mip_ = VK_NULL_HANDLE, all_mips_ = VK_NULL_HANDLE;
 };
 
 class VulkanBuffer final : public Buffer {
@@ -52,12 +51,6 @@ class VulkanBuffer final : public Buffer {
   AllocatedBuffer buffer_;
 };
 
-/// The Vulkan object of a caller's resource. Throws std::logic_error if it belongs to another device.
-const VulkanTexture& own(const Texture& texture, const Context& context);
-const VulkanBuffer& own(const Buffer& buffer, const Context& context);
-
-/// A colour for `format`; integers are rounded down and clamped.
-VkClearColorValue clear_value(Format format, const std::array<float, 4>& value);
 void clear_all_mips(VkCommandBuffer commands, const VulkanTexture& texture, const std::array<float, 4>& value);
 
 }  // namespace lumigraft::relight::gpu::vulkan

@@ -128,8 +128,7 @@ void LampMaps::record(gpu::CommandList& list, const std::vector<PlacedObject>& o
     }
   }
   for (gpu::DrawCall& call : draws.calls) call.bindings.clear();
-  const gpu::Attachment depth{depths_.get()};
-  list.draw(*raster_, {}, &depth, draws.calls);
+  list.draw(*raster_, {}, *depths_, draws.calls);
   if (draws_.empty()) return;
   list.dispatch(*bound_, bindings(), {}, edge_ / kBoundTile, edge_ / kBoundTile, static_cast<int>(draws_.size()));
 }

@@ -43,8 +43,7 @@ void LiveView::draw_objects(gpu::CommandList& list, const shader::FrameParams& p
       draws.calls[call].bindings.push_back(gpu::storage(2, light.of(i)));
     }
   }
-  const gpu::Attachment color{screen.lit_samples.get()}, depth{screen.sample_z.get()};
-  list.draw(*raster_, {&color, 1}, &depth, draws.calls, &*area);
+  list.draw(*raster_, {screen.lit_samples.get()}, *screen.sample_z, draws.calls, &*area);
 }
 
 void LiveView::place(gpu::CommandList& list, const shader::FrameParams& params, const Volumes& volumes,

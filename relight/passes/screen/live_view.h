@@ -1,8 +1,8 @@
 #pragma once
 // The live setting's frame: all light that does not depend on the camera was gathered before (lamp shadows, light at
-// vertices, the volumes' cells) and is looked up; only glossy real surfaces of known material are traced (Reflect). In:
-// the volumes, the lamp maps, rays, depth, codes. Out: live_gain and live_object where objects may be visible or cast
-// shadows; gain elsewhere.
+// vertices, the volumes' cells) and is looked up; only glossy real surfaces of known material are traced (RealChange).
+// In: the volumes, the lamp maps, rays, depth, codes. Out: live_gain and live_object where objects may be visible or
+// cast shadows; gain elsewhere.
 #include "relight/passes/screen/lamp_shadows.h"
 #include "relight/passes/screen/object_view.h"
 #include "relight/passes/screen/screen.h"
@@ -32,7 +32,7 @@ class LiveView {
   void see_gloss(gpu::CommandList& list, const shader::FrameParams& params, const LampShadows& shadows,
                  const LampMaps& maps, const Volumes& volumes, const gpu::Texture& irradiance,
                  const Screen& screen) const;
-  /// Adds the results of Reflect there; after compose.
+  /// Adds the results of RealChange::reflect there; after compose.
   void add_gloss(gpu::CommandList& list, shader::FrameParams params, const Screen& screen) const;
 
  private:

@@ -1,6 +1,9 @@
 #include "relight/passes/volume/bounce.h"
 
-#include "relight/passes/volume/virtual_fill.h"
+#include <utility>
+
+#include "relight/passes/parameters.h"
+#include "relight/passes/volume/surface_fill.h"
 
 namespace lumigraft::relight {
 
@@ -9,7 +12,10 @@ Bounce::Bounce(gpu::Device& device)
       virtual_(device.create_compute("bounce_virtual.comp")),
       real_(device.create_compute("bounce_real.comp")),
       smooth_(device.create_compute("cell_smooth.comp")),
-      resolve_(device.create_compute("resolve.comp")) {}
+      resolve_(device.create_compute("resolve.comp")),
+      mean_(device.create_compute("chunk_mean.comp")),
+      enclosure_light_(device.create_compute("enclosure_light.comp")),
+      enclosure_change_(device.create_compute("enclosure_change.comp")) {}
 
 void Bounce::list_cells(gpu::CommandList& list, shader::FrameParams params, float min_fraction,
                         const Volumes& volumes) const {
@@ -51,7 +57,7 @@ void Bounce::smooth_real(gpu::CommandList& list, const shader::FrameParams& para
 }
 
 void Bounce::resolve(gpu::CommandList& list, shader::FrameParams params, const Volumes& volumes) const {
-  params.pass_f.x() = 1.0f / VirtualFill::kUnitsPerFace;
+  params.pass_f.x() = 1.0f / SurfaceFill::kUnitsPerFace;
   for (const auto* listed : {&volumes.listed_real, &volumes.listed_virtual}) {  // in both: same value twice
     dispatch_list(list, *resolve_,
                   {gpu::sampled(1, *volumes.virtual_distance, gpu::Filter::linear), gpu::storage(28, **listed),
@@ -62,6 +68,34 @@ void Bounce::resolve(gpu::CommandList& list, shader::FrameParams params, const V
                    gpu::image(26, *volumes.virtual_radiance), gpu::image(27, *volumes.real_change), volumes.chunks()},
                   params);
   }
+}
+
+void Bounce::filter(gpu::CommandList& list, shader::FrameParams params, const ChunkSet& chunks,
+                    const gpu::Texture& pool, const Volumes& volumes) const {
+  const std::vector<gpu::Binding> bindings{gpu::image(1, pool), gpu::storage(2, chunks.places()), volumes.chunks()};
+  for (int level = 1; level < volumes.mips; ++level) {
+    if (chunks.count(level) == 0) continue;
+    params.pass_i << chunks.first(level), level, static_cast<int>(chunks.kind()), 0;
+    list.dispatch(*mean_, bindings, gpu::bytes_of(params), chunks.count(level));
+  }
+}
+
+void Bounce::light_enclosure(gpu::CommandList& list, shader::FrameParams params, const Volumes& volumes) const {
+  params.pass_i.x() = kPasses.enclosure_cones;
+  dispatch_2d(list, *enclosure_light_,
+              joined(volumes.bindings(),
+                     {gpu::image(18, *volumes.enclosure_response), gpu::image(19, *volumes.enclosure_lost)}),
+              params, kPasses.enclosure_texels, kPasses.enclosure_texels);
+}
+
+void Bounce::change_enclosure(gpu::CommandList& list, shader::FrameParams params, Volumes& volumes) const {
+  params.pass_i.x() = kPasses.enclosure_cones;
+  dispatch_2d(list, *enclosure_change_,
+              joined(volumes.bindings(), {gpu::sampled(12, *volumes.enclosure_response, gpu::Filter::nearest),
+                                          gpu::sampled(13, *volumes.enclosure_lost, gpu::Filter::nearest),
+                                          gpu::image(18, *volumes.enclosure_change_before)}),
+              params, kPasses.enclosure_texels, kPasses.enclosure_texels);
+  std::swap(volumes.enclosure_change, volumes.enclosure_change_before);
 }
 
 }  // namespace lumigraft::relight

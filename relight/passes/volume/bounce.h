@@ -2,8 +2,14 @@
 // Bounces beyond the first. In: listed_virtual, cells, all volumes. Out: gathered_virtual, at the voxels near surfaces;
 // real_irradiance, at the cells.
 // resolve: converts flux and gathered light to radiance. In: listed_virtual, listed_real, virtual_flux, real_flux
-// (Inject), gathered_virtual, real_irradiance, real_albedo, real_radiance level 0 (RealFill), virtual_distance
-// (VirtualFill). Out: level 0 of virtual_radiance and real_change, in the listed voxels only.
+// (Inject), gathered_virtual, real_irradiance, real_albedo, real_radiance level 0 (SurfaceFill), virtual_distance
+// (SurfaceFill). Out: level 0 of virtual_radiance and real_change, in the listed voxels only.
+// filter: builds the hierarchy of a pool of chunks, level by level. In: level 0, premultiplied by its weight. Out: the
+// coarser levels.
+// The enclosure around the reconstructed room, and the change of its light (see shaders/volume/volume.glsl):
+// light_enclosure: in: lamps, distances, real_radiance, the environment; out: enclosure_response, enclosure_lost.
+// change_enclosure: in: both, distances, virtual_radiance, real_change, the environment, enclosure_change of the
+// previous round; out: enclosure_change.
 #include "relight/passes/dispatch.h"
 #include "relight/passes/lamps/lamp_maps.h"
 #include "relight/passes/volume/volumes.h"
@@ -25,9 +31,14 @@ class Bounce {
   /// From rough_irradiance to real_irradiance.
   void smooth_real(gpu::CommandList& list, const shader::FrameParams& params, const Volumes& volumes) const;
   void resolve(gpu::CommandList& list, shader::FrameParams params, const Volumes& volumes) const;
+  void filter(gpu::CommandList& list, shader::FrameParams params, const ChunkSet& chunks, const gpu::Texture& pool,
+              const Volumes& volumes) const;
+  void light_enclosure(gpu::CommandList& list, shader::FrameParams params, const Volumes& volumes) const;
+  void change_enclosure(gpu::CommandList& list, shader::FrameParams params, Volumes& volumes) const;
 
  private:
-  std::unique_ptr<gpu::ComputePipeline> cells_, virtual_, real_, smooth_, resolve_;
+  std::unique_ptr<gpu::ComputePipeline> cells_, virtual_, real_, smooth_, resolve_, mean_;
+  std::unique_ptr<gpu::ComputePipeline> enclosure_light_, enclosure_change_;
 };
 
 }  // namespace lumigraft::relight

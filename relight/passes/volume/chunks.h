@@ -1,6 +1,6 @@
 #pragma once
 // Sparse allocation of chunks of 8³ texels for the volumes' hierarchies, for one kind of surface
-// (shaders/volume/chunks.glsl). A pass marks the chunks it needs (RealFill, VirtualFill); the host numbers them level
+// (shaders/volume/chunks.glsl). A pass marks the chunks it needs (SurfaceFill); the host numbers them level
 // by level, so that the pools have exactly as many.
 #include <memory>
 #include <vector>

@@ -1,7 +1,6 @@
 #include "relight/passes/volume/inject.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace lumigraft::relight {
@@ -68,10 +67,7 @@ void Inject::record(gpu::CommandList& list, shader::FrameParams params, int lamp
     draws.add(objects[i].stored->simple, objects[i].T_tag_model, objects[i].material, static_cast<int>(i), view.draw,
               white);
   }
-  const std::array<gpu::Attachment, 3> colors{gpu::Attachment{position_.get()}, gpu::Attachment{albedo_.get()},
-                                              gpu::Attachment{normal_.get()}};
-  const gpu::Attachment depth{z_.get()};
-  list.draw(*raster_, colors, &depth, draws.calls);
+  list.draw(*raster_, {position_.get(), albedo_.get(), normal_.get()}, *z_, draws.calls);
 
   params.pass_i.x() = lamp;
   params.pass_f.x() = view.inverse_tan;

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "reconstruct/field/real_surface_field.h"
+#include "reconstruct/field/real_surface_mesh.h"
 #include "reconstruct/fusion/fusion.h"
 #include "tests/reconstruct/fusion/fusion_views.h"
 #include "tests/reconstruct/fusion/real_surface_views.h"

@@ -1,11 +1,11 @@
 // Two adjoining planes as a voxel field represents them: rounded along the edge. Every pixel must get the plane that it
 // lies on.
-#include "relight/gather/pixel_edges.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+
+#include "relight/gather/pixel_repair.h"
 
 namespace lumigraft::relight {
 namespace {

@@ -10,13 +10,11 @@ class DeviceImageTest : public DeviceTest {
  protected:
   /// textureLod at xyz (texture coordinates) and level w.
   std::vector<std::array<float, 4>> tap(const Texture& texture, const std::vector<std::array<float, 4>>& places,
-                                        Filter filter, int first_mip = 0) {
+                                        Filter filter) {
     const auto pipeline = device_->create_compute("device_tap.comp");
     const auto where = buffer_with(places, "places");
     const auto results = device_->create_buffer(where->size_bytes(), "results");
-    Binding volume = sampled(1, texture, filter);
-    volume.mip = first_mip;
-    const Binding bindings[] = {volume, storage(2, *where), storage(3, *results)};
+    const Binding bindings[] = {sampled(1, texture, filter), storage(2, *where), storage(3, *results)};
     const auto list = device_->begin();
     list->dispatch(*pipeline, bindings, {}, static_cast<int>(places.size() + 7) / 8);
     device_->submit(*list);
@@ -27,17 +25,21 @@ class DeviceImageTest : public DeviceTest {
   std::unique_ptr<Texture> ramp(int edge, int mips, std::array<float, 4> slope) {
     auto volume = device_->create_texture(
         {.name = "ramp", .width = edge, .height = edge, .depth = edge, .mips = mips, .format = Format::rgba32_float});
-    const auto write = device_->create_compute("device_ramp.comp"),
-               halve = device_->create_compute("device_halve.comp");
+    const auto write = device_->create_compute("device_ramp.comp");
     const auto list = device_->begin();
     const Binding fine[] = {image(1, *volume)};
     list->dispatch(*write, fine, bytes_of(slope), (edge + 7) / 8, (edge + 1) / 2, (edge + 1) / 2);
-    for (int mip = 1; mip < mips; ++mip) {
-      const int e = edge >> mip;
-      const Binding levels[] = {image(1, *volume, mip - 1), image(2, *volume, mip)};
-      list->dispatch(*halve, levels, {}, (e + 7) / 8, (e + 1) / 2, (e + 1) / 2);
-    }
     device_->submit(*list);
+    for (int mip = 1; mip < mips; ++mip) {
+      const auto above = values_of<std::array<float, 4>>(device_->download(*volume, mip - 1));
+      const std::size_t e = static_cast<std::size_t>(edge) >> mip;
+      std::vector<std::array<float, 4>> texels(e * e * e);
+      for (std::size_t i = 0; i < 8 * texels.size(); ++i) {
+        const std::size_t x = i % (2 * e), y = i / (2 * e) % (2 * e), z = i / (4 * e * e);
+        for (std::size_t c = 0; c < 4; ++c) texels[x / 2 + e * (y / 2 + e * (z / 2))][c] += above[i][c] / 8;
+      }
+      device_->upload(*volume, mip, std::as_bytes(std::span(texels)));
+    }
     return volume;
   }
 };
@@ -65,9 +67,8 @@ TEST_P(DeviceImageTest, RgbIsExpandedOnItsWay) {
 }
 
 TEST_P(DeviceImageTest, EveryFormatComesBackAsItWasSent) {
-  for (const Format format :
-       {Format::r8_unorm, Format::rgba8_unorm, Format::r16_float, Format::rgba16_float, Format::r32_float,
-        Format::rg32_float, Format::rgba32_float, Format::r32_uint, Format::depth32_float}) {
+  for (const Format format : {Format::r8_unorm, Format::rgba8_unorm, Format::r16_float, Format::rgba16_float,
+                              Format::r32_float, Format::rg32_float, Format::rgba32_float, Format::depth32_float}) {
     for (const bool volume : {false, true}) {
       if (volume && format == Format::depth32_float) continue;
       const auto texture = device_->create_texture({.name = "round trip",
@@ -143,22 +144,15 @@ TEST_P(DeviceImageTest, MipsAreTheAveragesAndLevelsAreChosenByLod) {
   const auto between = tap(*volume, {{0, 0, 0, 1.5f}}, Filter::linear_mip_linear);
   EXPECT_NEAR(between[0][1], 1.5f, 1.0f / 256);
   EXPECT_EQ(tap(*volume, {{0, 0, 0, 1.4f}}, Filter::linear)[0][1], 1.0f) << "linear takes the nearest mip";
-
-  const auto from_second = tap(*volume, {{0, 0, 0, 0}, {0, 0, 0, 1}}, Filter::nearest, 2);
-  EXPECT_EQ(from_second[0][1], 2.0f) << "level 0 is the first mip of the binding";
-  EXPECT_EQ(from_second[1][1], 4.0f);
 }
 
 TEST_P(DeviceImageTest, ClearSetsAllMips) {
   const auto color =
       device_->create_texture({.name = "color", .width = 8, .height = 8, .mips = 4, .format = Format::rgba32_float});
-  const auto count = device_->create_texture(
-      {.name = "count", .width = 4, .height = 4, .depth = 4, .mips = 2, .format = Format::r32_uint});
   const auto depth =
       device_->create_texture({.name = "depth", .width = 4, .height = 4, .format = Format::depth32_float});
   const auto list = device_->begin();
   list->clear(*color, {1, -2, 3e9f, 0.25f});
-  list->clear(*count, {3.9f, 0, 0, 0});
   list->clear(*depth, {0.75f, 0, 0, 0});
   device_->submit(*list);
   for (int mip = 0; mip < 4; ++mip) {
@@ -166,7 +160,6 @@ TEST_P(DeviceImageTest, ClearSetsAllMips) {
       EXPECT_EQ(texel, (std::array<float, 4>{1, -2, 3e9f, 0.25f}));
     }
   }
-  EXPECT_EQ(values_of<std::uint32_t>(device_->download(*count, 1)), std::vector<std::uint32_t>(8, 3));
   EXPECT_EQ(values_of<float>(device_->download(*depth)), std::vector<float>(16, 0.75f));
 }
 

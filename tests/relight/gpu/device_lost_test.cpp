@@ -18,7 +18,7 @@ TEST_P(DeviceLostOn, SaysSoAndIsReplaced) {
   const std::vector<std::uint32_t> words{1, 2, 3, 4};
   {
     const auto device = make();
-    const auto texture = device->create_texture({.name = "grid", .width = 2, .height = 2, .format = Format::r32_uint});
+    const auto texture = device->create_texture({.name = "grid", .width = 2, .height = 2, .format = Format::r32_float});
     const auto buffer = device->create_buffer(16, "words");
     const auto pipeline = device->create_compute("device_ramp.comp");
     device->upload(*texture, 0, std::as_bytes(std::span(words)));
@@ -30,7 +30,7 @@ TEST_P(DeviceLostOn, SaysSoAndIsReplaced) {
     EXPECT_THROW(device->upload(*texture, 0, std::as_bytes(std::span(words))), DeviceLost);
     EXPECT_THROW(device->download(*texture), DeviceLost);
     EXPECT_THROW(device->download(*buffer), DeviceLost);
-    EXPECT_THROW(device->create_texture({.name = "late", .format = Format::r32_uint}), DeviceLost);
+    EXPECT_THROW(device->create_texture({.name = "late", .format = Format::r32_float}), DeviceLost);
     EXPECT_THROW(device->create_buffer(16, "late"), DeviceLost);
     // Another device works while objects of the lost one still exist.
     const auto next = make();

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "relight/passes/lpv/propagate.h"
+#include "relight/passes/lpv/lpv.h"
 #include "relight/shaders/lpv/lpv_kernel.h"
 #include "tests/relight/gpu/device_fixture.h"
 
@@ -50,7 +50,9 @@ class LpvPropagation : public DeviceTest {
   /// `open`: fraction of light that passes from the first cell to the second, its neighbour.
   template <typename Open>
   Volume carried(const Volume& source, int sweeps, Open&& open) {
-    LpvGrid grid(*device_, kEdge);
+    Lpv lpv(*device_);
+    lpv.fit(*device_, 2 * kEdge, 0);
+    const LpvGrid& grid = lpv.grid();
     const std::size_t cells = source.cells.size();
     std::vector<Eigen::half> low(4 * cells), high(4 * cells);
     for (int z = 0; z < kEdge; ++z) {
@@ -69,9 +71,8 @@ class LpvPropagation : public DeviceTest {
     device_->upload(*grid.from_low, 0, std::as_bytes(std::span(low)));
     device_->upload(*grid.from_high, 0, std::as_bytes(std::span(high)));
     for (const auto& texture : grid.source) device_->upload(*texture, 0, std::as_bytes(std::span(source.cells)));
-    const LpvPropagate propagate(*device_);
     const auto list = device_->begin();
-    propagate.record(*list, shader::FrameParams{}, sweeps, false, grid);
+    lpv.propagate(*list, shader::FrameParams{}, sweeps, false);
     device_->submit(*list);
     const std::vector<float> red = values_of<float>(device_->download(*grid.light[0]));
     EXPECT_EQ(red, values_of<float>(device_->download(*grid.light[2])));

@@ -133,7 +133,7 @@ TEST(LiveRelighter, RaysNeedNoDeviceAndDrawWithWhatWasPrepared) {
   const relight::Exhibit exhibit = pyramid();
   EXPECT_TRUE(relighter.wants_prepared(scene));
   const auto early = relighter.relight(grey_frame(), scene, exhibit, plan);
-  EXPECT_TRUE(early.passed_through);
+  EXPECT_TRUE(early.picture.passed_through);
   EXPECT_FALSE(early.up_to_date);
   ASSERT_EQ(early.picture.warnings.size(), 1u);
   EXPECT_NE(early.picture.warnings[0].find("not ready for rays yet"), std::string::npos);
@@ -141,7 +141,7 @@ TEST(LiveRelighter, RaysNeedNoDeviceAndDrawWithWhatWasPrepared) {
   relighter.prepare(scene);
   EXPECT_FALSE(relighter.wants_prepared(scene));
   const auto dark = relighter.relight(grey_frame(), scene, exhibit, plan);
-  EXPECT_FALSE(dark.passed_through);
+  EXPECT_FALSE(dark.picture.passed_through);
   EXPECT_TRUE(dark.up_to_date);
 
   // Changes of light have effect at once, those of surfaces after `prepare`.
@@ -183,7 +183,7 @@ TEST_P(LiveRelighterOn, ADeviceThatFailsIsMadeAgainAndThePictureGoesOn) {
   ASSERT_EQ(failed.picture.srgb.data, grey_frame().color->encoded.data);
   ASSERT_FALSE(failed.picture.warnings.empty());
   EXPECT_NE(failed.picture.warnings.back().find("device lost"), std::string::npos) << failed.picture.warnings.back();
-  EXPECT_TRUE(failed.passed_through);
+  EXPECT_TRUE(failed.picture.passed_through);
   *broken = false;
   const auto begin = std::chrono::steady_clock::now();
   bool well = false;
@@ -204,7 +204,7 @@ TEST_P(LiveRelighterOn, AfterALostDevicePicturesAreAsBefore) {
   const reconstruct::Scene scene = empty_room();
   const relight::Exhibit exhibit = pyramid();
   const auto before = relighter.relight(grey_frame(), scene, exhibit, small_plan());
-  ASSERT_FALSE(before.passed_through);
+  ASSERT_FALSE(before.picture.passed_through);
   EXPECT_NE(before.picture.srgb.data, grey_frame().color->encoded.data);
 
   losable.lose();
@@ -213,14 +213,14 @@ TEST_P(LiveRelighterOn, AfterALostDevicePicturesAreAsBefore) {
   relight::Exhibit moved = exhibit;
   moved.objects.front().position_m.x() += 0.05;
   const auto failed = relighter.relight(grey_frame(), scene, moved, small_plan());
-  EXPECT_TRUE(failed.passed_through);
+  EXPECT_TRUE(failed.picture.passed_through);
   EXPECT_EQ(failed.picture.srgb.data, grey_frame().color->encoded.data);
   ASSERT_EQ(failed.picture.warnings.size(), 1u);
   EXPECT_NE(failed.picture.warnings[0].find("the GPU device failed and is created again: "), std::string::npos)
       << failed.picture.warnings[0];
 
   const auto after = relighter.relight(grey_frame(), scene, exhibit, small_plan());
-  EXPECT_FALSE(after.passed_through);
+  EXPECT_FALSE(after.picture.passed_through);
   EXPECT_EQ(after.picture.srgb.data, before.picture.srgb.data);
   EXPECT_EQ(after.picture.warnings, before.picture.warnings);
 }

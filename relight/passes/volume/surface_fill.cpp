@@ -1,4 +1,4 @@
-#include "relight/passes/volume/virtual_fill.h"
+#include "relight/passes/volume/surface_fill.h"
 
 #include <array>
 
@@ -6,13 +6,43 @@
 
 namespace lumigraft::relight {
 
-VirtualFill::VirtualFill(gpu::Device& device)
-    : distances_(device.create_compute("virtual_fill.comp")),
-      list_(device.create_compute("voxel_list_virtual.comp")),
+SurfaceFill::SurfaceFill(gpu::Device& device)
+    : real_distances_(device.create_compute("real_fill.comp")),
+      real_list_(device.create_compute("voxel_list_real.comp")),
+      surfaces_(device.create_compute("real_surface.comp")),
+      virtual_distances_(device.create_compute("virtual_fill.comp")),
+      virtual_list_(device.create_compute("voxel_list_virtual.comp")),
       areas_(device.create_compute("area.comp")) {}
 
-void VirtualFill::distances(gpu::Device& device, gpu::CommandList& list, shader::FrameParams params,
-                            const std::vector<PlacedObject>& objects, const Volumes& volumes) {
+void SurfaceFill::real_distances(gpu::CommandList& list, const shader::FrameParams& params, const BrickPool& bricks,
+                                 const Volumes& volumes) const {
+  dispatch_cascades(list, *real_distances_, joined(bricks.distance_bindings(), {gpu::image(1, *volumes.real_distance)}),
+                    params, volumes.edge);
+  const gpu::Buffer& marks = volumes.real_chunks.marks();
+  list.fill(*volumes.listed_real, 0);
+  list.fill(marks, 0);
+  dispatch_cascades(
+      list, *real_list_,
+      {gpu::storage(28, *volumes.listed_real), gpu::storage(33, marks), gpu::image(12, *volumes.real_distance)}, params,
+      volumes.edge);
+}
+
+void SurfaceFill::real_surfaces(gpu::CommandList& list, const shader::FrameParams& params, const BrickPool& bricks,
+                                const Volumes& volumes) const {
+  list.clear(*volumes.real_radiance, {});
+  list.clear(*volumes.real_albedo, {});
+  list.clear(*volumes.real_normal, {});
+  list.clear(*volumes.real_response, {});
+  dispatch_list(list, *surfaces_,
+                joined(bricks.bindings(),
+                       {gpu::storage(28, *volumes.listed_real), gpu::image(1, *volumes.real_distance),
+                        gpu::image(2, *volumes.real_radiance), gpu::image(3, *volumes.real_albedo),
+                        gpu::image(4, *volumes.real_normal), gpu::image(5, *volumes.real_response), volumes.chunks()}),
+                params);
+}
+
+void SurfaceFill::virtual_distances(gpu::Device& device, gpu::CommandList& list, shader::FrameParams params,
+                                    const std::vector<PlacedObject>& objects, const Volumes& volumes) {
   while (places_.size() < objects.size()) {
     places_.push_back(device.create_buffer(5 * sizeof(shader::vec4), "object's place"));
   }
@@ -34,7 +64,7 @@ void VirtualFill::distances(gpu::Device& device, gpu::CommandList& list, shader:
       params.pass_f << reflectance_evenly(bsdf_params_of(one.base_color, one)).matrix(), 1;
     }
     dispatch_3d(
-        list, *distances_,
+        list, *virtual_distances_,
         {gpu::sampled(1, *object.stored->distance, gpu::Filter::linear),
          gpu::sampled(2, *object.stored->reflectance, gpu::Filter::linear), gpu::image(3, *volumes.virtual_distance),
          gpu::image(4, *volumes.virtual_reflectance), gpu::storage(5, *places_[i])},
@@ -43,14 +73,14 @@ void VirtualFill::distances(gpu::Device& device, gpu::CommandList& list, shader:
   const gpu::Buffer& marks = volumes.virtual_chunks.marks();
   list.fill(*volumes.listed_virtual, 0);
   list.fill(marks, 0);
-  dispatch_cascades(list, *list_,
+  dispatch_cascades(list, *virtual_list_,
                     {gpu::storage(28, *volumes.listed_virtual), gpu::storage(33, marks),
                      gpu::sampled(1, *volumes.virtual_distance, gpu::Filter::linear)},
                     params, volumes.edge);
 }
 
-void VirtualFill::areas(gpu::CommandList& list, shader::FrameParams params, const std::vector<PlacedObject>& objects,
-                        const Volumes& volumes) const {
+void SurfaceFill::virtual_areas(gpu::CommandList& list, shader::FrameParams params,
+                                const std::vector<PlacedObject>& objects, const Volumes& volumes) const {
   list.fill(*volumes.virtual_area, 0);
   for (const PlacedObject& object : objects) {
     const float scale = object.T_tag_model.linear().col(0).norm();

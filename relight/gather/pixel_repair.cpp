@@ -1,10 +1,12 @@
-#include "relight/gather/pixel_edges.h"
+#include "relight/gather/pixel_repair.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "capture/camera/srgb.h"
 #include "relight/gather/parameters.h"
@@ -17,6 +19,27 @@ using Eigen::Vector3f;
 
 constexpr std::array<std::array<int, 2>, 8> kWays = {
     {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, 1}, {1, -1}, {-1, -1}}};
+
+/// Replaces pixels by what `better(u, v)` returns, if anything, after it was called for all of them.
+template <typename Better>
+void replace_pixels(std::vector<GBufferPixel>& seen, int width, int height, Better better) {
+  std::vector<std::vector<std::pair<std::size_t, GBufferPixel>>> rows(static_cast<std::size_t>(height));
+  for_each_pixel(width, height, kRows, [&](int u, int v) {
+    if (const std::optional<GBufferPixel> pixel = better(u, v)) {
+      rows[static_cast<std::size_t>(v)].emplace_back(v * width + u, *pixel);
+    }
+  });
+  for (const auto& row : rows) {
+    for (const auto& [i, pixel] : row) seen[i] = pixel;
+  }
+}
+
+bool is_hole(const GBufferPixel& p) { return !p.known || (!p.glossy && p.albedo.maxCoeff() <= 0); }
+
+Rgb coded(const Rgb& light, const Rgb& exposure) {
+  return {capture::linear_to_srgb(exposure[0] * light[0]), capture::linear_to_srgb(exposure[1] * light[1]),
+          capture::linear_to_srgb(exposure[2] * light[2])};
+}
 
 struct Side {
   int pixel = -1, steps = 0;
@@ -131,11 +154,8 @@ class Edges {
   Rgb pixel(int i) const { return radiance_at(radiance_, static_cast<std::size_t>(i)); }
 
   float unlike(int a, int b) const {
-    const Rgb x = exposure_ * pixel(a), y = exposure_ * pixel(b);
-    float sum = 0;
-    for (Eigen::Index c = 0; c < 3; ++c)
-      sum += std::pow(capture::linear_to_srgb(x[c]) - capture::linear_to_srgb(y[c]), 2.0f);
-    return std::sqrt(sum);
+    const Rgb off = coded(pixel(a), exposure_) - coded(pixel(b), exposure_);
+    return std::sqrt(off[0] * off[0] + off[1] * off[1] + off[2] * off[2]);
   }
 
   /// The pixel moved to a side's plane, at distance `t` along its ray.
@@ -160,6 +180,52 @@ class Edges {
 };
 
 }  // namespace
+
+void fill_holes(const PosedCamera& camera, const capture::Image<float>& radiance, const Rgb& exposure,
+                std::vector<GBufferPixel>& seen) {
+  const int width = camera.model.width, height = camera.model.height;
+  const float reach = kGather.hole_reach * static_cast<float>(width);
+  const auto usable = [&](int u, int v) {
+    if (u < 0 || v < 0 || u >= width || v >= height) return false;
+    const GBufferPixel& p = seen[static_cast<std::size_t>(v * width + u)];
+    return !is_hole(p) && !p.glossy;
+  };
+  replace_pixels(seen, width, height, [&](int u, int v) -> std::optional<GBufferPixel> {
+    const GBufferPixel& hole = seen[static_cast<std::size_t>(v * width + u)];
+    if (!is_hole(hole) || hole.w.isZero(0)) return std::nullopt;
+    const Rgb own = radiance_at(radiance, static_cast<std::size_t>(v * width + u)), own_code = coded(own, exposure);
+    float min_unlike = kGather.hole_color;
+    int best = -1;
+    for (const auto& [x, y] : kWays) {
+      for (int s = 1; s <= static_cast<int>(reach); ++s) {
+        if (!usable(u + s * x, v + s * y)) continue;
+        // Fused surfaces are rounded at their ends; slightly farther inside they are flat.
+        const int in = usable(u + (s + 2) * x, v + (s + 2) * y) ? s + 2 : s;
+        const int at = (v + in * y) * width + u + in * x;
+        const Rgb code = coded(radiance_at(radiance, static_cast<std::size_t>(at)), exposure);
+        const float unlike =
+            std::sqrt((code - own_code).square().sum()) + kGather.hole_near_color * static_cast<float>(s) / reach;
+        if (unlike < min_unlike) {
+          min_unlike = unlike;
+          best = at;
+        }
+        break;
+      }
+    }
+    if (best < 0) return std::nullopt;
+    const GBufferPixel& similar = seen[static_cast<std::size_t>(best)];
+    const Vector3f eye_m = camera.T_tag_camera.translation(), &n = similar.surface.normal;
+    const float fall = n.dot(hole.w), t = n.dot(similar.surface.position_m - eye_m) / fall;
+    if (fall > -kGather.grazing || !(std::abs(t - similar.depth_m) < 0.5f * similar.depth_m)) return std::nullopt;
+    GBufferPixel p = similar;
+    p.w = hole.w;
+    p.depth_m = t;
+    p.surface.position_m = eye_m + t * hole.w;
+    p.surface.face = n;
+    p.albedo = detailed(similar.albedo, own, radiance_at(radiance, static_cast<std::size_t>(best)));
+    return p;
+  });
+}
 
 void sharpen_edges(const PosedCamera& camera, const capture::Image<float>& radiance, const Rgb& exposure, float voxel_m,
                    std::vector<GBufferPixel>& seen) {

@@ -1,4 +1,4 @@
-#include "server/bench/results_json.h"
+#include "server/bench/results.h"
 
 #include <cmath>
 #include <nlohmann/json.hpp>
