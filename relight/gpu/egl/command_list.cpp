@@ -150,9 +150,11 @@ void EglCommandList::draw(const RasterPipeline& pipeline, const std::vector<cons
   check_draw(raster.objects().name, raster.desc(), colors, depth, calls, area);
   const Current current = context_->enter();
 
-  Targets targets{
-      .depth = own<EglTexture>(depth, *context_).handle(), .width = depth.desc().width, .height = depth.desc().height};
+  Targets targets;
   for (const Texture* color : colors) targets.colors.push_back(own<EglTexture>(*color, *context_).handle());
+  targets.depth = own<EglTexture>(depth, *context_).handle();
+  targets.width = depth.desc().width;
+  targets.height = depth.desc().height;
   targets.area = area ? *area : Area{0, 0, targets.width, targets.height};
   std::vector<std::function<void()>> draws;
   for (const DrawCall& call : calls) draws.push_back(draw_of(raster, call));
