@@ -90,16 +90,18 @@ std::vector<std::vector<float>> unobserved_shadows(const std::vector<SurfaceSamp
   for (const PointLight& lamp : lights) occluded.emplace_back(room, samples, lamp);
   std::vector<bool> shadowed(samples.size(), false);
   std::vector<std::vector<std::size_t>> planes(open);
-  std::vector<std::size_t> doubtful;
+  std::vector<std::size_t> with_plane;
   for (std::size_t i = 0; i < open; ++i) {
     if (!samples[i].usable) continue;
     planes[i] = plane_around(i, samples, counts);
-    if (planes[i].size() >= kUnobservedShadows.min_samples) doubtful.push_back(i);
+    if (planes[i].size() >= kUnobservedShadows.min_samples) with_plane.push_back(i);
   }
-  /// Whether the lamp's shadow on an open sample explains that it is darker than the lit samples of its plane.
+  std::vector<Eigen::Vector3f> irradiance;  // without the lamps that are found to be occluded
+  for (std::size_t i = 0; i < open; ++i) irradiance.push_back(light[i].irradiance);
+  // Whether the shadow of a lamp on an open sample explains that it is darker than the lit samples of its plane.
   const auto explains = [&](std::size_t lamp, std::size_t i) {
-    const Eigen::Vector3f& irradiance = light[i].irradiance;
-    if (from_lamp[lamp][i].sum() < kUnobservedShadows.min_lamp_fraction * irradiance.sum() || !occluded[lamp](i))
+    if (left[lamp][i] < 1 || from_lamp[lamp][i].sum() < kUnobservedShadows.min_lamp_fraction * irradiance[i].sum() ||
+        !occluded[lamp](i))
       return false;
     std::vector<std::size_t> lit;
     for (const std::size_t j : planes[i])
@@ -109,34 +111,32 @@ std::vector<std::vector<float>> unobserved_shadows(const std::vector<SurfaceSamp
     const float difference = rms(known[i] - around.log_albedo);
     if (difference < std::max(kUnobservedShadows.min_difference, kUnobservedShadows.min_spreads * around.spread))
       return false;
+    const auto without = [&](float fraction) {
+      return log_albedo(samples[i], irradiance[i] - (1 - fraction) * from_lamp[lamp][i], noise_floor);
+    };
     float best = difference, fraction = 1;
     for (int k = 0; k < kUnobservedShadows.steps; ++k) {
       const float tried = static_cast<float>(k) / kUnobservedShadows.steps;
-      const float now =
-          rms(log_albedo(samples[i], irradiance - (1 - tried) * from_lamp[lamp][i], noise_floor) - around.log_albedo);
+      const float now = rms(without(tried) - around.log_albedo);
       if (now >= best) continue;
       best = now;
       fraction = tried;
     }
     if (best > kUnobservedShadows.max_unexplained * difference) return false;
     left[lamp][i] = fraction;
-    known[i] = log_albedo(samples[i], irradiance - (1 - fraction) * from_lamp[lamp][i], noise_floor);
+    known[i] = without(fraction);
+    irradiance[i] -= (1 - fraction) * from_lamp[lamp][i];
     return true;
   };
   // Albedo of samples in shadow becomes known, so that from its edge inwards all of a wide shadow is found.
-  for (bool found = true; found;) {
-    std::vector<std::size_t> now;
-    std::erase_if(doubtful, [&](std::size_t i) {
-      for (std::size_t lamp = 0; lamp < lights.size(); ++lamp) {
-        if (!explains(lamp, i)) continue;
-        now.push_back(i);
-        return true;
-      }
-      return false;
-    });
-    for (const std::size_t i : now) shadowed[i] = true;
-    found = !now.empty();
-  }
+  std::vector<std::size_t> found;
+  do {
+    found.clear();
+    for (const std::size_t i : with_plane)
+      for (std::size_t lamp = 0; lamp < lights.size(); ++lamp)
+        if (explains(lamp, i)) found.push_back(i);
+    for (const std::size_t i : found) shadowed[i] = true;
+  } while (!found.empty());
   return left;
 }
 

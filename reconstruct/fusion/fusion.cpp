@@ -110,7 +110,7 @@ void FusionStage::State::add_viewpoint(const Isometry3f& T_tag_camera) {
   };
   if (near != seen_from_m.end()) {
     const auto space = seen_space.begin() + (near - seen_from_m.begin());
-    if (frames - last_publication >= kPublication.interval_frames) *space = seen();
+    if (frames % kPublication.seen_space_frames == 0) *space = seen();
     std::rotate(near, near + 1, seen_from_m.end());
     std::rotate(space, space + 1, seen_space.end());
     return;

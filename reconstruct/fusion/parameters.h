@@ -48,11 +48,12 @@ inline constexpr SearchSchedule kSearchSchedule;
 
 /// When a brick is published. Publishing a moving camera's bricks in every frame took 8 to 12 of 26 ms.
 struct PublicationParameters {
-  int urgent_moved_voxels = 8;        ///< so many voxels far from their old distance are published at once
-  int urgent_new_voxels = 64;         ///< likewise newly known ones; urgent_moved_voxels in the initial frames
-  std::uint32_t interval_frames = 4;  ///< smaller changes are published together
-  float viewpoint_spacing_m = 0.25f;  ///< between the camera positions that a field lists
-  std::size_t max_viewpoints = 64;    ///< bounds the memory and the time of those who read them
+  int urgent_moved_voxels = 8;           ///< so many voxels far from their old distance are published at once
+  int urgent_new_voxels = 64;            ///< likewise newly known ones; urgent_moved_voxels in the initial frames
+  std::uint32_t interval_frames = 4;     ///< smaller changes are published together
+  float viewpoint_spacing_m = 0.25f;     ///< between the camera positions that a field lists
+  std::uint32_t seen_space_frames = 16;  ///< between those whose image says what a viewpoint sees: it takes 3 ms
+  std::size_t max_viewpoints = 64;       ///< bounds the memory and the time of those who read them
   /// RMS change since the last publication, as a fraction of a voxel, above which a brick is published: near surfaces
   /// and elsewhere.
   float drift_near_voxels = 0.02f, drift_away_voxels = 0.1f;
