@@ -224,6 +224,9 @@ class LampSearch {
 
   double cost() {
     model_.log_albedo(powers_, factors_, log_albedo_);
+    return cost_of_albedo();
+  }
+  double cost_of_albedo() const {
     double sum = robust_cost(log_albedo_, some_pairs_) * static_cast<double>(pairs_.size()) /
                  static_cast<double>(some_pairs_.size());
     if (needs_albedo_scale_prior(model_, paper_)) sum += albedo_scale_cost(model_, log_albedo_, paper_);
@@ -235,33 +238,34 @@ class LampSearch {
     const LampShape before = shapes_[lamp];
     LampShape best = before;
     double min_cost = cost();
-    const auto consider = [&](const LampShape& shape) {
-      shapes_[lamp] = shape;
-      update(lamp);
-      const double here = cost();
-      if (here < min_cost) {
-        min_cost = here;
-        best = shape;
-      }
-    };
     const double octave = std::log(2.0);
     const std::vector<double> gains = unseen(lamp)    ? spaced(0, std::log(kSearch.max_gain), kSearch.gain_steps)
                                       : clipped(lamp) ? spaced(-2 * octave, 2 * octave, kSearch.near_gain_steps)
                                                       : std::vector{0.0};
-    for (const double gain : gains) {
-      std::array<double, 3> log_gain = before.log_gain;
-      for (double& g : log_gain) g = unseen(lamp) ? gain : std::max(0.0, g + gain);
-      for (const double log_distance : model_.tabulated(lamp)) {
-        if (shape_known(lamp)) {
-          consider({log_distance, true, before.tilt, log_gain});
-          continue;
-        }
-        consider({log_distance, false, {}, log_gain});
-        if (before.flat) consider({log_distance, true, before.tilt, log_gain});
-        for (const Eigen::Vector3f& normal : facing_[lamp]) {
-          consider({log_distance, true, model_.tilt_of(lamp, normal), log_gain});
-        }
+    const std::vector<Eigen::Array3f> others = model_.irradiance(powers_, factors_, static_cast<int>(lamp));
+    const auto consider = [&](const LampShape& shape) {
+      shapes_[lamp] = shape;
+      model_.factors(lamp, shape, factors_[lamp]);
+      for (const double gain : gains) {
+        std::array<double, 3> log_gain = before.log_gain;
+        for (double& g : log_gain) g = unseen(lamp) ? gain : std::max(0.0, g + gain);
+        if (gain != gains.front() && log_gain == shapes_[lamp].log_gain) continue;  // both at the lower bound
+        shapes_[lamp].log_gain = log_gain;
+        model_.log_albedo(others, model_.power(lamp, shapes_[lamp]), factors_[lamp], log_albedo_);
+        const double here = cost_of_albedo();
+        if (here >= min_cost) continue;
+        min_cost = here;
+        best = shapes_[lamp];
       }
+    };
+    for (const double log_distance : model_.tabulated(lamp)) {
+      if (shape_known(lamp)) {
+        consider({log_distance, true, before.tilt});
+        continue;
+      }
+      consider({log_distance, false, {}});
+      if (before.flat) consider({log_distance, true, before.tilt});
+      for (const Eigen::Vector3f& normal : facing_[lamp]) consider({log_distance, true, model_.tilt_of(lamp, normal)});
     }
     shapes_[lamp] = best;
     update(lamp);

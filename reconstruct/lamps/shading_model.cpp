@@ -120,14 +120,33 @@ Eigen::Array3f ShadingModel::irradiance(std::size_t sample, const std::vector<Ei
   return sum;
 }
 
-void ShadingModel::log_albedo(const std::vector<Eigen::Array3f>& powers, const std::vector<std::vector<float>>& factors,
-                              std::vector<Eigen::Array3f>& result) const {
+std::vector<Eigen::Array3f> ShadingModel::irradiance(const std::vector<Eigen::Array3f>& powers,
+                                                     const std::vector<std::vector<float>>& factors,
+                                                     int without) const {
+  std::vector<Eigen::Array3f> result;
+  result.reserve(samples_.size());
+  for (const Eigen::Vector3f& gathered : gathered_) result.push_back(gathered.array());
+  for (std::size_t lamp = 0; lamp < lights_.size(); ++lamp) {
+    if (static_cast<int>(lamp) == without) continue;
+    for (std::size_t i = 0; i < result.size(); ++i) result[i] += powers[lamp] * factors[lamp][i];
+  }
+  return result;
+}
+
+void ShadingModel::log_albedo(const std::vector<Eigen::Array3f>& others, const Eigen::Array3f& power,
+                              const std::vector<float>& factors, std::vector<Eigen::Array3f>& result) const {
   result.resize(samples_.size());
   for (std::size_t i = 0; i < samples_.size(); ++i) {
     if (!samples_[i].usable) continue;
     result[i] =
-        log_radiance_[i] - (irradiance(i, powers, factors) * std::numbers::inv_pi_v<float> + noise_floor_).log();
+        log_radiance_[i] - ((others[i] + power * factors[i]) * std::numbers::inv_pi_v<float> + noise_floor_).log();
   }
+}
+
+void ShadingModel::log_albedo(const std::vector<Eigen::Array3f>& powers, const std::vector<std::vector<float>>& factors,
+                              std::vector<Eigen::Array3f>& result) const {
+  const int last = static_cast<int>(lights_.size()) - 1;
+  log_albedo(irradiance(powers, factors, last), powers.back(), factors.back(), result);
 }
 
 float ShadingModel::information_weight(std::size_t sample, const std::vector<Eigen::Array3f>& powers,

@@ -50,7 +50,13 @@ class ShadingModel {
 
   /// Irradiance of a lamp at the probe, with its gain.
   Eigen::Array3f power(std::size_t lamp, const LampShape& shape) const;
-  /// log B - log E of every sample for these powers and factors, per lamp.
+  /// Irradiance of every sample for these powers and factors, per lamp, without the lamp `without` (-1: all).
+  std::vector<Eigen::Array3f> irradiance(const std::vector<Eigen::Array3f>& powers,
+                                         const std::vector<std::vector<float>>& factors, int without = -1) const;
+  /// log B - log E of every sample for the irradiance of the other lamps and one lamp's power and factors.
+  void log_albedo(const std::vector<Eigen::Array3f>& others, const Eigen::Array3f& power,
+                  const std::vector<float>& factors, std::vector<Eigen::Array3f>& result) const;
+  /// The same for all lamps.
   void log_albedo(const std::vector<Eigen::Array3f>& powers, const std::vector<std::vector<float>>& factors,
                   std::vector<Eigen::Array3f>& result) const;
   /// Weight of a sample, 0 to 1: 0 where both modelled and measured radiance are below the noise floor.
