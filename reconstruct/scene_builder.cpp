@@ -9,7 +9,6 @@
 #include "reconstruct/fusion/fusion.h"
 #include "reconstruct/lamps/light_from_shading.h"
 #include "reconstruct/light/light.h"
-#include "reconstruct/light/light_change.h"
 #include "reconstruct/pose/lamp_tags.h"
 #include "reconstruct/pose/pose.h"
 #include "reconstruct/room/enclosure.h"

@@ -6,7 +6,6 @@
 
 #include "capture/message_text.h"
 #include "reconstruct/albedo/albedo_bricks.h"
-#include "reconstruct/albedo/gather_cache.h"
 #include "reconstruct/albedo/incremental_solver.h"
 #include "reconstruct/albedo/parameters.h"
 #include "reconstruct/albedo/sample_solver.h"

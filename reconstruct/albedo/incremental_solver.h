@@ -9,7 +9,7 @@
 
 #include "reconstruct/albedo/albedo_bricks.h"
 #include "reconstruct/albedo/surface_lighting.h"
-#include "reconstruct/field/metal_mask.h"
+#include "reconstruct/field/real_surface_mesh.h"
 #include "reconstruct/shading/irradiance.h"
 #include "reconstruct/shading/surface_samples.h"
 

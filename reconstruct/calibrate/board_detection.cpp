@@ -13,8 +13,6 @@ BoardFinder::BoardFinder(const Board& board) : board_(board) {
   if (board_.kind == Board::Kind::tags) finder_ = std::make_unique<TagFinder>(board_.tag_list());
 }
 
-BoardFinder::~BoardFinder() = default;
-
 SeenPoints BoardFinder::tag(int tag, const PrintCorners& corners) const {
   const auto corners_m = board_.corners_m(tag);
   const Eigen::Matrix<double, 8, 8> all = corners.covariance + kCalibration.unmodelled_px * kCalibration.unmodelled_px *

@@ -33,7 +33,6 @@ struct BoardView {
 class BoardFinder {
  public:
   explicit BoardFinder(const Board& board);
-  ~BoardFinder();
 
   /// Empty where the board is not detected. `grey` is used for detection, `light` (linear) for edge positions.
   BoardView find(const capture::Image<std::uint8_t>& grey, const capture::Image<std::uint16_t>& light) const;

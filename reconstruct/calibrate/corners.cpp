@@ -6,8 +6,8 @@
 #include <cmath>
 #include <vector>
 
-#include "reconstruct/calibrate/linear_picture.h"
 #include "reconstruct/calibrate/parameters.h"
+#include "reconstruct/calibrate/pictures.h"
 #include "reconstruct/pose/gray_regions.h"
 #include "reconstruct/pose/planar_pose.h"
 #include "reconstruct/pose/tag_print.h"

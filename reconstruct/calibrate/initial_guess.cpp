@@ -126,8 +126,7 @@ std::optional<Rig> start_camera(const capture::CameraModel& camera, const std::v
   for (const Guess& guess : guesses) {
     const auto start = posed(guess.camera, views);
     const auto adjusted = start ? adjust(*start, {views}, Freedom::focal_length) : std::nullopt;
-    if (!adjusted) continue;
-    return adjusted->rig;
+    if (adjusted) return adjusted->rig;
   }
   return std::nullopt;
 }

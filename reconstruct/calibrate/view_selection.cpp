@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "reconstruct/calibrate/linear_picture.h"
+#include "reconstruct/calibrate/pictures.h"
 #include "reconstruct/pose/gray_regions.h"
 
 namespace lumigraft::reconstruct {

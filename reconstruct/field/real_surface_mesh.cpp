@@ -3,13 +3,14 @@
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 
+#include <algorithm>
 #include <assimp/Importer.hpp>
 #include <cmath>
 #include <map>
 
 #include "capture/error.h"
 #include "reconstruct/field/parameters.h"
-#include "reconstruct/math/triangle.h"
+#include "reconstruct/math/tag_family.h"
 
 namespace lumigraft::reconstruct {
 namespace {
@@ -21,6 +22,8 @@ using Eigen::Vector3f;
 struct Nearest {
   float distance_m = 1e9f, cosine = 0;  ///< unsigned distance; cosine between normal and direction to the voxel, signed
 };
+
+constexpr float kCell_m = kFieldParameters.metal_cell_m;
 
 }  // namespace
 
@@ -97,6 +100,72 @@ DistanceField field_of(const std::vector<SurfaceTriangle>& triangles, float voxe
     field.bricks.emplace(key, std::move(distances));
   }
   return field;
+}
+
+Eigen::Vector3f nearest_to_origin(const Eigen::Vector3f& a, const Eigen::Vector3f& b, const Eigen::Vector3f& c) {
+  const auto on_edge = [](float from, float to) { return from / (from + to); };
+  const Eigen::Vector3f ab = b - a, ac = c - a;
+  const float ab_a = -ab.dot(a), ac_a = -ac.dot(a);
+  if (ab_a <= 0 && ac_a <= 0) return {1, 0, 0};
+  const float ab_b = -ab.dot(b), ac_b = -ac.dot(b);
+  if (ab_b >= 0 && ac_b <= ab_b) return {0, 1, 0};
+  const float region_c = ab_a * ac_b - ab_b * ac_a;
+  if (region_c <= 0 && ab_a >= 0 && ab_b <= 0) {
+    const float t = on_edge(ab_a, -ab_b);
+    return {1 - t, t, 0};
+  }
+  const float ab_c = -ab.dot(c), ac_c = -ac.dot(c);
+  if (ac_c >= 0 && ab_c <= ac_c) return {0, 0, 1};
+  const float region_b = ab_c * ac_a - ab_a * ac_c;
+  if (region_b <= 0 && ac_a >= 0 && ac_c <= 0) {
+    const float t = on_edge(ac_a, -ac_c);
+    return {1 - t, 0, t};
+  }
+  const float region_a = ab_b * ac_c - ab_c * ac_b;
+  const float to_c = ac_b - ab_b, to_b = ab_c - ac_c;
+  if (region_a <= 0 && to_c >= 0 && to_b >= 0) {
+    const float t = on_edge(to_c, to_b);
+    return {0, 1 - t, t};
+  }
+  const float sum = region_a + region_b + region_c;
+  return {region_a / sum, region_b / sum, region_c / sum};
+}
+
+MetalMask::MetalMask(const capture::Session& session) : tag_reach_m_(0.5 * print_edge_m(session.tag)) {
+  for (const capture::RealSurface& surface : session.real_surfaces) {
+    if (surface.metallic < kFieldParameters.min_metallic) continue;
+    for (const auto& [a, b, c] : read_triangles(surface)) {
+      const float longest = std::max({(b - a).norm(), (c - a).norm(), (c - b).norm()});
+      const int steps = std::max(1, static_cast<int>(std::ceil(2 * longest / kCell_m)));
+      for (int i = 0; i <= steps; ++i) {
+        for (int j = 0; i + j <= steps; ++j) {
+          cells_.insert(cell(a + (b - a) * (float(i) / steps) + (c - a) * (float(j) / steps)));
+        }
+      }
+    }
+  }
+}
+
+BrickKey MetalMask::cell(const Eigen::Vector3f& position_m) const {
+  const Eigen::Vector3f at = (position_m / kCell_m).array().round();
+  return {static_cast<int>(at.x()), static_cast<int>(at.y()), static_cast<int>(at.z())};
+}
+
+bool MetalMask::contains(const Eigen::Vector3f& position_m) const {
+  if (cells_.empty()) return false;
+  if (std::abs(position_m.x()) < tag_reach_m_ && std::abs(position_m.y()) < tag_reach_m_ &&
+      std::abs(position_m.z()) < kFieldParameters.tag_slack_m) {
+    return false;
+  }
+  const BrickKey centre = cell(position_m);
+  for (int dz = -1; dz <= 1; ++dz) {
+    for (int dy = -1; dy <= 1; ++dy) {
+      for (int dx = -1; dx <= 1; ++dx) {
+        if (cells_.count({centre[0] + dx, centre[1] + dy, centre[2] + dz})) return true;
+      }
+    }
+  }
+  return false;
 }
 
 }  // namespace lumigraft::reconstruct

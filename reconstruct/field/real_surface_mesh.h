@@ -1,6 +1,9 @@
 #pragma once
-// Triangles of the mesh that a [[real_surface]] of the session names, and their signed distance field.
+// Surfaces that a [[real_surface]] of the session names: triangles of their meshes, their signed distance fields, and
+// where they are metal.
+#include <Eigen/Core>
 #include <array>
+#include <unordered_set>
 #include <vector>
 
 #include "capture/session/session.h"
@@ -16,5 +19,26 @@ std::vector<SurfaceTriangle> read_triangles(const capture::RealSurface& surface)
 /// Signed distances to the nearest triangle, up to `band_m`. Positive on the side from which its corners are in
 /// counter-clockwise order. Points beyond the border of an open mesh stay unknown.
 DistanceField field_of(const std::vector<SurfaceTriangle>& triangles, float voxel_m, float band_m);
+
+/// Barycentric weights of the triangle's point nearest to the origin, by the Voronoi region that contains the origin
+/// (Ericson 2005, "Real-Time Collision Detection", §5.1.5).
+Eigen::Vector3f nearest_to_origin(const Eigen::Vector3f& a, const Eigen::Vector3f& b, const Eigen::Vector3f& c);
+
+/// Surfaces that the session declares as metal: they have no diffuse albedo, and their radiance depends on the camera
+/// position.
+class MetalMask {
+ public:
+  /// Reads the meshes of real surfaces with metallic >= 0.5. Throws InputError.
+  explicit MetalMask(const capture::Session& session);
+
+  /// Whether metal is within about 1.5 voxels of the point (tag frame). The area of the tag is paper, never metal.
+  bool contains(const Eigen::Vector3f& position_m) const;
+
+ private:
+  BrickKey cell(const Eigen::Vector3f& position_m) const;
+
+  double tag_reach_m_;                                ///< half the edge of the tag's paper
+  std::unordered_set<BrickKey, BrickKeyHash> cells_;  ///< cells that contain metal
+};
 
 }  // namespace lumigraft::reconstruct

@@ -6,7 +6,7 @@
 
 #include "reconstruct/field/distance_field.h"
 #include "reconstruct/fusion/depth_preprocess.h"
-#include "reconstruct/fusion/projection.h"
+#include "reconstruct/fusion/image_lookup.h"
 #include "reconstruct/math/simd4.h"
 
 namespace lumigraft::reconstruct {

@@ -4,9 +4,8 @@
 #include <Eigen/Geometry>
 
 #include "reconstruct/fusion/brick_selection.h"
-#include "reconstruct/fusion/color_lookup.h"
-#include "reconstruct/fusion/depth_lookup.h"
 #include "reconstruct/fusion/depth_preprocess.h"
+#include "reconstruct/fusion/image_lookup.h"
 #include "reconstruct/fusion/working_brick.h"
 
 namespace lumigraft::reconstruct {

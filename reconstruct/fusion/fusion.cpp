@@ -10,8 +10,8 @@
 #include "reconstruct/fusion/brick_pages.h"
 #include "reconstruct/fusion/brick_selection.h"
 #include "reconstruct/fusion/brick_update.h"
-#include "reconstruct/fusion/color_lookup.h"
 #include "reconstruct/fusion/depth_preprocess.h"
+#include "reconstruct/fusion/image_lookup.h"
 #include "reconstruct/fusion/real_surface.h"
 #include "reconstruct/fusion/working_brick.h"
 

@@ -32,7 +32,7 @@ class FusionStage {
   /// Fuses a frame and returns the published field. The same pointer as before if nothing is published: the frame has
   /// no depth, its pose was not measured in it, or its images and its pose (within 1e-5 m and per matrix element) are
   /// those of the last fused frame. Null before the first depth image.
-  /// `light_change`: relative change of the room's light since the previous call (relative_change of light_change.h).
+  /// `light_change`: relative change of the room's light since the previous call (relative_change of light.h).
   /// It is added, squared, to the relative variance of the radiance of earlier frames (WorkingBrick::forget_radiance).
   std::shared_ptr<const DistanceField> fuse(const capture::FrameSet& frame, const Pose& pose, double light_change = 0);
   /// Real surfaces of the session that depth contradicts (real_surface.h).

@@ -82,7 +82,7 @@ struct DepthPreprocessParameters {
 };
 inline constexpr DepthPreprocessParameters kDepthPreprocess;
 
-/// The observation of one voxel next to a jump or the image border (depth_lookup).
+/// The observation of one voxel next to a jump or the image border (image_lookup).
 struct DepthLookupParameters {
   float edge_weight = 0.25f;    ///< factor on the weight of an observation next to a jump or outside the image
   float behind_grazing = 2.5f;  ///< truncation distances along a ray that a surface is solid, at grazing angles too

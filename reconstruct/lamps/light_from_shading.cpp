@@ -1,5 +1,6 @@
 #include "reconstruct/lamps/light_from_shading.h"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,13 +10,20 @@
 #include <utility>
 #include <vector>
 
+#include "reconstruct/field/distance_field.h"
 #include "reconstruct/field/field_rays.h"
+#include "reconstruct/field/real_surface_mesh.h"
+#include "reconstruct/lamps/lamp_refinement.h"
 #include "reconstruct/lamps/parameters.h"
-#include "reconstruct/lamps/shading_fit.h"
+#include "reconstruct/lamps/sample_pairs.h"
 #include "reconstruct/light/environment.h"
 #include "reconstruct/light/parameters.h"
+#include "reconstruct/math/median.h"
 #include "reconstruct/math/tag_family.h"
+#include "reconstruct/shading/irradiance.h"
+#include "reconstruct/shading/noise_floor.h"
 #include "reconstruct/shading/parameters.h"
+#include "reconstruct/shading/surface_samples.h"
 
 namespace lumigraft::reconstruct {
 namespace {
@@ -23,7 +31,144 @@ namespace {
 using Eigen::Array3f;
 using Eigen::Vector3f;
 
+struct SupposedLamp {
+  Eigen::Vector3f direction = Eigen::Vector3f::UnitZ();  ///< unit, from the probe
+  float distance_m = 1;
+  bool flat = false;                              ///< a panel that faces the probe; else isotropic
+  Eigen::Array3f power = Eigen::Array3f::Ones();  ///< irradiance at the probe over the unknown radiance
+  std::vector<float> factors = {};                ///< irradiance of every sample over that at the probe: `tabulate`
+};
+
 constexpr const LampParameters::FromShading& kFromShading = kLampParameters.from_shading;
+
+IrradianceModel::Surroundings uniform(const Vector3f& probe_m, float radiance) {
+  EnvironmentMap map{capture::Image<float>(1, 1, 3)};
+  std::fill(map.radiance.data.begin(), map.radiance.data.end(), radiance);
+  return {probe_m, map};
+}
+
+/// How well supposed lamps explain the shading of a room that no fish-eye sees.
+///
+/// Irradiance of a surface: from known surface its measured radiance, from all other directions an unknown radiance,
+/// the same everywhere, and the lamps. The albedo of the reference sets the unknown radiance: the tag's white paper,
+/// and without it, loosely, the median over the room.
+class ShadingFit {
+ public:
+  /// `print_m`: edge of the tag with its paper.
+  ShadingFit(const DistanceField& field, const FieldRays& rays, const MetalMask& metal, const Vector3f& probe_m,
+             double print_m)
+      : field_(field), rays_(rays), probe_m_(probe_m), room_(field, rays, metal, nullptr, uniform(probe_m, 0)) {
+    const Surface surface = find_surface(field, rays, metal, kFromShading.max_samples);
+    for (const SurfaceSample& sample : surface.samples)
+      if (sample.usable && !on_tag_print(sample, print_m)) samples_.push_back(sample);
+    pairs_ = choose_pairs(samples_);
+    if (const auto paper = tag_paper(surface.points, print_m)) {
+      reference_ = {samples_.size()};
+      reference_albedo_ = static_cast<float>(kLampParameters.refinement.paper_albedo);
+      samples_.push_back(*paper);
+    } else {
+      for (std::size_t i = 0; i < samples_.size(); i += kFromShading.reference_stride) reference_.push_back(i);
+      reference_albedo_ = kTypicalAlbedo;
+    }
+    noise_floor_ = noise_floor_radiance(samples_);
+    const IrradianceModel bright(field, rays, metal, nullptr, uniform(probe_m, 1));
+    for (const SurfaceSample& sample : samples_) {
+      const auto gathered = [&](const IrradianceModel& room) -> Array3f {
+        return room.gather(sample.position, sample.normal, kFromShading.gather_rays).irradiance.array();
+      };
+      log_radiance_.push_back((sample.radiance.array() + kTypicalAlbedo * noise_floor_).log());
+      known_.push_back(gathered(room_));
+      unknown_.push_back(gathered(bright) - known_.back());
+    }
+    log_albedo_.resize(samples_.size());
+  }
+
+  bool empty() const { return samples_.empty(); }  ///< no surface is known
+  std::size_t pairs() const { return pairs_.size(); }
+
+  /// Computes the lamp's factors, with `rays` over its disk.
+  void tabulate(SupposedLamp& lamp, int rays) const {
+    PointLight light;
+    light.direction = lamp.direction;
+    light.angular_radius_rad = kFromShading.angular_radius_rad;
+    const Vector3f position = probe_m_ + lamp.distance_m * lamp.direction;
+    lamp.factors.assign(samples_.size(), 0.0f);
+    for (std::size_t i = 0; i < samples_.size(); ++i) {
+      const SurfaceSample& sample = samples_[i];
+      const Vector3f offset = position - sample.position, towards = offset.normalized();
+      const float cosine = sample.normal.dot(towards), emission = lamp.flat ? towards.dot(lamp.direction) : 1;
+      if (!(cosine > 0 && emission > 0)) continue;
+      lamp.factors[i] = emission * cosine * lamp.distance_m * lamp.distance_m / offset.squaredNorm() *
+                        room_.visibility(light, lamp.distance_m, sample.position, sample.normal, rays);
+    }
+  }
+  /// Whether a lamp there would have been seen: surface is known in its direction from the probe, or it would have
+  /// hidden coloured surface from a camera.
+  bool is_excluded(const SupposedLamp& lamp) const {
+    if (rays_.first_crossing(probe_m_, lamp.direction, kShadingParameters.max_ray_m)) return true;
+    const Vector3f position = probe_m_ + lamp.distance_m * lamp.direction;
+    return std::any_of(field_.seen_from_m.begin(), field_.seen_from_m.end(), [&](const Vector3f& camera_m) {
+      const Vector3f offset = position - camera_m;
+      const auto hit = rays_.first_crossing(camera_m, offset.normalized(), kShadingParameters.max_ray_m);
+      return hit && (*hit - camera_m).norm() > offset.norm() && field_.radiance(*hit);
+    });
+  }
+
+  /// Robust sum over the pairs (robust_cost), plus wide priors: a lamp is white and at a usual distance.
+  double cost(std::span<const SupposedLamp> lamps) {
+    scale(lamps);
+    for (std::size_t i = 0; i < samples_.size(); ++i) {
+      const Array3f irradiance = unknown_radiance_ * relative_irradiance(i, lamps) + known_[i];
+      log_albedo_[i] = log_radiance_[i] - (irradiance * std::numbers::inv_pi_v<float> + noise_floor_).log();
+    }
+    double sum = robust_cost(log_albedo_, pairs_);
+    for (const SupposedLamp& lamp : lamps) {
+      const Array3f power = lamp.power.log();
+      const float hue = (power - power.mean()).square().mean() / std::pow(kFromShading.hue_log_sigma, 2.0f);
+      const float farther = std::log(lamp.distance_m / static_cast<float>(kLampParameters.usual_distance_m)) /
+                            kFromShading.distance_log_sigma;
+      sum += kFromShading.prior_pairs * (hue + farther * farther);
+    }
+    return sum;
+  }
+  /// Of the last call of `cost`; per channel.
+  const Eigen::Array3f& unknown_radiance() const { return unknown_radiance_; }
+
+ private:
+  /// From lamps and unknown directions, over the unknown radiance.
+  Array3f relative_irradiance(std::size_t sample, std::span<const SupposedLamp> lamps) const {
+    Array3f sum = unknown_[sample];
+    for (const SupposedLamp& lamp : lamps) sum += lamp.factors[sample] * lamp.power;
+    return sum;
+  }
+  void scale(std::span<const SupposedLamp> lamps) {
+    std::array<std::vector<float>, 3> values;
+    for (const std::size_t i : reference_) {
+      const Array3f irradiance =
+          std::numbers::pi_v<float> / reference_albedo_ * samples_[i].radiance.array().max(noise_floor_);
+      const Array3f value = (irradiance - known_[i]).max(kFromShading.min_unknown * irradiance) /
+                            relative_irradiance(i, lamps).max(kFromShading.min_relative_irradiance);
+      for (std::size_t c = 0; c < 3; ++c) values[c].push_back(value[static_cast<Eigen::Index>(c)]);
+    }
+    for (std::size_t c = 0; c < 3; ++c) unknown_radiance_[static_cast<Eigen::Index>(c)] = median(values[c]);
+  }
+
+  const DistanceField& field_;
+  const FieldRays& rays_;
+  Eigen::Vector3f probe_m_;
+  IrradianceModel room_;
+  std::vector<SurfaceSample> samples_;
+  std::vector<SamplePair> pairs_;
+  std::vector<std::size_t> reference_;  ///< samples that have, in the median, the albedo
+  float reference_albedo_ = 0;
+  float noise_floor_ = 0;                     ///< radiance
+  std::vector<Eigen::Array3f> log_radiance_;  ///< of the samples
+  std::vector<Eigen::Array3f> known_;         ///< irradiance from known surface
+  std::vector<Eigen::Array3f> unknown_;       ///< irradiance from unknown directions, for unit radiance
+  std::vector<Eigen::Array3f> log_albedo_;    ///< of the last call of `cost`
+  Eigen::Array3f unknown_radiance_ = Eigen::Array3f::Zero();
+};
+
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 /// Above all versions of the fish-eye's light, as one must not be taken for the other.
 constexpr std::uint64_t kFirstVersion = std::uint64_t{1} << 32;

@@ -1,12 +1,27 @@
 #pragma once
-// Resampling of the fish-eye image to a latitude-longitude map, and spherical harmonics of such a map.
+// Rays of the fish-eye's pixels, resampling of its image to a latitude-longitude map, and spherical harmonics of such a
+// map.
+#include <Eigen/Core>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
-#include "reconstruct/light/fisheye_rays.h"
+#include "capture/session/session.h"
 #include "reconstruct/light/light.h"
 
 namespace lumigraft::reconstruct {
+
+/// Direction and solid angle of each pixel of the fish-eye.
+struct FisheyeView {
+  int width = 0;
+  int height = 0;
+  std::vector<Eigen::Vector3f> direction;  ///< unit, tag frame; zero outside the lens's image
+  std::vector<float> solid_angle_sr;       ///< 0 outside the lens's image
+
+  bool sees(std::size_t pixel) const { return solid_angle_sr[pixel] > 0; }
+};
+
+FisheyeView fisheye_view(const capture::FisheyeCamera& camera);
 
 /// Table of the fish-eye pixels in each cell of the map, computed once per camera.
 class EnvironmentResampler {

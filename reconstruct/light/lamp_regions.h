@@ -1,10 +1,11 @@
 #pragma once
-// Regions of the fish-eye image that are candidates for lamps.
+// Regions of the fish-eye image that are candidates for lamps, and the subdivision of a wide one into several lamps.
+#include <Eigen/Core>
 #include <cstdint>
 #include <vector>
 
 #include "capture/image.h"
-#include "reconstruct/light/fisheye_rays.h"
+#include "reconstruct/light/environment.h"
 
 namespace lumigraft::reconstruct {
 
@@ -24,5 +25,16 @@ Pixels ring_around(const Pixels& region, const FisheyeView& view, int from_px, i
 
 /// Smaller over larger principal width of the region on the sphere; 1 for a disk.
 float roundness(const Pixels& region, const FisheyeView& view);
+
+/// Contribution of a pixel to a lamp: L dω per channel, W/m².
+struct PixelEnergy {
+  std::uint32_t pixel;
+  Eigen::Vector3f energy;
+};
+
+/// Variance cut (Viriyothai and Debevec 2009, "Variance Minimization Light Probe Sampling"): repeatedly cuts the part
+/// with the largest variance where the sum of the two variances is smallest, until there are `parts`. Works on the
+/// sphere across a part's principal axis; the paper cuts the latitude-longitude image along its axes.
+std::vector<std::vector<PixelEnergy>> variance_cut(std::vector<PixelEnergy> pixels, const FisheyeView& view, int parts);
 
 }  // namespace lumigraft::reconstruct

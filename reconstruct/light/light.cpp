@@ -4,19 +4,82 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "capture/camera/radiance.h"
+#include "capture/camera/response.h"
+#include "capture/frame.h"
 #include "capture/message_text.h"
 #include "reconstruct/light/environment.h"
-#include "reconstruct/light/fisheye_rays.h"
 #include "reconstruct/light/lamp_tag_matching.h"
-#include "reconstruct/light/occlusion_check.h"
 #include "reconstruct/light/parameters.h"
 #include "reconstruct/light/split.h"
 #include "reconstruct/light/tracking.h"
+#include "reconstruct/math/median.h"
 
 namespace lumigraft::reconstruct {
 namespace {
+
+using Eigen::Vector3f;
+
+constexpr const LightParameters::Occlusion& kOcclusion = kLightParameters.occlusion;
+
+/// Median radiance of a colour image, mean of the channels; empty if there is no image.
+std::optional<float> median_radiance(const capture::Frame* color, const capture::Response& response) {
+  if (!color) return std::nullopt;
+  const bool linear = !color->radiance.empty();
+  const int width = linear ? color->radiance.width : color->encoded.width;
+  const int height = linear ? color->radiance.height : color->encoded.height;
+  std::vector<float> levels;
+  for (int v = 0; v < height; v += kOcclusion.pixel_step) {
+    for (int u = 0; u < width; u += kOcclusion.pixel_step) {
+      float sum = 0;
+      for (int c = 0; c < 3; ++c) {
+        sum += linear ? color->radiance.at(u, v, c)
+                      : static_cast<float>(response.to_linear(color->encoded.at(u, v, c), c) / color->exposure);
+      }
+      levels.push_back(sum / 3);
+    }
+  }
+  return levels.empty() ? std::nullopt : std::optional(median(levels));
+}
+
+/// Detection of a covered fish-eye: it measures no light while the colour camera sees the room as before.
+class OcclusionCheck {
+ public:
+  struct Finding {
+    bool covered = false;  ///< the image must not be used: the previous light stays
+    std::string warning;   ///< empty if nothing is wrong
+  };
+  /// `flux`: ∫ L dω over the fish-eye image, mean of channels; a lower bound if `clipped`. `room_radiance`:
+  /// median_radiance of the colour image of the same moment.
+  Finding check(double flux, std::optional<float> room_radiance, bool clipped) {
+    Finding finding;
+    // Without a colour image that shows the lamps still on, the room may really be dark.
+    if (seen_ && flux < kOcclusion.max_flux_ratio * flux_ && room_radiance && room_radiance_ && *room_radiance_ > 0 &&
+        *room_radiance > kOcclusion.min_colour_ratio * *room_radiance_) {
+      finding.covered = true;
+      finding.warning =
+          "the fish-eye is covered: its image became dark and the colour image did not; the last light is kept";
+      return finding;
+    }
+    seen_ = true;
+    flux_ = flux;
+    room_radiance_ = room_radiance;
+    if (!clipped && room_radiance && std::numbers::pi * *room_radiance > kOcclusion.max_returned_ratio * flux) {
+      finding.warning =
+          "the fish-eye measures far less light than the room reflects to the colour camera: it is covered, "
+          "or one of their exposures is wrong";
+    }
+    return finding;
+  }
+
+ private:
+  bool seen_ = false;
+  double flux_ = 0;  ///< of the last image that was not covered
+  std::optional<float> room_radiance_;
+};
 
 constexpr int kEnvironmentWidth = kLightParameters.environment.width;
 constexpr int kEnvironmentHeight = kLightParameters.environment.height;
@@ -75,6 +138,11 @@ std::string clipped_warning(const Illumination& illumination) {
   return capture::formatted("%d lamp%s clipped in the fish-eye frame: %s power is a lower bound (%.2f %% of pixels)",
                             static_cast<int>(count), count == 1 ? " is" : "s are", count == 1 ? "its" : "their",
                             100 * illumination.clipped_fraction);
+}
+
+/// Irradiance at the probe per channel, as the columns of three vectors towards the lamp; zero for no lamp.
+Eigen::Matrix3f irradiance_vectors(const PointLight* lamp) {
+  return lamp ? Eigen::Matrix3f(lamp->direction * lamp->irradiance.transpose()) : Eigen::Matrix3f::Zero();
 }
 
 }  // namespace
@@ -218,6 +286,29 @@ LightStage::Result LightStage::extract(const capture::FisheyeFrames& fisheye, co
     if (!warning.empty()) result.warnings.push_back(warning);
   }
   return result;
+}
+
+double relative_change(const Illumination& now, const Illumination& before) {
+  double change = 0, sum = 0;
+  for (const PointLight& lamp : now.lights) {
+    const PointLight* was = lamp_with_id(before.lights, lamp.id);
+    const Eigen::Matrix3f a = irradiance_vectors(&lamp), b = irradiance_vectors(was);
+    change += (a - b).colwise().norm().sum();
+    sum += std::max(a.colwise().norm().sum(), b.colwise().norm().sum());
+  }
+  for (const PointLight& lamp : before.lights) {
+    if (lamp_with_id(now.lights, lamp.id)) continue;
+    change += lamp.irradiance.sum();
+    sum += lamp.irradiance.sum();
+  }
+  constexpr int kAxes = 6;
+  for (int i = 0; i < kAxes; ++i) {
+    const Vector3f normal = (i < 3 ? 1.0f : -1.0f) * Vector3f::Unit(i % 3);
+    const Vector3f a = sh_irradiance(now.environment_sh, normal), b = sh_irradiance(before.environment_sh, normal);
+    change += (a - b).cwiseAbs().sum() / kAxes;
+    sum += std::max(a.sum(), b.sum()) / kAxes;
+  }
+  return sum > 0 ? change / sum : 0;
 }
 
 }  // namespace lumigraft::reconstruct

@@ -9,7 +9,6 @@
 
 #include "reconstruct/light/lamp_regions.h"
 #include "reconstruct/light/parameters.h"
-#include "reconstruct/light/variance_cut.h"
 #include "reconstruct/math/median.h"
 
 namespace lumigraft::reconstruct {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "capture/image.h"
-#include "reconstruct/light/fisheye_rays.h"
+#include "reconstruct/light/environment.h"
 
 namespace lumigraft::reconstruct {
 

@@ -1,7 +1,9 @@
 #pragma once
-// The plane that depth measures inside a tag.
+// The plane that depth measures inside a tag: the tag's orientation, its distance, and so its size.
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <optional>
+#include <string>
 
 #include "capture/camera/camera_model.h"
 #include "capture/image.h"
@@ -18,5 +20,23 @@ struct DepthPlane {
 /// Robust least-squares plane through the depth inside the corners. Empty if too few pixels have depth on one plane.
 std::optional<DepthPlane> plane_inside(const capture::Image<float>& depth_m, const capture::CameraModel& camera,
                                        const TagCorners& corners);
+
+/// Compares a tag's configured size with depth.
+class TagSizeCheck {
+ public:
+  TagSizeCheck(int id, double size_m) : id_(id), size_m_(size_m) {}
+
+  /// Adds a frame: the depth plane inside the tag, and the tag's pose.
+  void add(const DepthPlane& plane, const Eigen::Isometry3d& T_camera_tag);
+  /// Empty if depth agrees, or has too few frames.
+  std::string warning() const;
+
+ private:
+  int id_;
+  double size_m_;
+  int count_ = 0;
+  double mean_ = 0;  ///< of the logarithm of measured depth over that of the pose
+  double distance_m_ = 0;
+};
 
 }  // namespace lumigraft::reconstruct

@@ -9,7 +9,6 @@
 #include "reconstruct/pose/filter.h"
 #include "reconstruct/pose/tag_pose_estimator.h"
 #include "reconstruct/pose/tag_search.h"
-#include "reconstruct/pose/tag_size_check.h"
 
 namespace lumigraft::reconstruct {
 namespace {

@@ -10,10 +10,8 @@
 #include "reconstruct/pose/filter.h"
 #include "reconstruct/pose/multi_tag_pose.h"
 #include "reconstruct/pose/tag.h"
-#include "reconstruct/pose/tag_map.h"
 #include "reconstruct/pose/tag_pose_estimator.h"
 #include "reconstruct/pose/tag_search.h"
-#include "reconstruct/pose/tag_size_check.h"
 
 namespace lumigraft::reconstruct {
 namespace {

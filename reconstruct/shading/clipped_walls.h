@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "reconstruct/field/field_rays.h"
-#include "reconstruct/field/metal_mask.h"
+#include "reconstruct/field/real_surface_mesh.h"
 #include "reconstruct/light/light.h"
 #include "reconstruct/room/enclosure.h"
 

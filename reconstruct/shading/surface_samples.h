@@ -7,7 +7,7 @@
 
 #include "reconstruct/field/distance_field.h"
 #include "reconstruct/field/field_rays.h"
-#include "reconstruct/field/metal_mask.h"
+#include "reconstruct/field/real_surface_mesh.h"
 
 namespace lumigraft::reconstruct {
 

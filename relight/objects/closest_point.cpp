@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "reconstruct/math/triangle.h"
+#include "reconstruct/field/real_surface_mesh.h"
 #include "relight/objects/embree_scene.h"
 
 namespace lumigraft::relight {

@@ -23,7 +23,7 @@
 #include "reconstruct/calibrate/depth.h"
 #include "reconstruct/calibrate/extrinsics.h"
 #include "reconstruct/calibrate/initial_guess.h"
-#include "reconstruct/calibrate/picture_folder.h"
+#include "reconstruct/calibrate/pictures.h"
 #include "reconstruct/calibrate/response.h"
 #include "reconstruct/calibrate/time_offset.h"
 #include "reconstruct/calibrate/view_selection.h"

@@ -1,9 +1,9 @@
-#include "reconstruct/scene_change.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <memory>
+
+#include "reconstruct/albedo_schedule.h"
 
 namespace lumigraft::reconstruct {
 namespace {

@@ -18,7 +18,6 @@
 #include "reconstruct/albedo/albedo.h"
 #include "reconstruct/fusion/fusion.h"
 #include "reconstruct/light/environment.h"
-#include "reconstruct/light/fisheye_rays.h"
 #include "reconstruct/light/light.h"
 #include "reconstruct/pose/pose.h"
 #include "tests/integration/sessions/recorded_session.h"

@@ -5,8 +5,7 @@
 #include <cstdlib>
 
 #include "reconstruct/calibrate/camera.h"
-#include "reconstruct/calibrate/linear_picture.h"
-#include "reconstruct/calibrate/picture_folder.h"
+#include "reconstruct/calibrate/pictures.h"
 #include "reconstruct/pose/gray_regions.h"
 
 namespace lumigraft::reconstruct {

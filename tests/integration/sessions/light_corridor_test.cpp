@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "reconstruct/calibrate/picture_folder.h"
+#include "reconstruct/calibrate/pictures.h"
 #include "reconstruct/light/light.h"
 #include "tests/reconstruct/light/light_views.h"
 #include "tests/reconstruct/real_data.h"

@@ -11,7 +11,7 @@
 #include "capture/frame.h"
 #include "reconstruct/calibrate/board.h"
 #include "reconstruct/calibrate/camera.h"
-#include "reconstruct/calibrate/linear_picture.h"
+#include "reconstruct/calibrate/pictures.h"
 #include "reconstruct/pose/gray_regions.h"
 
 namespace lumigraft::test {

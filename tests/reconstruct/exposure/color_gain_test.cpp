@@ -8,7 +8,6 @@
 
 #include "capture/camera/srgb.h"
 #include "capture/camera/vignetting.h"
-#include "reconstruct/exposure/direct_irradiance.h"
 #include "tests/reconstruct/fusion/fusion_views.h"
 
 namespace lumigraft::reconstruct {

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "reconstruct/field/field_rays.h"
-#include "reconstruct/field/metal_mask.h"
+#include "reconstruct/field/real_surface_mesh.h"
 #include "reconstruct/lamps/parameters.h"
 #include "reconstruct/shading/irradiance.h"
 #include "tests/reconstruct/albedo/albedo_room.h"

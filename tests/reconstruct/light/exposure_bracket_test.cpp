@@ -10,8 +10,8 @@
 #include <sstream>
 
 #include "capture/camera/radiance.h"
-#include "reconstruct/calibrate/picture_folder.h"
-#include "reconstruct/light/fisheye_rays.h"
+#include "reconstruct/calibrate/pictures.h"
+#include "reconstruct/light/environment.h"
 #include "reconstruct/light/light.h"
 #include "tests/capture/scratch_folder.h"
 #include "tests/reconstruct/real_data.h"

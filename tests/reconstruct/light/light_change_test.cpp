@@ -1,9 +1,9 @@
-#include "reconstruct/light/light_change.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
+
+#include "reconstruct/light/light.h"
 
 namespace lumigraft::reconstruct {
 namespace {

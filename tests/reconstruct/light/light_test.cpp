@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "capture/camera/srgb.h"
-#include "reconstruct/light/fisheye_rays.h"
+#include "reconstruct/light/environment.h"
 
 namespace lumigraft::reconstruct {
 namespace {

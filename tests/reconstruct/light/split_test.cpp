@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "reconstruct/light/environment.h"
-#include "reconstruct/light/variance_cut.h"
+#include "reconstruct/light/lamp_regions.h"
 #include "tests/reconstruct/light/light_views.h"
 
 namespace lumigraft::reconstruct {

@@ -5,7 +5,7 @@
 #include <fstream>
 #include <utility>
 
-#include "reconstruct/field/metal_mask.h"
+#include "reconstruct/field/real_surface_mesh.h"
 #include "reconstruct/math/tag_family.h"
 #include "reconstruct/pose/tag.h"
 

@@ -1,10 +1,38 @@
-#include "reconstruct/fusion/depth_lookup.h"
+#include "reconstruct/fusion/image_lookup.h"
 
 #include <algorithm>
 
 #include "reconstruct/math/depth_noise.h"
 
 namespace lumigraft::reconstruct {
+
+PixelMap::PixelMap(const capture::CameraModel& camera)
+    : fx_(static_cast<float>(camera.fx)),
+      fy_(static_cast<float>(camera.fy)),
+      cx_(static_cast<float>(camera.cx)),
+      cy_(static_cast<float>(camera.cy)),
+      width_(camera.width + 2 * kMargin),
+      height_(camera.height + 2 * kMargin) {
+  if (std::all_of(camera.distortion.begin(), camera.distortion.end(), [](double k) { return k == 0; })) return;
+  constexpr float kNowhere = -1e6f;
+  table_.reserve(static_cast<std::size_t>(width_) * height_);
+  for (int v = -kMargin; v < camera.height + kMargin; ++v)
+    for (int u = -kMargin; u < camera.width + kMargin; ++u) {
+      const auto pixel = camera.project({(u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, 1});
+      table_.push_back(pixel ? Eigen::Vector2f(pixel->cast<float>()) : Eigen::Vector2f(kNowhere, kNowhere));
+    }
+}
+
+Eigen::Vector2f PixelMap::distorted(float u, float v) const {
+  const float a = u + kMargin, b = v + kMargin;
+  if (!(a >= 0 && b >= 0 && a < static_cast<float>(width_ - 1) && b < static_cast<float>(height_ - 1)))
+    return {-1e6f, -1e6f};
+  const int i = static_cast<int>(a), j = static_cast<int>(b);
+  const float s = a - static_cast<float>(i), t = b - static_cast<float>(j);
+  const Eigen::Vector2f* corner = &table_[static_cast<std::size_t>(j) * width_ + i];
+  return (1 - t) * ((1 - s) * corner[0] + s * corner[1]) + t * ((1 - s) * corner[width_] + s * corner[width_ + 1]);
+}
+
 DepthReading DepthLookup::near_jump(const Eigen::Vector3f& p, int u, int v, const PreparedDepth::Block& block) const {
   const std::int32_t pixel = view_.pixel_index(u, v);
   const float inverse_depth = view_.inverse_depth[static_cast<std::size_t>(pixel)];
@@ -142,6 +170,35 @@ std::int32_t DepthLookup::find_plane_block(int u, int v) const {
 float DepthLookup::steady_depth_m() const {
   const float sigma_m = kDepthLookup.steady_voxels * voxel_m_ / std::max(view_.noise_scale, 1e-6f);
   return max_depth_m(sigma_m);
+}
+
+ColorLookup::ColorLookup(const capture::Frame* picture, const capture::Response& response, int width, int height,
+                         const Eigen::Array3f& gain, const capture::Image<float>* vignetting) {
+  if (!picture) return;
+  if (!picture->radiance.empty() || vignetting) {
+    radiance_ = capture::to_radiance(*picture, response);
+    if (radiance_.radiance.width != width || radiance_.radiance.height != height) return;
+    if (vignetting) capture::undo_vignetting(radiance_, *vignetting);
+    for (std::size_t i = 0; i < radiance_.radiance.data.size(); ++i)
+      radiance_.radiance.data[i] /= gain[static_cast<Eigen::Index>(i % 3)];
+  } else {
+    if (picture->encoded.width != width || picture->encoded.height != height || picture->encoded.channels != 3) return;
+    pixels_ = picture->encoded.data.data();
+    // Table of the radiance of each pixel value, from an image that contains all of them.
+    capture::Frame all;
+    all.exposure = picture->exposure;
+    all.encoded = capture::Image<std::uint8_t>(256, 1, 3);
+    for (std::size_t i = 0; i < all.encoded.data.size(); ++i) all.encoded.data[i] = static_cast<std::uint8_t>(i / 3);
+    const capture::RadianceImage values = capture::to_radiance(all, response);
+    for (int value = 0; value < 256; ++value)
+      for (int c = 0; c < 3; ++c) {
+        Simd4& entry = table_[static_cast<std::size_t>(c)][static_cast<std::size_t>(value)];
+        entry[c] = values.radiance.at(value, 0, c) / gain[c];
+        entry[3] = values.clipped.at(value, 0) != 0 ? 1 : 0;
+      }
+  }
+  width_ = width;
+  height_ = height;
 }
 
 }  // namespace lumigraft::reconstruct

@@ -1,14 +1,17 @@
-#include "reconstruct/calibrate/picture_folder.h"
+#include "reconstruct/calibrate/pictures.h"
 
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cmath>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string>
 
+#include "capture/camera/radiance.h"
 #include "capture/error.h"
 #include "capture/formats/picture_file.h"
+#include "reconstruct/pose/gray_regions.h"
 
 namespace lumigraft::reconstruct {
 namespace {
@@ -21,6 +24,8 @@ bool is_picture(const fs::path& file) {
   std::transform(kind.begin(), kind.end(), kind.begin(), [](unsigned char c) { return std::tolower(c); });
   return std::find(kKinds.begin(), kKinds.end(), kind) != kKinds.end();
 }
+
+constexpr std::array<float, 3> kLuminance = {0.2126f, 0.7152f, 0.0722f};  // Rec. 709
 
 }  // namespace
 
@@ -50,6 +55,28 @@ capture::Frame read_any_picture(const fs::path& file) {
   picture.encoded = capture::Image<std::uint8_t>(bgr.cols, bgr.rows, 3);
   cv::cvtColor(bgr, cv::Mat(bgr.rows, bgr.cols, CV_8UC3, picture.encoded.data.data()), cv::COLOR_BGR2RGB);
   return picture;
+}
+
+capture::Image<std::uint16_t> linear_light(const capture::Frame& picture, const capture::Response& response) {
+  const bool encoded = !picture.encoded.empty();
+  capture::Image<std::uint16_t> light(encoded ? picture.encoded.width : picture.radiance.width,
+                                      encoded ? picture.encoded.height : picture.radiance.height, 1);
+  const float gain = encoded ? 1.0f : detector_gain(picture.radiance);
+  for (std::size_t i = 0; i < light.data.size(); ++i) {
+    float sum = 0;
+    bool cut = false;
+    for (int c = 0; c < 3; ++c) {
+      const std::size_t at = 3 * i + static_cast<std::size_t>(c);
+      const float channel = encoded ? response.to_linear(std::min(picture.encoded.data[at], capture::kFullScale), c)
+                                    : gain * picture.radiance.data[at];
+      sum += kLuminance[static_cast<std::size_t>(c)] * channel;
+      cut = cut || (encoded && picture.encoded.data[at] >= capture::kFullScale);
+    }
+    cut = cut || sum > 1.0f;
+    const auto halves = static_cast<std::uint16_t>(std::lround(32767.0f * std::clamp(sum, 0.0f, 1.0f)));
+    light.data[i] = static_cast<std::uint16_t>(2 * halves + (cut ? 1 : 0));
+  }
+  return light;
 }
 
 }  // namespace lumigraft::reconstruct
