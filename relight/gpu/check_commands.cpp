@@ -55,8 +55,9 @@ std::vector<const Texture*> checked_targets(const std::string& shader, const Ras
 
 void check_raster_desc(const std::string& shader, const ShaderInterface& interface, const RasterDesc& desc) {
   for (const auto& [location, name] : interface.inputs) {
-    const bool given = std::any_of(desc.attributes.begin(), desc.attributes.end(),
-                                   [&](const VertexAttribute& attribute) { return attribute.location == location; });
+    const bool given =
+        std::any_of(desc.attributes.begin(), desc.attributes.end(),
+                    [at = location](const VertexAttribute& attribute) { return attribute.location == at; });
     if (!given) refuse(shader, "no attribute for location " + std::to_string(location) + " \"" + name + "\"");
   }
   for (const auto& [location, name] : interface.outputs) {
@@ -113,7 +114,7 @@ void check_bindings(const std::string& shader, const ShaderInterface& interface,
 
   for (const auto& [number, slot] : interface.slots) {
     const bool bound =
-        std::any_of(bindings.begin(), bindings.end(), [&](const Binding& b) { return b.slot == number; });
+        std::any_of(bindings.begin(), bindings.end(), [wanted = number](const Binding& b) { return b.slot == wanted; });
     if (slot.used && !bound) refuse(shader, slot_text(number, slot.name) + " has nothing bound");
   }
 }
