@@ -20,7 +20,6 @@ void compose(const CameraUpload& camera, const capture::Image<float>& change, co
              capture::Image<std::uint8_t>* picture) {
   const capture::SrgbTable& srgb = capture::srgb_table();
   for_each_index(picture->height, kRows, [&](int v) {
-    const Rgb exposure = camera.exposure();  // a copy, since the compiler must assume that stored codes change it
     std::size_t pixel = static_cast<std::size_t>(v) * static_cast<std::size_t>(picture->width);
     const int y = v - objects.top, width = picture->width;
     const bool in_rows = y >= 0 && y < objects.coverage.height;
@@ -34,7 +33,7 @@ void compose(const CameraUpload& camera, const capture::Image<float>& change, co
         const Rgb object = finite_or_zero(&objects.radiance.at(x, y)).max(0);
         for (int c = 0; c < 3; ++c) light[c] = composed(light[c], object[c], coverage);
       }
-      light *= exposure * camera.transmission(pixel);
+      light *= camera.exposure() * camera.transmission(pixel);
       std::uint8_t* codes = &picture->data[3 * pixel];
       for (int c = 0; c < 3; ++c) codes[c] = srgb.code(light[c]);
     }

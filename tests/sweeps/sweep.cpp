@@ -80,8 +80,8 @@ void draw(const Sweep& sweep, const std::filesystem::path& stem) {
   low = low < 0 ? -server::chart::round_up(-low, 6) : 0;
 
   const auto scale = sweep.logarithmic ? server::chart::Axis::Scale::logarithmic : server::chart::Axis::Scale::linear;
-  const server::chart::Axis x(scale, sweep.x.front(), sweep.x.back(), kFrame.left + 8, kFrame.right - 8);
-  const server::chart::Axis y(server::chart::Axis::Scale::linear, low, high, kFrame.bottom, kFrame.top);
+  const server::chart::Axis x{scale, sweep.x.front(), sweep.x.back(), kFrame.left + 8, kFrame.right - 8};
+  const server::chart::Axis y{server::chart::Axis::Scale::linear, low, high, kFrame.bottom, kFrame.top};
   server::Drawing drawing(width_of(sweep), kHeight);
   drawing.text({kFrame.left, 24}, sweep.title, {.size = 14, .bold = true});
   server::chart::draw_frame(drawing, kFrame, x, ticks_of(sweep), y, ticks_between(low, high), kText);
