@@ -99,8 +99,8 @@ class Carver {
     }
   }
 
-  /// What the lamps' lines through a voxel say: lit if one is, else dark if one is. Empty for a voxel that was
-  /// observed.
+  /// Lit if a lamp's line through the voxel ends at a lit sample, else dark if one ends at a dark sample. Empty for a
+  /// voxel that was observed.
   std::optional<State> state_of(const Eigen::Vector3i& voxel) const {
     const FieldBrick* known = field_.brick(brick_of(voxel));
     if (known && known->weight[static_cast<std::size_t>(index_in_brick(voxel))] > 0) return std::nullopt;
@@ -125,8 +125,8 @@ class Carver {
       std::vector<Eigen::Vector3i> next;
       for (const Eigen::Vector3i& voxel : layer)
         for (int k = 0; k < 27 && distance_voxels + 1 < last; ++k) {
-          const Eigen::Vector3i beside = voxel + Eigen::Vector3i(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
-          if (put(beside, distance_voxels + 1)) next.push_back(beside);
+          const Eigen::Vector3i neighbour = voxel + Eigen::Vector3i(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
+          if (put(neighbour, distance_voxels + 1)) next.push_back(neighbour);
         }
       layer = std::move(next);
     }

@@ -27,7 +27,7 @@ BrickMap<FieldBrick> carve_occluders(const DistanceField& field, const FieldRays
                                      const std::vector<ObservedShadow>& shadows);
 
 /// Merges such bricks into each new field: the nearer of both distances where it is known, else only solid voxels and
-/// those beside them. Unchanged bricks stay the same pointers.
+/// those next to them. Unchanged bricks stay the same pointers.
 class OccluderMerge {
  public:
   /// `field` itself where there are no occluders.

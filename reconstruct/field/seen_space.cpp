@@ -60,7 +60,7 @@ void SeenSpace::fill_unmeasured() {
   }
 }
 
-/// A cell beside the outline of a nearer surface takes its depth; a slope is no outline.
+/// A cell next to the outline of a nearer surface takes its depth; a slope is no outline.
 void SeenSpace::spread_near_surfaces() {
   const std::vector<float> measured = depth_m_;
   for (int y = 0; y < rows_; ++y) {

@@ -68,7 +68,7 @@ struct PrintAlignmentParameters {
 };
 inline constexpr PrintAlignmentParameters kPrintAlignment;
 
-/// Poses of tags relative to the first (tag_map).
+/// Poses of tags relative to the first (multi_tag_pose).
 struct TagMapParameters {
   int min_sightings = 8;     ///< before a pose is used
   int max_sightings = 300;   ///< in the mean
@@ -80,7 +80,7 @@ struct TagMapParameters {
 };
 inline constexpr TagMapParameters kTagMap;
 
-/// Comparison of a tag's size with depth (tag_size_check).
+/// Comparison of a tag's size with depth (depth_plane).
 struct TagSizeParameters {
   int min_frames = 5, max_frames = 30;  ///< in the mean
   double tolerance = 0.03;              ///< relative error of scale of depth cameras,
