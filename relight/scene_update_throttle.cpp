@@ -27,7 +27,8 @@ void SceneUpdateThrottle::follow(const reconstruct::Scene& scene) {
   const std::uint64_t now = scene.field->version;
   const bool again = !field_ || now < field_->version;
   const std::uint64_t behind = again ? 0 : now - field_->version;
-  const bool due = again || behind >= kRelight.max_behind_few_changed ||
+  const bool other_occluders = !field_ || scene.field->occluders_version != field_->occluders_version;
+  const bool due = again || other_occluders || behind >= kRelight.max_behind_few_changed ||
                    (behind >= std::clamp<std::uint64_t>(field_->version / 4, 1, kRelight.max_behind) &&
                     changed_fraction(field_, scene.field) > kRelight.few_changed) ||
                    changed_fraction(albedo_, scene.albedo) > kRelight.few_changed;

@@ -10,7 +10,8 @@ class SceneUpdateThrottle {
  public:
   /// Every depth frame changes the field a little, by decreasing amounts the longer it is observed. So this follows
   /// every publication at first and lags later by a quarter of the scene's age, at most 24 publications; while less
-  /// than a tenth of the bricks of distance and albedo changed, by 64. `scene` must have a field.
+  /// than a tenth of the bricks of distance and albedo changed, by 64. Other occluders
+  /// are followed at once. `scene` must have a field.
   void follow(const reconstruct::Scene& scene);
 
   const std::shared_ptr<const reconstruct::DistanceField>& field() const { return field_; }

@@ -177,7 +177,9 @@ std::shared_ptr<const DistanceField> OccluderMerge::merged(
     const std::shared_ptr<const DistanceField>& field, const std::shared_ptr<const BrickMap<FieldBrick>>& occluders) {
   if (!field || !occluders || occluders->empty()) return field;
   if (field == field_ && occluders == occluders_) return result_;
+  if (occluders != occluders_) ++occluders_version_;
   auto result = std::make_shared<DistanceField>(*field);
+  result->occluders_version = occluders_version_;
   std::erase_if(cache_, [&](const auto& entry) { return !occluders->contains(entry.first); });
   for (const auto& [key, occluder] : *occluders) {
     const auto entry = field->bricks.find(key);

@@ -27,7 +27,8 @@ BrickMap<FieldBrick> carve_occluders(const DistanceField& field, const FieldRays
                                      const std::vector<ObservedShadow>& shadows);
 
 /// Merges such bricks into each new field: the nearer of both distances where it is known, else only solid voxels and
-/// those next to them. Unchanged bricks stay the same pointers.
+/// those next to them. Unchanged bricks stay the same pointers; each new set of occluders has its own
+/// occluders_version.
 class OccluderMerge {
  public:
   /// `field` itself where there are no occluders.
@@ -41,6 +42,7 @@ class OccluderMerge {
   std::unordered_map<BrickKey, Merged, BrickKeyHash> cache_;
   std::shared_ptr<const DistanceField> field_, result_;
   std::shared_ptr<const BrickMap<FieldBrick>> occluders_;
+  std::uint64_t occluders_version_ = 0;
 };
 
 }  // namespace lumigraft::reconstruct

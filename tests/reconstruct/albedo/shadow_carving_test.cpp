@@ -135,8 +135,13 @@ TEST(OccluderMerge, WhatDidNotChangeStaysTheSamePointer) {
   next->version = 2;
   const auto again = merge.merged(next, occluders);
   EXPECT_EQ(again->version, 2u);
+  EXPECT_EQ(again->occluders_version, merged->occluders_version);
   ASSERT_EQ(again->bricks.size(), merged->bricks.size());
   for (const auto& [key, brick] : merged->bricks) EXPECT_EQ(again->bricks.at(key), brick);
+
+  const auto others = std::make_shared<const BrickMap<FieldBrick>>(*occluders);
+  EXPECT_NE(merge.merged(next, others)->occluders_version, merged->occluders_version);
+  EXPECT_NE(merged->occluders_version, field->occluders_version);
 }
 
 TEST(OccluderMerge, StagesGetTheObservedFieldAndRelightTheMerged) {
