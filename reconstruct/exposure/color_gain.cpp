@@ -391,16 +391,20 @@ ColorGainStage::Result ColorGainStage::estimate(const capture::FrameSet& frame, 
   if (frame.color && frame.depth && pose && pose->age_ns == 0) {
     const Eigen::Isometry3f T_tag_camera = pose->T_tag_camera.cast<float>();
     std::vector<Place> places = s.places_of(frame, T_tag_camera);
-    if (light && (s.frames < kExposure.match.first || s.frames % kExposure.match.every == 0)) {
+    if (light) result.hidden = s.check_hidden(places, *light);
+    const std::shared_ptr<const Illumination> shining =
+        result.hidden.off.empty() ? light : without_lamps(*light, result.hidden.off);
+    if (shining) s.around = irradiance_around_probe(*shining);
+    const auto measurement = s.measured(places, shining);
+    if (measurement) s.follow(*measurement);
+    // Only a frame whose own gain is known tells something of the two cameras.
+    const bool gain_is_known = measurement || s.cells.empty();
+    if (light && gain_is_known && (s.frames < kExposure.match.first || s.frames % kExposure.match.every == 0)) {
       result.correction = s.match_fisheye(places, frame, T_tag_camera, *light);
       if (result.correction > 0) places = s.places_of(frame, T_tag_camera);
     }
     ++s.frames;
-    if (light) result.hidden = s.check_hidden(places, *light);
-    if (!result.hidden.off.empty()) light = without_lamps(*light, result.hidden.off);
-    if (light) s.around = irradiance_around_probe(*light);
-    if (const auto measurement = s.measured(places, light)) s.follow(*measurement);
-    s.learn(places, light);
+    s.learn(places, shining);
   }
   result.gain = s.base * s.gain;
   result.vignetting = s.vignetting;
