@@ -233,12 +233,14 @@ std::optional<AlbedoStage::Result> SceneBuilder::State::solve(AlbedoWork work,
   if (work == AlbedoWork::incremental) {
     const AlbedoSchedule::Work at_work(schedule, work);
     if (auto solution = albedo.solve_incremental(*field, measured, !may_solve_everything)) return solution;
+    if (auto solution = albedo.follow_light(*field, measured)) return solution;
     if (!may_solve_everything) {
       schedule.wait_for_everything();
       return std::nullopt;
     }
   }
   const AlbedoSchedule::Work at_work(schedule, AlbedoWork::everything);
+  if (auto solution = albedo.follow_light(*field, measured)) return solution;
   return albedo.solve_complete(*field, measured);
 }
 

@@ -7,6 +7,7 @@
 #include "capture/message_text.h"
 #include "reconstruct/albedo/albedo_bricks.h"
 #include "reconstruct/albedo/incremental_solver.h"
+#include "reconstruct/albedo/known_surface.h"
 #include "reconstruct/albedo/parameters.h"
 #include "reconstruct/albedo/sample_solver.h"
 #include "reconstruct/albedo/surface_lighting.h"
@@ -67,15 +68,17 @@ struct Located {
     const std::vector<PointLight>& now = illumination.lights;
     if (now.size() != lights.size()) return false;
     return std::all_of(now.begin(), now.end(), [&](const PointLight& light) {
-      const auto was =
-          std::find_if(lights.begin(), lights.end(), [&](const PointLight& other) { return other.id == light.id; });
-      return was != lights.end() && was->clipped == light.clipped &&
-             was->direction.dot(light.direction) > kStage.same_direction &&
-             (was->irradiance - light.irradiance).norm() < kStage.same_irradiance * was->irradiance.norm() &&
-             light.visibility == PointLight::Visibility::visible && was->distance_known == light.distance_known &&
-             (was->position_m - light.position_m).norm() <=
-                 kStage.same_position * (light.position_m - illumination.probe_position_m).norm();
+      const PointLight* was = lamp_with_id(lights, light.id);
+      return was && same_place(*was, light, illumination.probe_position_m) && same_power(*was, light);
     });
+  }
+  static bool same_power(const PointLight& was, const PointLight& now) {
+    return (was.irradiance - now.irradiance).norm() < kStage.same_irradiance * was.irradiance.norm();
+  }
+  static bool same_place(const PointLight& was, const PointLight& now, const Eigen::Vector3f& probe_m) {
+    return was.clipped == now.clipped && was.direction.dot(now.direction) > kStage.same_direction &&
+           now.visibility == PointLight::Visibility::visible && was.distance_known == now.distance_known &&
+           (was.position_m - now.position_m).norm() <= kStage.same_position * (now.position_m - probe_m).norm();
   }
 };
 
@@ -137,7 +140,9 @@ struct AlbedoStage::State {
   /// The incremental solution; empty if a complete one is needed.
   std::optional<Result> solve_incremental(const DistanceField& field, const Illumination& illumination,
                                           bool even_if_due);
+  std::optional<Result> follow_light(const DistanceField& field, const Illumination& illumination);
   void add_warnings(const Illumination& lit);
+  void remember_albedo();
 
   /// Enclosure, irradiance model, gathered light of the samples and lamp positions of a complete solution. `merged`:
   /// the lamps of `lit` with pieces merged; `lit` gets its clipped walls raised; `surface` its usable samples.
@@ -160,7 +165,11 @@ struct AlbedoStage::State {
   bool solved = false;
   std::uint64_t field_version = 0, illumination_version = 0;
   Result last;
-  std::map<int, LampEstimate> estimates;  ///< by the lamp's id; also of lamps that are off now
+  struct KnownLamp {
+    LampEstimate estimate;
+    PointLight light;  ///< as measured then
+  };
+  std::map<int, KnownLamp> estimates;     ///< by the lamp's id; also of lamps that are off now
   std::size_t searched_points = 0;        ///< surface points when lamps were last searched without earlier estimates
   LampFilter filter;
   Located located;
@@ -171,6 +180,12 @@ struct AlbedoStage::State {
   std::shared_ptr<const Enclosure> closed;  ///< in which gather_cache was filled,
   bool rough = false;                       ///< and whether with few rays
   IncrementalSolver incremental;
+  std::map<SampleCell, SampleAlbedo> known;  ///< albedo as solved under earlier light
+  Illumination solved_light;                 ///< measured, of the last complete solution,
+  Illumination followed_light;               ///< and of the last one of any kind
+  KnownSurface known_surface;                ///< of the last complete solution
+  std::size_t solved_bricks = 0;             ///< of the field then
+  int followed = 0;                          ///< solutions of lamps that moved since then
   bool empty = false;                          ///< no surface is known
   IrradianceModel::Surroundings surroundings;  ///< of the last complete solution,
   std::vector<Eigen::Vector3f> floor_grid;     ///< its lamp light on the unseen floor,
@@ -185,7 +200,7 @@ std::vector<LampEstimate> AlbedoStage::State::locate(const IrradianceModel& room
   if (located.solves < kStage.locate_solves && !located.grown(static_cast<double>(points)) &&
       located.holds(illumination)) {
     ++located.solves;
-    for (const PointLight& light : illumination.lights) result.push_back(estimates.at(light.id));
+    for (const PointLight& light : illumination.lights) result.push_back(estimates.at(light.id).estimate);
     return result;
   }
   if (static_cast<double>(points) > kStage.search_growth * static_cast<double>(searched_points)) {
@@ -195,7 +210,7 @@ std::vector<LampEstimate> AlbedoStage::State::locate(const IrradianceModel& room
   std::vector<std::optional<LampEstimate>> before;
   for (const PointLight& light : illumination.lights) {
     const auto estimate = estimates.find(light.id);
-    before.push_back(estimate == estimates.end() ? std::nullopt : std::optional(estimate->second));
+    before.push_back(estimate == estimates.end() ? std::nullopt : std::optional(estimate->second.estimate));
   }
   const LampSolution found =
       locate_lamps(room, illumination, surface.samples, gathered, tag_paper(surface.points, print_m), before,
@@ -210,7 +225,7 @@ std::vector<LampEstimate> AlbedoStage::State::locate(const IrradianceModel& room
     result[i].flat = true;
     result[i].normal = light.normal;
   }
-  for (std::size_t i = 0; i < result.size(); ++i) estimates[illumination.lights[i].id] = result[i];
+  for (std::size_t i = 0; i < result.size(); ++i) estimates[illumination.lights[i].id] = {result[i], illumination.lights[i]};
   if (estimates.size() > kStage.max_estimates)
     std::erase_if(estimates, [&](const auto& entry) { return !lamp_with_id(illumination.lights, entry.first); });
   located = {points, illumination.lights, 0};
@@ -238,7 +253,8 @@ std::optional<AlbedoStage::Result> AlbedoStage::State::solve_incremental(const D
                                                                          bool even_if_due) {
   if (!solved) return std::nullopt;
   if (field_version == field.version && illumination_version == illumination.version) return last;
-  if (environment_change(illumination.environment, environment) > kStage.max_environment_change) return std::nullopt;
+  if (followed > 0 || environment_change(illumination.environment, environment) > kStage.max_environment_change)
+    return std::nullopt;
   const IncrementalSolver::Change change = incremental.change(field);
   const bool due = change.fraction > kStage.max_changed_fraction || located.grown(change.points) ||
                    located.solves >= kStage.incremental_solves;
@@ -251,7 +267,8 @@ std::optional<AlbedoStage::Result> AlbedoStage::State::solve_incremental(const D
   if (!located.holds(merged)) return std::nullopt;
   ++located.solves;
   std::vector<LampEstimate> lamps;
-  for (const PointLight& light : merged.lights) lamps.push_back(estimates.at(light.id));
+  for (const PointLight& light : merged.lights) lamps.push_back(estimates.at(light.id).estimate);
+  followed_light = illumination;
   if (illumination.version != illumination_version) {
     last_lamps = placed(merged, lamps);
     raise_clipped(*lit, last_lamps, closed.get(), field, rays, metal);
@@ -276,12 +293,21 @@ std::optional<AlbedoStage::Result> AlbedoStage::State::solve_incremental(const D
   return last;
 }
 
+/// The last solution becomes prior knowledge of those under another light. Errors common to all, of the lamps' light for
+/// one, limit it.
+void AlbedoStage::State::remember_albedo() {
+  known = incremental.albedo();
+  for (auto& [cell, sample] : known)
+    sample.sigma = std::hypot(sample.sigma, kAlbedoParameters.lighting.lamp_error * sample.albedo.mean()) /
+                   std::sqrt(kStage.kept_information);
+}
+
 void AlbedoStage::State::add_warnings(const Illumination& lit) {
   if (empty) last.warnings.push_back(kNoSurface);
   if (lit.from_shading) return;  // one warning says that all of the light is uncertain
   std::vector<LampEstimate> lamps;
   for (const PointLight& light : lit.lights) {
-    if (const auto estimate = estimates.find(light.id); estimate != estimates.end()) lamps.push_back(estimate->second);
+    if (const auto estimate = estimates.find(light.id); estimate != estimates.end()) lamps.push_back(estimate->second.estimate);
   }
   for (const std::string& warning :
        {distance_warning(lit.lights), beam_warning(lamps), power_warning(lit.lights), extrinsics_found})
@@ -291,6 +317,67 @@ void AlbedoStage::State::add_warnings(const Illumination& lit) {
 std::optional<AlbedoStage::Result> AlbedoStage::solve_incremental(const DistanceField& field,
                                                                   const Illumination& illumination, bool even_if_due) {
   return state_->solve_incremental(field, illumination, even_if_due);
+}
+
+std::optional<AlbedoStage::Result> AlbedoStage::State::follow_light(const DistanceField& field,
+                                                                    const Illumination& illumination) {
+  constexpr const AlbedoParameters::Following& kFollowing = kAlbedoParameters.following;
+  if (!solved || illumination.from_shading || followed >= kFollowing.solves || illumination.lights.empty() ||
+      !(relative_change(illumination, followed_light) > kFollowing.min_change) ||
+      static_cast<double>(field.bricks.size()) > kStage.locate_growth * static_cast<double>(solved_bricks))
+    return std::nullopt;
+  const FieldRays rays(field);
+  auto lit = std::make_shared<Illumination>(without_reflections(illumination, field, rays));
+  const OutOfViewLamps unseen(*lit, rays);
+  Illumination merged = *lit;
+  merged.lights = merge_pieces(lit->lights);
+  std::vector<LampEstimate> lamps;
+  std::vector<bool> changed;
+  for (const PointLight& light : merged.lights) {
+    const auto known = estimates.find(light.id);
+    if (known == estimates.end()) return std::nullopt;
+    const PointLight& was = known->second.light;
+    lamps.push_back(known->second.estimate);
+    changed.push_back(!Located::same_place(was, light, illumination.probe_position_m) ||
+                      (light.clipped && !Located::same_power(was, light)));
+    // A lamp that turned was carried; its power is as before.
+    if (changed.back() && !light.clipped && !light.distance_known)
+      lamps.back().distance_m *= std::sqrt(was.irradiance.mean() / std::max(light.irradiance.mean(), 1e-9f));
+  }
+  if (std::count(changed.begin(), changed.end(), true) > 0) {
+    const std::vector<SurfaceSample> samples = known_surface.in(field);
+    if (static_cast<float>(samples.size()) < kFollowing.min_samples_fraction * known_surface.size()) return std::nullopt;
+    const IrradianceModel room(field, rays, metal, *lit, closed.get());
+    floor_grid = room.lamp_irradiance_on_floor(placed(merged, lamps));
+    std::vector<Eigen::Vector3f> gathered;
+    for (const SurfaceSample& sample : samples) {
+      const IrradianceModel::Gathered own = room.gather(sample.position, sample.normal, kFollowing.gather_rays);
+      gathered.push_back(own.irradiance + room.irradiance_from_floor(own, floor_grid));
+    }
+    lamps = follow_lamps(room, merged, samples, gathered, lamps, changed);
+    last.samples = samples.size();
+    ++followed;
+  }
+  for (std::size_t i = 0; i < lamps.size(); ++i) estimates[merged.lights[i].id] = {lamps[i], merged.lights[i]};
+  located.lights = merged.lights;
+  last_lamps = placed(merged, lamps);
+  raise_clipped(*lit, last_lamps, closed.get(), field, rays, metal);
+  lit->lights = place_pieces(lit->lights, merged.lights, last_lamps, lit->probe_position_m);
+  last.warnings.clear();
+  unseen.resolve(*lit, tagged_lamps, last.warnings);
+  add_warnings(*lit);
+  last.illumination = lit;
+  last.complete = false;
+  last.due |= followed > 0 || relative_change(illumination, solved_light) > kStage.other_light;
+  environment = illumination.environment;
+  illumination_version = illumination.version;
+  followed_light = illumination;
+  return last;
+}
+
+std::optional<AlbedoStage::Result> AlbedoStage::follow_light(const DistanceField& field,
+                                                             const Illumination& illumination) {
+  return state_->follow_light(field, illumination);
 }
 
 AlbedoStage::Result AlbedoStage::solve(const DistanceField& field, const Illumination& illumination) {
@@ -348,6 +435,13 @@ AlbedoStage::Result AlbedoStage::solve_complete(const DistanceField& field, cons
   const OutOfViewLamps unseen(*lit, rays);
   Surface surface = find_surface(field, rays, s.metal, kStage.max_samples, s.sample_m);
   s.sample_m = surface.sample_m;
+  if (s.solved && relative_change(illumination, s.solved_light) > kStage.other_light) s.remember_albedo();
+  s.solved_light = s.followed_light = illumination;
+  s.solved_bricks = field.bricks.size();
+  s.followed = 0;
+  for (std::size_t i = 0; i < surface.samples.size(); ++i)
+    if (const auto known = s.known.find(surface.cells[i]); known != s.known.end())
+      surface.samples[i].known = known->second;
   Illumination merged = *lit;
   merged.lights = merge_pieces(lit->lights);
   std::optional<IrradianceModel> room;
@@ -370,6 +464,7 @@ AlbedoStage::Result AlbedoStage::solve_complete(const DistanceField& field, cons
   if (s.last.albedo) keep_unchanged(result->bricks, s.last.albedo->bricks);
 
   s.incremental.keep(field, surface, gathered, albedo, of_points, noise_floor);
+  s.known_surface = KnownSurface(surface, albedo, s.print_m);
   s.surroundings = room->surroundings();
   s.environment = illumination.environment;
   auto occluders =

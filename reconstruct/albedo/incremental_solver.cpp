@@ -100,6 +100,13 @@ void IncrementalSolver::keep(const DistanceField& field, const Surface& surface,
     samples_.emplace_hint(samples_.end(), surface.cells[i], Sample{surface.samples[i], gathered[i], albedo[i]});
 }
 
+std::map<SampleCell, SampleAlbedo> IncrementalSolver::albedo() const {
+  std::map<SampleCell, SampleAlbedo> result;
+  for (const auto& [cell, sample] : samples_)
+    if (sample.albedo.sigma >= 0) result.emplace_hint(result.end(), cell, sample.albedo);
+  return result;
+}
+
 IncrementalSolver::Change IncrementalSolver::change(const DistanceField& field) const {
   Change change;
   change.points = count_;
@@ -195,9 +202,12 @@ IncrementalSolver::Part IncrementalSolver::part_of(const std::set<SampleCell>& c
   auto& [part, gathered, held] = result;
   part.sample_m = sample_m_;
   std::map<SampleCell, int> sample_of;
-  for (const SampleCell& cell : cells) samples_.erase(cell);
+  std::map<SampleCell, Sample> before;
+  for (const SampleCell& cell : cells)
+    if (auto was = samples_.extract(cell)) before.insert(std::move(was));
   for (const auto& [cell, of_cell] : members) {
-    const SurfaceSample sample = patch(near, of_cell, cell, sample_m_);
+    SurfaceSample sample = patch(near, of_cell, cell, sample_m_);
+    if (const auto was = before.find(cell); was != before.end()) sample.known = was->second.surface.known;
     const IrradianceModel::Gathered own = light.room.gather(sample.position, sample.normal, light.rays);
     gathered.push_back(own.irradiance + light.room.irradiance_from_floor(own, light.floor_grid));
     sample_of[cell] = static_cast<int>(part.samples.size());

@@ -21,6 +21,8 @@ class IncrementalSolver {
   void keep(const DistanceField& field, const Surface& surface, const std::vector<Eigen::Vector3f>& gathered,
             const std::vector<SampleAlbedo>& albedo, const std::vector<PointAlbedo>& points, float noise_floor);
   void forget() { *this = {}; }
+  /// Of the samples, by their cell; those that are unknown left out.
+  std::map<SampleCell, SampleAlbedo> albedo() const;
 
   struct Change {
     std::vector<BrickKey> bricks;  ///< whose surface is new, gone, elsewhere, or of another radiance than when solved

@@ -22,9 +22,20 @@ struct AlbedoParameters {
     int incremental_solves = 32;         ///< incremental solutions between complete ones
     double max_changed_fraction = 0.25;  ///< of the surface, for an incremental solution
     float max_environment_change = 0.05f;  ///< relative, for an incremental solution
+    float other_light = 0.05f;             ///< relative change of light, after which what was solved is prior knowledge
+    float kept_information = 0.75f;        ///< of it: surfaces change, too
     float guess_log_sigma = 0.3f;          ///< of a lamp's power, above which a warning calls it a guess
     float max_distance_m = 7.5f;  ///< beyond it a lamp counts as infinitely far (sweep light-distance: 2° off)
   } stage;
+
+  /// Lamps that moved or changed, while albedo is known.
+  struct Following {
+    std::size_t max_samples = 600;     ///< bounds the time: 20 to 40 ms of processor time
+    float min_samples_fraction = 0.6f; ///< of them that must still be there
+    int gather_rays = 32;              ///< per sample
+    double min_change = 0.01;          ///< relative, of the light
+    int solves = 8;                    ///< between complete solutions, which learn more of albedo
+  } following;
 
   struct Gather {
     std::uint32_t refresh = 8;       ///< solutions within which every sample is gathered anew
@@ -47,6 +58,7 @@ struct AlbedoParameters {
     float max_distance_slope = 4;         ///< of log irradiance by log distance: beyond it surface is grazed
     float metal_sigma = 0.02f;            ///< absolute, of albedo 0: metal is configured
     float weight_softening = 0.05f;       ///< squared cells, in the weights of samples around a point
+    float min_albedo = 0.02f;             ///< lower clamp before the logarithm
   } lighting;
 
   struct Solver {

@@ -25,6 +25,17 @@ struct Data {
   }
 };
 
+/// (a - a₀) / σ of albedo that is known from earlier light.
+struct Known {
+  Eigen::Vector3d albedo;
+  double sigma;
+  template <typename T>
+  bool operator()(const T* a, T* residual) const {
+    for (int c = 0; c < 3; ++c) residual[c] = (a[c] - albedo[c]) / sigma;
+    return true;
+  }
+};
+
 struct Smooth {
   double weight;
   template <typename T>
@@ -132,6 +143,12 @@ std::vector<SampleAlbedo> solve_albedo(const std::vector<SurfaceSample>& samples
       problem.SetParameterUpperBound(albedo[i].data(), c, 1.0);
     }
     if (i >= open) problem.SetParameterBlockConstant(albedo[i].data());
+    if (const SampleAlbedo& known = samples[i].known; known.sigma > 0) {
+      problem.AddResidualBlock(
+          new ceres::AutoDiffCostFunction<Known, 3, 3>(new Known{known.albedo.cast<double>(), known.sigma}),
+          new ceres::HuberLoss(kSolver.huber), albedo[i].data());
+      information[i] += 1 / (known.sigma * known.sigma);
+    }
   }
   add_smoothness(problem, samples, light, neighbours, noise_floor, open, albedo, information);
   minimise(problem);

@@ -12,11 +12,6 @@ struct SampleLight {
   float relative_sigma = 0;    ///< 1σ over irradiance: model error, shadow edges
 };
 
-struct SampleAlbedo {
-  Eigen::Vector3f albedo;
-  float sigma = -1;  ///< 1σ, mean of the channels; negative = unknown
-};
-
 /// Indices of every sample's nearest neighbours of similar orientation, within `reach_cells` edges of its cell.
 std::vector<std::vector<int>> neighbours(const std::vector<SurfaceSample>& samples, float reach_cells);
 

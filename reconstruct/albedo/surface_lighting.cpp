@@ -181,6 +181,10 @@ SurfaceLighting::Interpolated SurfaceLighting::interpolate(const SurfacePoint& p
     weights += w;
     if (samples[j].sigma < 0) return;
     around += w * samples[j].albedo;
+    if (sample.known.sigma > 0)
+      result.known_ratio += w * (samples[j].albedo.array().max(kLighting.min_albedo) /
+                                 lambertian_albedo(sample.radiance, sample_light_[j].irradiance, noise_floor_))
+                                    .log();
     sigma += w * samples[j].sigma;
     spread += w * sample.spread;
     texture += w * sample.texture;
@@ -193,6 +197,7 @@ SurfaceLighting::Interpolated SurfaceLighting::interpolate(const SurfacePoint& p
   result.known = known_weights > 0;
   if (!result.known) return result;
   result.albedo = around / known_weights;
+  result.known_ratio /= known_weights;
   result.texture_sigma = kLighting.texture_factor * texture / known_weights;  // texture continues within voxels
   // With texture the surroundings say less about a point.
   result.sigma = std::hypot(sigma / known_weights, spread / known_weights * result.albedo.mean());
@@ -240,7 +245,8 @@ std::vector<PointAlbedo> SurfaceLighting::albedo(const std::vector<SampleAlbedo>
     float lamp_error = 0;
     for (std::size_t lamp = 0; lamp < lights.size(); ++lamp)
       lamp_error = std::hypot(lamp_error, power_error[lamp], distance_error[lamp]);
-    const Eigen::Array3f direct = lambertian_albedo(point.radiance, irradiance, noise_floor_).min(1.0f);
+    const Eigen::Array3f direct =
+        (around.known_ratio.exp() * lambertian_albedo(point.radiance, irradiance, noise_floor_)).min(1.0f);
     const float relative = std::hypot(kLighting.point_error, edge_error / std::max(irradiance.mean(), 1e-9f));
     const float direct_sigma =
         std::hypot(relative * direct.mean(), noise_floor_sigma(noise_floor_) / std::max(irradiance.mean(), 1e-9f));

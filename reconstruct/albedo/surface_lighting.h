@@ -59,6 +59,7 @@ class SurfaceLighting {
     bool known = false;  ///< albedo of at least one sample is known; else the rest is not set
     Eigen::Vector3f albedo;
     float sigma = 0;          ///< absolute,
+    Eigen::Array3f known_ratio = Eigen::Array3f::Zero();  ///< log of it over π B / E, where earlier light changed it
     float texture_sigma = 0;  ///< relative
   };
   Interpolated interpolate(const SurfacePoint& point, const std::vector<SampleAlbedo>& samples) const;

@@ -25,6 +25,19 @@ std::vector<SamplePair> thinned(const std::vector<SamplePair>& pairs) {
   return result;
 }
 
+/// A sample of known albedo counts as all pairs that it would be part of, each of which has the errors of two samples.
+void add_known_albedo(const std::vector<SurfaceSample>& samples, std::vector<SamplePair>& pairs) {
+  constexpr const LampParameters::Pairs& kPairs = kLampParameters.pairs;
+  const float error = kPairs.sample_error * kPairs.sample_error;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const SampleAlbedo& known = samples[i].known;
+    if (!samples[i].usable || known.sigma < 0) continue;
+    const float relative = known.sigma / std::max(known.albedo.mean(), kPairs.min_albedo);
+    const float weight = (kPairs.neighbours + kPairs.far) * 2 * error / (error + relative * relative);
+    pairs.push_back({static_cast<int>(i), static_cast<int>(samples.size() + i), weight});
+  }
+}
+
 double outline_penalty(const PointLight& light, bool flat) {
   return (light.squareness > kSearch.quadrilateral && !flat) || (light.squareness < kSearch.round && flat)
              ? 1 + kSearch.outline_penalty
@@ -61,19 +74,7 @@ class LampSearch {
 
   /// From earlier estimates; empty if a lamp moved out of the range searched around them.
   std::optional<LampSolution> solve_near(const std::vector<std::optional<LampEstimate>>& before) {
-    for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
-      LampShape& shape = shapes_[lamp];
-      shape.log_distance = std::log(before[lamp]->distance_m);
-      shape.flat = before[lamp]->flat;
-      shape.beam = before[lamp]->beam;
-      if (model_.placed(lamp)) set_from_tag(lamp);
-      if (shape.flat) shape.tilt = model_.tilt_of(lamp, before[lamp]->normal);
-      // At zero power the gradient vanishes: a lamp that was switched on would not be found.
-      const double min_gain = unseen(lamp) ? kLampParameters.refinement.log_dim : 0;
-      for (std::size_t c = 0; clipped(lamp) && c < 3; ++c) {
-        shape.log_gain[c] = std::max<double>(min_gain, std::log(before[lamp]->gain[static_cast<Eigen::Index>(c)]));
-      }
-    }
+    for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) start_at(lamp, *before[lamp]);
     LampSolution found = finish();
     for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
       if (model_.placed(lamp) || found.lamps[lamp].far) continue;
@@ -83,7 +84,47 @@ class LampSearch {
     return found;
   }
 
+  std::vector<LampEstimate> follow(const std::vector<LampEstimate>& before, const std::vector<bool>& changed) {
+    for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
+      LampShape& shape = shapes_[lamp];
+      start_at(lamp, before[lamp]);
+      shape.held = !changed[lamp];
+      shape.far = before[lamp].far;
+      if (shape.far) shape.log_distance = std::log(kLampParameters.distant_m[2]);
+      if (shape.held || shape.far) model_.tabulate(lamp, {shape.log_distance}, kSearch.fine_rays);
+    }
+    Refinement refined;
+    for (int round = 0; round < kSearch.follow_rounds; ++round) {
+      for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp)
+        if (!shapes_[lamp].held && !shapes_[lamp].far) tabulate_near(lamp);
+      refined = refine_lamps(model_, pairs_, paper_, shapes_, Search::fine);
+      bool inside = true;
+      for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp)
+        inside &= std::abs(refined.shapes[lamp].log_distance - shapes_[lamp].log_distance) <
+                  kSearch.fine_limit * kSearch.fine_reach;
+      shapes_ = refined.shapes;
+      if (inside) break;
+    }
+    std::vector<LampEstimate> result = solution(refined).lamps;
+    for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
+      if (!changed[lamp]) result[lamp] = before[lamp];
+      if (before[lamp].far) result[lamp].distance_m = before[lamp].distance_m;
+    }
+    return result;
+  }
+
  private:
+  void start_at(std::size_t lamp, const LampEstimate& before) {
+    LampShape& shape = shapes_[lamp];
+    shape = {.log_distance = std::log(before.distance_m), .flat = before.flat, .beam = before.beam};
+    if (model_.placed(lamp)) set_from_tag(lamp);
+    if (shape.flat) shape.tilt = model_.tilt_of(lamp, before.normal);
+    // At zero power the gradient vanishes: a lamp that was switched on would not be found.
+    const double min_gain = unseen(lamp) ? kLampParameters.refinement.log_dim : 0;
+    for (std::size_t c = 0; clipped(lamp) && c < 3; ++c)
+      shape.log_gain[c] = std::max<double>(min_gain, std::log(before.gain[static_cast<Eigen::Index>(c)]));
+  }
+
   /// Lamps at the usual distance; a panel faces the probe, the floor or the tag.
   void start(const Eigen::Vector3f& probe) {
     for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
@@ -342,13 +383,14 @@ LampSolution locate_lamps(const IrradianceModel& room, const Illumination& illum
                           const std::optional<SurfaceSample>& paper,
                           const std::vector<std::optional<LampEstimate>>& before, Search how) {
   if (illumination.lights.empty()) return {};
-  const std::vector<SamplePair> pairs = choose_pairs(samples);
+  std::vector<SamplePair> pairs = choose_pairs(samples);
   if (paper) {
     samples.push_back(*paper);
     gathered.push_back(room.gather(paper->position, paper->normal, kSearch.paper_rays).irradiance);
   }
   ShadingModel model(room, illumination, samples, gathered);
   const int paper_index = paper ? static_cast<int>(samples.size()) - 1 : -1;
+  add_known_albedo(samples, pairs);
   LampSearch search(model, pairs, paper_index);
   const bool all_known = before.size() == illumination.lights.size() &&
                          std::all_of(before.begin(), before.end(), [](const auto& lamp) { return lamp.has_value(); });
@@ -356,6 +398,16 @@ LampSolution locate_lamps(const IrradianceModel& room, const Illumination& illum
     if (auto found = search.solve_near(before)) return *std::move(found);
   }
   return search.solve(illumination.probe_position_m, how);
+}
+
+std::vector<LampEstimate> follow_lamps(const IrradianceModel& room, const Illumination& illumination,
+                                       const std::vector<SurfaceSample>& samples,
+                                       const std::vector<Eigen::Vector3f>& gathered,
+                                       const std::vector<LampEstimate>& before, const std::vector<bool>& changed) {
+  std::vector<SamplePair> pairs;
+  add_known_albedo(samples, pairs);
+  ShadingModel model(room, illumination, samples, gathered);
+  return LampSearch(model, pairs, -1).follow(before, changed);
 }
 
 }  // namespace lumigraft::reconstruct

@@ -44,4 +44,11 @@ LampSolution locate_lamps(const IrradianceModel& room, const Illumination& illum
                           const std::optional<SurfaceSample>& paper,
                           const std::vector<std::optional<LampEstimate>>& before, Search how = Search::fine);
 
+/// The light of now on surface of known albedo: searches only the lamps that `changed` since the estimates `before`,
+/// from there, and holds the others. All samples have a known albedo.
+std::vector<LampEstimate> follow_lamps(const IrradianceModel& room, const Illumination& illumination,
+                                       const std::vector<SurfaceSample>& samples,
+                                       const std::vector<Eigen::Vector3f>& gathered,
+                                       const std::vector<LampEstimate>& before, const std::vector<bool>& changed);
+
 }  // namespace lumigraft::reconstruct

@@ -47,10 +47,15 @@ class Evaluation : public ceres::EvaluationCallback {
 
   LampShape shape(std::size_t lamp) const {
     const double* p = &parameters_[kUnknownsPerLamp * lamp];
-    return {p[0], shapes_[lamp].flat, {p[1], p[2]}, {p[3], p[4], p[5]}, shapes_[lamp].beam, shapes_[lamp].far};
+    LampShape shape = shapes_[lamp];
+    shape.log_distance = p[0];
+    shape.tilt = {p[1], p[2]};
+    shape.log_gain = {p[3], p[4], p[5]};
+    return shape;
   }
   /// Indices of a lamp's parameters that are known.
   std::vector<int> fixed(std::size_t lamp) const {
+    if (shapes_[lamp].held) return {0, 1, 2, 3, 4, 5};
     std::vector<int> result;
     if (model_.placed(lamp) || shapes_[lamp].far) result = {0};
     if (!shapes_[lamp].flat || (model_.placed(lamp) && model_.light(lamp).flat)) result.insert(result.end(), {1, 2});
@@ -75,7 +80,7 @@ class Evaluation : public ceres::EvaluationCallback {
  private:
   void differentiate() {
     derivative.assign(parameters_.size(), {});
-    std::vector<Eigen::Array3f> slope(log_albedo.size());
+    std::vector<Eigen::Array3f> slope(model_.samples());
     for (std::size_t i = 0; i < slope.size(); ++i) slope[i] = model_.slope(i, powers_, factors_);
     std::vector<float> ahead, behind;
     for (std::vector<Eigen::Array3f>& of_parameter : derivative)
@@ -135,7 +140,7 @@ NormalEquations normal_equations(const Evaluation& evaluation, const std::vector
   for (Eigen::Index i = 0; i < count; ++i) {
     const SamplePair& pair = pairs[static_cast<std::size_t>(i)];
     const Eigen::Vector3f r = evaluation.residual(pair);
-    roots[i] = static_cast<float>(std::sqrt(weight_of(pair, static_cast<double>(r.squaredNorm()))));
+    roots[i] = static_cast<float>(std::sqrt(pair.weight * weight_of(pair, static_cast<double>(r.squaredNorm()))));
     residuals.col(i) = roots[i] * r;
   }
   for (Eigen::Index c = 0; c < 3; ++c) {
@@ -184,7 +189,7 @@ class PairsCost : public ceres::CostFunction {
     double cost = 0;
     for (const SamplePair& pair : pairs_) {
       const double s = evaluation_.residual(pair).squaredNorm();
-      cost += level_ * s / (level_ + s);
+      cost += pair.weight * level_ * s / (level_ + s);
     }
     if (jacobians && size > 0) {
       const NormalEquations sum = normal_equations(
@@ -338,11 +343,13 @@ Uncertainty uncertainty_of(const ShadingModel& model, const Evaluation& evaluati
   }
   double squares = 0, weights = 0;
   const NormalEquations sum = normal_equations(evaluation, pairs, [&](const SamplePair& pair, double s) {
-    const double information = std::min(evaluation.information_weight(static_cast<std::size_t>(pair.a)),
-                                        evaluation.information_weight(static_cast<std::size_t>(pair.b)));
+    const auto of_known = static_cast<std::size_t>(pair.b) >= model.samples() ? model.samples() : 0;
+    const double information =
+        std::min(evaluation.information_weight(static_cast<std::size_t>(pair.a)),
+                 evaluation.information_weight(static_cast<std::size_t>(pair.b) - of_known));
     const double weight = std::pow(information / (1 + s), 2);
-    squares += weight * s;
-    weights += 3 * weight;
+    squares += pair.weight * weight * s;
+    weights += 3 * pair.weight * weight;
     return weight;
   });
   const std::vector<std::size_t>& free = evaluation.free();
@@ -387,7 +394,7 @@ double robust_cost(const std::vector<Eigen::Array3f>& log_albedo, const std::vec
     const Eigen::Array3f d =
         log_albedo[static_cast<std::size_t>(pair.a)] - log_albedo[static_cast<std::size_t>(pair.b)];
     const double squared = scale * d.square().sum();
-    sum += level * squared / (level + squared);
+    sum += pair.weight * level * squared / (level + squared);
   }
   return sum;
 }

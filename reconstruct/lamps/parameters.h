@@ -16,6 +16,8 @@ struct LampParameters {
     int far = 6, far_tries = 40;    ///< samples of the same orientation, and random draws to find them
     float far_reach_m = 1.0f;       ///< shading over a larger part of a floor or wall says more
     float same_orientation = 0.9f;  ///< cosine
+    float sample_error = 0.08f;     ///< 1σ of log irradiance, as for albedo
+    float min_albedo = 0.02f;       ///< lower clamp before the logarithm
   } pairs;
 
   struct Search {
@@ -24,6 +26,7 @@ struct LampParameters {
     double fine_reach = 0.22;  ///< of log distance, either way: one step of the grid and a little
     double fine_limit = 0.7;   ///< of fine_reach: an earlier estimate that moves farther is searched anew
     int fine_steps = 7;
+    int follow_rounds = 4;  ///< of the search around a lamp that moved: a factor of 1.8 of distance in one image
     int fine_rays = 5;           ///< over a lamp's disk
     double max_gain = 1 << 18;   ///< of a clipped lamp: the sun over the level of a well-exposed sky
     int gain_steps = 19;         ///< one per power of two

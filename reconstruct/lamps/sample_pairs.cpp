@@ -30,13 +30,16 @@ std::vector<SamplePair> choose_pairs(const std::vector<SurfaceSample>& samples) 
     }
     const auto count = std::min<std::ptrdiff_t>(kPairs.neighbours, static_cast<std::ptrdiff_t>(near.size()));
     std::partial_sort(near.begin(), near.begin() + count, near.end());
-    for (std::ptrdiff_t i = 0; i < count; ++i) pairs.push_back({a, near[static_cast<std::size_t>(i)].second});
+    const auto add = [&](int b) {
+      if (sample.known.sigma < 0 || samples[static_cast<std::size_t>(b)].known.sigma < 0) pairs.push_back({a, b});
+    };
+    for (std::ptrdiff_t i = 0; i < count; ++i) add(near[static_cast<std::size_t>(i)].second);
     for (int found = 0, i = 0; i < kPairs.far_tries && found < kPairs.far; ++i) {
       const int b = usable[random() % usable.size()];
       const SurfaceSample& other = samples[static_cast<std::size_t>(b)];
       if (a == b || sample.normal.dot(other.normal) < kPairs.same_orientation) continue;
       if ((sample.position - other.position).squaredNorm() > kPairs.far_reach_m * kPairs.far_reach_m) continue;
-      pairs.push_back({a, b});
+      add(b);
       ++found;
     }
   }

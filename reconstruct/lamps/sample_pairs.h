@@ -8,10 +8,11 @@ namespace lumigraft::reconstruct {
 
 struct SamplePair {
   int a, b;
+  float weight = 1;
 };
 
 /// For each usable sample its nearest neighbours of any normal, and random ones of the same orientation up to 1 m away.
-/// The random choice is the same for the same samples.
+/// Two samples of known albedo are no pair. The random choice is the same for the same samples.
 std::vector<SamplePair> choose_pairs(const std::vector<SurfaceSample>& samples);
 
 }  // namespace lumigraft::reconstruct

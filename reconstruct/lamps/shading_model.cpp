@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "reconstruct/lamps/parameters.h"
 #include "reconstruct/shading/noise_floor.h"
 #include "reconstruct/shading/parameters.h"
 
@@ -49,6 +50,8 @@ ShadingModel::ShadingModel(const IrradianceModel& room, const Illumination& illu
   }
   for (const SurfaceSample& sample : samples)
     log_radiance_.push_back((sample.radiance.array() + kTypicalAlbedo * noise_floor_).log());
+  for (const SurfaceSample& sample : samples)
+    log_known_.push_back(sample.known.albedo.array().max(kLampParameters.pairs.min_albedo).log());
 }
 
 void ShadingModel::tabulate(std::size_t lamp, std::vector<double> log_distances, int rays) {
@@ -135,9 +138,10 @@ std::vector<Eigen::Array3f> ShadingModel::irradiance(const std::vector<Eigen::Ar
 
 void ShadingModel::log_albedo(const std::vector<Eigen::Array3f>& others, const Eigen::Array3f& power,
                               const std::vector<float>& factors, std::vector<Eigen::Array3f>& result) const {
-  result.resize(samples_.size());
+  result.resize(2 * samples_.size());
   for (std::size_t i = 0; i < samples_.size(); ++i) {
     if (!samples_[i].usable) continue;
+    result[samples_.size() + i] = log_known_[i];
     result[i] =
         log_radiance_[i] - ((others[i] + power * factors[i]) * std::numbers::inv_pi_v<float> + noise_floor_).log();
   }
@@ -160,7 +164,7 @@ Eigen::Array3f ShadingModel::scale_reference(const std::vector<Eigen::Array3f>& 
   if (paper >= 0) return values[static_cast<std::size_t>(paper)];
   Eigen::Array3d sum = Eigen::Array3d::Zero();
   int count = 0;
-  for (std::size_t i = 0; i < values.size(); ++i) {
+  for (std::size_t i = 0; i < samples_.size(); ++i) {
     if (!samples_[i].usable) continue;
     sum += values[i].cast<double>();
     ++count;

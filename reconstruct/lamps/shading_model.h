@@ -19,7 +19,8 @@ struct LampShape {
   std::array<double, 2> tilt{};
   std::array<double, 3> log_gain{};  ///< of a clipped lamp: true over measured irradiance
   bool beam = false;                 ///< then also flat: emission falls with cosine⁴
-  bool far = false;                  ///< its distance is fixed
+  bool far = false;                  ///< its distance is fixed,
+  bool held = false;                 ///< or all of it
 };
 
 constexpr int kUnknownsPerLamp = 6;  ///< log distance, two tilts, log gain of three channels
@@ -32,6 +33,8 @@ class ShadingModel {
                const std::vector<Eigen::Vector3f>& gathered);
 
   std::size_t lamps() const { return lights_.size(); }
+  std::size_t samples() const { return samples_.size(); }
+  const SurfaceSample& sample(std::size_t i) const { return samples_[i]; }
   const PointLight& light(std::size_t lamp) const { return lights_[lamp]; }
   /// Whether a tag gives the lamp's position, and its normal if it is flat; these are then no unknowns.
   bool placed(std::size_t lamp) const { return lights_[lamp].distance_known; }
@@ -53,7 +56,8 @@ class ShadingModel {
   /// Irradiance of every sample for these powers and factors, per lamp, without the lamp `without` (-1: all).
   std::vector<Eigen::Array3f> irradiance(const std::vector<Eigen::Array3f>& powers,
                                          const std::vector<std::vector<float>>& factors, int without = -1) const;
-  /// log B - log E of every sample for the irradiance of the other lamps and one lamp's power and factors.
+  /// log B - log E of every sample for the irradiance of the other lamps and one lamp's power and factors; after them
+  /// the log of their known albedo, where they have one.
   void log_albedo(const std::vector<Eigen::Array3f>& others, const Eigen::Array3f& power,
                   const std::vector<float>& factors, std::vector<Eigen::Array3f>& result) const;
   /// The same for all lamps.
@@ -85,7 +89,7 @@ class ShadingModel {
   const std::vector<SurfaceSample>& samples_;
   const std::vector<Eigen::Vector3f>& gathered_;
   float noise_floor_;  ///< radiance
-  std::vector<Eigen::Array3f> log_radiance_;
+  std::vector<Eigen::Array3f> log_radiance_, log_known_;
   std::vector<Table> tables_;
 };
 

@@ -22,6 +22,11 @@ struct SurfacePoint {
   int sample = -1;  ///< index of the sample that represents it
 };
 
+struct SampleAlbedo {
+  Eigen::Vector3f albedo = Eigen::Vector3f::Zero();
+  float sigma = -1;  ///< 1σ, mean of the channels; negative = unknown
+};
+
 /// A patch of surface.
 struct SurfaceSample {
   Eigen::Vector3f position;  ///< of the point nearest to the patch's centroid
@@ -31,6 +36,7 @@ struct SurfaceSample {
   float spread = 0;          ///< standard deviation of log luminance over the patch
   float texture = 0;         ///< the same after a linear slope is removed: texture or a shadow edge
   bool usable = true;        ///< one smooth piece of surface, no rim
+  SampleAlbedo known = {};   ///< as solved under earlier, other light
 };
 
 /// Level of size, three coordinates, and signed axis nearest to the normals of its points.
