@@ -12,7 +12,6 @@
 #include "reconstruct/albedo/sample_solver.h"
 #include "reconstruct/albedo/surface_lighting.h"
 #include "reconstruct/field/field_rays.h"
-#include "reconstruct/lamps/lamp_filter.h"
 #include "reconstruct/lamps/lamp_placement.h"
 #include "reconstruct/lamps/lamp_reflections.h"
 #include "reconstruct/lamps/out_of_view_lamps.h"
@@ -171,7 +170,7 @@ struct AlbedoStage::State {
   };
   std::map<int, KnownLamp> estimates;     ///< by the lamp's id; also of lamps that are off now
   std::size_t searched_points = 0;        ///< surface points when lamps were last searched without earlier estimates
-  LampFilter filter;
+  LampMemory lamp_memory;
   Located located;
   std::vector<PointLight> last_lamps;  ///< with their estimated positions
   float sample_m = 0;                  ///< edge of cells; it only grows, so that samples stay the same
@@ -212,10 +211,8 @@ std::vector<LampEstimate> AlbedoStage::State::locate(const IrradianceModel& room
     const auto estimate = estimates.find(light.id);
     before.push_back(estimate == estimates.end() ? std::nullopt : std::optional(estimate->second.estimate));
   }
-  const LampSolution found =
-      locate_lamps(room, illumination, surface.samples, gathered, tag_paper(surface.points, print_m), before,
-                   rough ? Search::rough : Search::fine);
-  result = rough ? found.lamps : filter.combine(illumination.lights, found);
+  result = locate_lamps(room, illumination, surface.samples, gathered, tag_paper(surface.points, print_m), before,
+                        lamp_memory, rough ? Search::rough : Search::fine);
   for (std::size_t i = 0; i < result.size(); ++i) {
     const PointLight& light = illumination.lights[i];
     if (!light.distance_known) continue;

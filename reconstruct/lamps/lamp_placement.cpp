@@ -4,8 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "reconstruct/lamps/distant_lamps.h"
-#include "reconstruct/lamps/lamp_refinement.h"
+#include "reconstruct/lamps/lamp_posterior.h"
 #include "reconstruct/lamps/parameters.h"
 
 namespace lumigraft::reconstruct {
@@ -52,87 +51,109 @@ class LampSearch {
         some_pairs_(thinned(pairs)),
         paper_(paper),
         shapes_(model.lamps()),
+        near_(model.lamps(), 0.0),
         powers_(model.lamps()),
         facing_(model.lamps()),
         factors_(model.lamps()) {}
 
   /// Without earlier estimates.
-  LampSolution solve(const Eigen::Vector3f& probe, Search search) {
+  LampPosterior solve(const Eigen::Vector3f& probe, Search search, LampMemory& memory) {
     start(probe);
     if (has_clipped(model_)) {
       start_gains();
-      adopt(refine_lamps(model_, some_pairs_, paper_, shapes_, Search::rough));
+      adopt(solve_lamps(model_, some_pairs_, paper_, shapes_, Search::rough));
     }
     for (int round = 0; round < kSearch.rounds; ++round) {
       bool changed = false;
       for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) changed |= descend(lamp);
       if (!changed) break;
     }
-    const Refinement refined = refine_shapes();
-    return search == Search::rough ? solution(refined) : finish();
+    const LampPosterior found = solve_shapes();
+    return search == Search::rough ? found : finish(memory);
   }
 
   /// From earlier estimates; empty if a lamp moved out of the range searched around them.
-  std::optional<LampSolution> solve_near(const std::vector<std::optional<LampEstimate>>& before) {
+  std::optional<LampPosterior> solve_near(const std::vector<std::optional<LampEstimate>>& before, LampMemory& memory) {
     for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) start_at(lamp, *before[lamp]);
-    LampSolution found = finish();
-    for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
-      if (model_.placed(lamp) || found.lamps[lamp].far) continue;
-      const double moved = std::log(found.lamps[lamp].distance_m / before[lamp]->distance_m);
-      if (std::abs(moved) > kSearch.fine_limit * kSearch.fine_reach) return std::nullopt;
-    }
-    return found;
+    const std::vector<LampShape> start = shapes_;
+    const LampMemory kept = memory;
+    LampPosterior found = finish(memory);
+    if (within_reach(start, found.shapes)) return found;
+    memory = kept;
+    return std::nullopt;
   }
 
-  std::vector<LampEstimate> follow(const std::vector<LampEstimate>& before, const std::vector<bool>& changed) {
+  /// From earlier estimates, of which those that did not change are held.
+  LampPosterior follow(const std::vector<LampEstimate>& before, const std::vector<bool>& changed) {
     for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
-      LampShape& shape = shapes_[lamp];
       start_at(lamp, before[lamp]);
-      shape.held = !changed[lamp];
-      shape.far = before[lamp].far;
-      if (shape.far) shape.log_distance = std::log(kLampParameters.distant_m[2]);
-      if (shape.held || shape.far) model_.tabulate(lamp, {shape.log_distance}, kSearch.fine_rays);
+      shapes_[lamp].held = !changed[lamp];
+      shapes_[lamp].far = before[lamp].far;
+      if (before[lamp].far) shapes_[lamp].inverse_distance = 0;
     }
-    Refinement refined;
-    for (int round = 0; round < kSearch.follow_rounds; ++round) {
-      for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp)
-        if (!shapes_[lamp].held && !shapes_[lamp].far) tabulate_near(lamp);
-      refined = refine_lamps(model_, pairs_, paper_, shapes_, Search::fine);
-      bool inside = true;
-      for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp)
-        inside &= std::abs(refined.shapes[lamp].log_distance - shapes_[lamp].log_distance) <
-                  kSearch.fine_limit * kSearch.fine_reach;
-      shapes_ = refined.shapes;
-      if (inside) break;
+    for (int round = 1;; ++round) {
+      for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) tabulate_near(lamp);
+      LampPosterior found = solve_lamps(model_, pairs_, paper_, shapes_, Search::fine);
+      if (round == kSearch.follow_rounds || within_reach(shapes_, found.shapes)) return found;
+      shapes_ = std::move(found.shapes);
     }
-    std::vector<LampEstimate> result = solution(refined).lamps;
+  }
+
+  /// `near`: finite distances of lamps that count as infinitely far; may be empty.
+  std::vector<LampEstimate> estimates(const LampPosterior& found) const {
+    std::vector<LampEstimate> result;
     for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
-      if (!changed[lamp]) result[lamp] = before[lamp];
-      if (before[lamp].far) result[lamp].distance_m = before[lamp].distance_m;
+      const LampShape& shape = found.shapes[lamp];
+      LampEstimate estimate;
+      const double inverse = shape.far ? near_[lamp] : std::max(shape.inverse_distance, kMinInverse);
+      estimate.distance_m = static_cast<float>(1 / inverse);
+      estimate.log_sigma = static_cast<float>(found.inverse_distance_sigma(lamp) / inverse);
+      estimate.gain_log_sigma = clipped(lamp) ? static_cast<float>(found.gain_log_sigma(lamp)) : 0.0f;
+      estimate.flat = shape.flat;
+      estimate.beam = shape.beam;
+      estimate.far = shape.far;
+      if (shape.beam) estimate.log_sigma = std::hypot(estimate.log_sigma, kSearch.beam_log_sigma);
+      if (shape.flat) estimate.normal = model_.normal(lamp, shape);
+      for (std::size_t c = 0; c < 3; ++c)
+        estimate.gain[static_cast<Eigen::Index>(c)] = static_cast<float>(std::exp(shape.log_gain[c]));
+      result.push_back(estimate);
     }
     return result;
   }
 
  private:
+  static constexpr double kMinInverse = 0.01;  ///< 1/m: of a lamp that is published as infinitely far
+
   void start_at(std::size_t lamp, const LampEstimate& before) {
     LampShape& shape = shapes_[lamp];
-    shape = {.log_distance = std::log(before.distance_m), .flat = before.flat, .beam = before.beam};
+    shape = {.inverse_distance = 1 / before.distance_m, .flat = before.flat, .beam = before.beam};
+    near_[lamp] = shape.inverse_distance;
     if (model_.placed(lamp)) set_from_tag(lamp);
     if (shape.flat) shape.tilt = model_.tilt_of(lamp, before.normal);
     // At zero power the gradient vanishes: a lamp that was switched on would not be found.
-    const double min_gain = unseen(lamp) ? kLampParameters.refinement.log_dim : 0;
+    const double min_gain = unseen(lamp) ? kLampParameters.posterior.log_dim : 0;
     for (std::size_t c = 0; clipped(lamp) && c < 3; ++c)
       shape.log_gain[c] = std::max<double>(min_gain, std::log(before.gain[static_cast<Eigen::Index>(c)]));
+  }
+
+  bool within_reach(const std::vector<LampShape>& start, const std::vector<LampShape>& found) const {
+    for (std::size_t lamp = 0; lamp < start.size(); ++lamp) {
+      const double from = start[lamp].inverse_distance, moved = found[lamp].inverse_distance - from;
+      if (!model_.placed(lamp) && !found[lamp].far && std::abs(moved) > kSearch.fine_limit * reach(from)) return false;
+    }
+    return true;
+  }
+  static double reach(double inverse_distance) {
+    return std::max(kSearch.fine_reach * inverse_distance, kSearch.min_fine_reach);
   }
 
   /// Lamps at the usual distance; a panel faces the probe, the floor or the tag.
   void start(const Eigen::Vector3f& probe) {
     for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
       if (model_.placed(lamp))
-        model_.tabulate(lamp, {model_.log_distance_of(model_.light(lamp))}, 1);
+        model_.tabulate(lamp, {model_.inverse_distance_of(model_.light(lamp))}, 1);
       else
-        model_.tabulate(
-            lamp, spaced(std::log(kSearch.min_distance_m), std::log(kSearch.max_distance_m), kSearch.grid_steps), 1);
+        model_.tabulate(lamp, spaced(0, kSearch.max_inverse_distance, kSearch.grid_steps), 1);
       const Eigen::Vector3f& direction = model_.light(lamp).direction;
       facing_[lamp] = {-direction};
       if (direction.z() > kSearch.facing_cosine) facing_[lamp].push_back(-Eigen::Vector3f::UnitZ());
@@ -141,7 +162,7 @@ class LampSearch {
       if (to_tag.dot(direction) < -kSearch.facing_cosine) facing_[lamp].push_back(to_tag);
       LampShape& shape = shapes_[lamp];
       shape = {};
-      shape.log_distance = std::log(kLampParameters.usual_distance_m);
+      shape.inverse_distance = 1 / kLampParameters.usual_distance_m;
       shape.flat = model_.light(lamp).squareness > kSearch.quadrilateral;
       if (shape.flat) shape.tilt = model_.tilt_of(lamp, facing_[lamp].back());
       if (model_.placed(lamp)) set_from_tag(lamp);
@@ -152,65 +173,77 @@ class LampSearch {
   /// Position and normal of a lamp with a tag.
   void set_from_tag(std::size_t lamp) {
     const PointLight& light = model_.light(lamp);
-    shapes_[lamp].log_distance = model_.log_distance_of(light);
+    shapes_[lamp].inverse_distance = model_.inverse_distance_of(light);
     if (!light.flat) return;
     shapes_[lamp].flat = true;
     shapes_[lamp].tilt = model_.tilt_of(lamp, light.normal);
   }
   bool shape_known(std::size_t lamp) const { return model_.placed(lamp) && model_.light(lamp).flat; }
 
-  /// The last refinement, on all pairs and with finer visibility.
-  LampSolution finish() {
+  /// The last solution, on all pairs and with finer visibility.
+  LampPosterior finish(LampMemory& memory) {
+    const auto solve = [&] {
+      const std::optional<LampPrior> prior = memory.prior(model_, shapes_);
+      return solve_lamps(model_, pairs_, paper_, shapes_, Search::fine, prior ? &*prior : nullptr);
+    };
     for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) tabulate_near(lamp);
-    const Refinement near = refine_lamps(model_, pairs_, paper_, shapes_, Search::fine);
-    const std::vector<std::optional<LampShape>> far =
-        find_distant_lamps(model_, pairs_, near.shapes, near.pair_variance);
-    if (std::none_of(far.begin(), far.end(), [](const auto& shape) { return shape.has_value(); }))
-      return solution(near);
-    shapes_ = near.shapes;
-    for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
-      if (far[lamp]) {
-        shapes_[lamp] = *far[lamp];
-        model_.tabulate(lamp, {shapes_[lamp].log_distance}, kSearch.fine_rays);
-      } else {
+    LampPosterior found = solve();
+    const std::vector<bool> far = find_distant(found);
+    if (std::count(far.begin(), far.end(), true) > 0) {
+      shapes_ = found.shapes;
+      for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
+        near_[lamp] = std::max(shapes_[lamp].inverse_distance, kMinInverse);
+        if (far[lamp]) shapes_[lamp] = {.log_gain = shapes_[lamp].log_gain, .far = true};
         tabulate_near(lamp);
       }
+      found = solve();
     }
-    Refinement result = refine_lamps(model_, pairs_, paper_, shapes_, Search::fine);
+    memory.keep(model_, found);
+    return found;
+  }
+
+  /// Lamps with which the room is explained as well if they are infinitely far. A minimum at a finite distance does not
+  /// tell: that of the sun may be anywhere. Doubtful lamps, with which it is explained worse by less than 1σ, are far if
+  /// that holds for all of them at once: lamps that share the evidence may each be uncertain although they cannot all be
+  /// far.
+  std::vector<bool> find_distant(const LampPosterior& found) {
+    std::vector<Eigen::Array3f> powers;
+    std::vector<std::vector<float>> near(model_.lamps()), distant(model_.lamps());
     for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
-      if (far[lamp]) result.shapes[lamp].log_distance = near.shapes[lamp].log_distance;
+      powers.push_back(model_.power(lamp, found.shapes[lamp]));
+      model_.factors(lamp, found.shapes[lamp], near[lamp]);
+      model_.tabulate(lamp, {0}, kSearch.fine_rays);
+      model_.factors(lamp, {}, distant[lamp]);
     }
-    return solution(result);
+    const auto cost_if = [&](const std::vector<bool>& far) {
+      std::vector<std::vector<float>> factors;
+      for (std::size_t lamp = 0; lamp < far.size(); ++lamp) factors.push_back(far[lamp] ? distant[lamp] : near[lamp]);
+      model_.log_albedo(powers, factors, log_albedo_);
+      return robust_cost(log_albedo_, pairs_, 1);
+    };
+    std::vector<bool> far(model_.lamps(), false), doubtful = far;
+    const double cost = cost_if(far), limit = cost + found.pair_variance;
+    for (std::size_t lamp = 0; lamp < far.size(); ++lamp) {
+      std::vector<bool> alone(far.size(), false);
+      alone[lamp] = true;
+      doubtful[lamp] = !model_.placed(lamp) && cost_if(alone) < limit;
+    }
+    if (cost_if(doubtful) < limit) return doubtful;
+    for (std::size_t lamp = 0; lamp < far.size(); ++lamp) {
+      far[lamp] = doubtful[lamp];
+      if (far[lamp] && cost_if(far) > cost) far[lamp] = false;
+    }
+    return far;
   }
 
   void tabulate_near(std::size_t lamp) {
-    const double at = shapes_[lamp].log_distance;
-    if (model_.placed(lamp))
+    const LampShape& shape = shapes_[lamp];
+    const double at = shape.inverse_distance;
+    if (model_.placed(lamp) || shape.far || shape.held)
       model_.tabulate(lamp, {at}, kSearch.fine_rays);
     else
-      model_.tabulate(lamp, spaced(at - kSearch.fine_reach, at + kSearch.fine_reach, kSearch.fine_steps),
+      model_.tabulate(lamp, spaced(std::max(0.0, at - reach(at)), at + reach(at), kSearch.fine_steps),
                       kSearch.fine_rays);
-  }
-
-  LampSolution solution(const Refinement& last) const {
-    LampSolution result{{}, last.covariance};
-    for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
-      const LampShape& shape = last.shapes[lamp];
-      LampEstimate estimate;
-      estimate.distance_m = static_cast<float>(std::exp(shape.log_distance));
-      estimate.log_sigma = static_cast<float>(last.log_sigma[lamp]);
-      estimate.gain_log_sigma = clipped(lamp) ? static_cast<float>(last.gain_log_sigma[lamp]) : 0.0f;
-      estimate.flat = shape.flat;
-      estimate.beam = shape.beam;
-      estimate.far = shape.far;
-      if (shape.beam) estimate.log_sigma = std::hypot(estimate.log_sigma, kSearch.beam_log_sigma);
-      if (shape.flat) estimate.normal = model_.normal(lamp, shape);
-      for (std::size_t c = 0; c < 3; ++c) {
-        estimate.gain[static_cast<Eigen::Index>(c)] = static_cast<float>(std::exp(shape.log_gain[c]));
-      }
-      result.lamps.push_back(estimate);
-    }
-    return result;
   }
 
   void update(std::size_t lamp) {
@@ -224,8 +257,8 @@ class LampSearch {
     update(lamp);
   }
 
-  void adopt(const Refinement& refinement) {
-    shapes_ = refinement.shapes;
+  void adopt(const LampPosterior& found) {
+    shapes_ = found.shapes;
     for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) update(lamp);
   }
 
@@ -270,8 +303,7 @@ class LampSearch {
   double cost_of_albedo() const {
     double sum = robust_cost(log_albedo_, some_pairs_) * static_cast<double>(pairs_.size()) /
                  static_cast<double>(some_pairs_.size());
-    if (needs_albedo_scale_prior(model_, paper_)) sum += albedo_scale_cost(model_, log_albedo_, paper_);
-    return sum * penalty(shapes_);
+    return (sum + variance_ * albedo_scale_cost(model_, log_albedo_, paper_)) * penalty(shapes_);
   }
 
   /// The best of all distances and simple shapes of one lamp, with the others fixed.
@@ -299,31 +331,31 @@ class LampSearch {
         best = shapes_[lamp];
       }
     };
-    for (const double log_distance : model_.tabulated(lamp)) {
+    for (const double inverse : model_.tabulated(lamp)) {
       if (shape_known(lamp)) {
-        consider({log_distance, true, before.tilt});
+        consider({inverse, true, before.tilt});
         continue;
       }
-      consider({log_distance, false, {}});
-      if (before.flat) consider({log_distance, true, before.tilt});
-      for (const Eigen::Vector3f& normal : facing_[lamp]) consider({log_distance, true, model_.tilt_of(lamp, normal)});
+      consider({inverse, false, {}});
+      if (before.flat) consider({inverse, true, before.tilt});
+      for (const Eigen::Vector3f& normal : facing_[lamp]) consider({inverse, true, model_.tilt_of(lamp, normal)});
     }
     shapes_[lamp] = best;
     update(lamp);
-    return best.log_distance != before.log_distance || best.flat != before.flat || best.tilt != before.tilt ||
+    return best.inverse_distance != before.inverse_distance || best.flat != before.flat || best.tilt != before.tilt ||
            best.log_gain != before.log_gain;
   }
 
-  /// Refines all lamps together, then tries each lamp that the fish-eye does not see switched off, and each of the
+  /// Solves all lamps together, then tries each lamp that the fish-eye does not see switched off, and each of the
   /// strongest with a doubtful outline in the other shape.
-  Refinement refine_shapes() {
-    Refinement best = refine_lamps(model_, some_pairs_, paper_, shapes_, Search::rough);
+  LampPosterior solve_shapes() {
+    LampPosterior best = solve_lamps(model_, some_pairs_, paper_, shapes_, Search::rough);
     double min_cost = best.cost * penalty(best.shapes);
     for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
       if (!unseen(lamp)) continue;
       std::vector<LampShape> other = best.shapes;
       other[lamp].log_gain = {};
-      const Refinement tried = refine_lamps(model_, some_pairs_, paper_, other, Search::rough);
+      const LampPosterior tried = solve_lamps(model_, some_pairs_, paper_, other, Search::rough);
       if (tried.cost * penalty(tried.shapes) > min_cost) continue;
       best = tried;
       min_cost = tried.cost * penalty(tried.shapes);
@@ -334,7 +366,7 @@ class LampSearch {
       std::vector<LampShape> other = best.shapes;
       other[lamp].flat = !other[lamp].flat;
       other[lamp].tilt = {};
-      const Refinement tried = refine_lamps(model_, some_pairs_, paper_, other, Search::rough);
+      const LampPosterior tried = solve_lamps(model_, some_pairs_, paper_, other, Search::rough);
       if (tried.cost * penalty(tried.shapes) < min_cost) {
         best = tried;
         min_cost = tried.cost * penalty(tried.shapes);
@@ -347,15 +379,14 @@ class LampSearch {
 
   /// A lamp deep in a shade lights a patch, as a near isotropic lamp does. It is taken for a beam where that explains
   /// the room much better.
-  void try_beams(Refinement& best, double min_cost) const {
+  void try_beams(LampPosterior& best, double min_cost) const {
     for (std::size_t lamp = 0; lamp < std::min<std::size_t>(kSearch.shaped, model_.lamps()); ++lamp) {
-      // Beyond the grid a lamp counts as distant: no beam.
-      if (model_.placed(lamp) || best.shapes[lamp].log_distance > std::log(kSearch.max_distance_m)) continue;
+      if (model_.placed(lamp) || best.shapes[lamp].inverse_distance < 1 / kSearch.max_beam_distance_m) continue;
       std::vector<LampShape> other = best.shapes;
       if (!other[lamp].flat) other[lamp].tilt = {};
       other[lamp].flat = other[lamp].beam = true;
-      other[lamp].log_distance += kSearch.beam_farther;
-      const Refinement tried = refine_lamps(model_, some_pairs_, paper_, other, Search::rough);
+      other[lamp].inverse_distance *= kSearch.beam_nearer;
+      const LampPosterior tried = solve_lamps(model_, some_pairs_, paper_, other, Search::rough);
       const double cost = tried.cost * penalty(tried.shapes);
       if (cost > kSearch.max_beam_cost * min_cost ||
           min_cost - cost < kSearch.min_beam_gain * static_cast<double>(some_pairs_.size()))
@@ -370,6 +401,8 @@ class LampSearch {
   std::vector<SamplePair> some_pairs_;  ///< for the search
   int paper_;                           ///< a sample's index, or -1
   std::vector<LampShape> shapes_;
+  std::vector<double> near_;  ///< inverse distances that lamps would have if they were not infinitely far
+  double variance_ = kLampParameters.posterior.usual_pair_variance;
   std::vector<Eigen::Array3f> powers_;
   std::vector<std::vector<Eigen::Vector3f>> facing_;
   std::vector<std::vector<float>> factors_;
@@ -378,10 +411,11 @@ class LampSearch {
 
 }  // namespace
 
-LampSolution locate_lamps(const IrradianceModel& room, const Illumination& illumination,
-                          std::vector<SurfaceSample> samples, std::vector<Eigen::Vector3f> gathered,
-                          const std::optional<SurfaceSample>& paper,
-                          const std::vector<std::optional<LampEstimate>>& before, Search how) {
+std::vector<LampEstimate> locate_lamps(const IrradianceModel& room, const Illumination& illumination,
+                                       std::vector<SurfaceSample> samples, std::vector<Eigen::Vector3f> gathered,
+                                       const std::optional<SurfaceSample>& paper,
+                                       const std::vector<std::optional<LampEstimate>>& before, LampMemory& memory,
+                                       Search how) {
   if (illumination.lights.empty()) return {};
   std::vector<SamplePair> pairs = choose_pairs(samples);
   if (paper) {
@@ -395,9 +429,9 @@ LampSolution locate_lamps(const IrradianceModel& room, const Illumination& illum
   const bool all_known = before.size() == illumination.lights.size() &&
                          std::all_of(before.begin(), before.end(), [](const auto& lamp) { return lamp.has_value(); });
   if (all_known) {
-    if (auto found = search.solve_near(before)) return *std::move(found);
+    if (const auto found = search.solve_near(before, memory)) return search.estimates(*found);
   }
-  return search.solve(illumination.probe_position_m, how);
+  return search.estimates(search.solve(illumination.probe_position_m, how, memory));
 }
 
 std::vector<LampEstimate> follow_lamps(const IrradianceModel& room, const Illumination& illumination,
@@ -407,7 +441,11 @@ std::vector<LampEstimate> follow_lamps(const IrradianceModel& room, const Illumi
   std::vector<SamplePair> pairs;
   add_known_albedo(samples, pairs);
   ShadingModel model(room, illumination, samples, gathered);
-  return LampSearch(model, pairs, -1).follow(before, changed);
+  LampSearch search(model, pairs, -1);
+  std::vector<LampEstimate> result = search.estimates(search.follow(before, changed));
+  for (std::size_t lamp = 0; lamp < result.size(); ++lamp)
+    if (!changed[lamp]) result[lamp] = before[lamp];
+  return result;
 }
 
 }  // namespace lumigraft::reconstruct

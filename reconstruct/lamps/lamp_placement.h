@@ -9,6 +9,7 @@
 #include <optional>
 #include <vector>
 
+#include "reconstruct/lamps/lamp_memory.h"
 #include "reconstruct/lamps/sample_pairs.h"
 #include "reconstruct/lamps/shading_model.h"
 #include "reconstruct/light/light.h"
@@ -28,21 +29,19 @@ struct LampEstimate {
   float gain_log_sigma = 0;                          ///< 1σ of log gain, of all channels
 };
 
-struct LampSolution {
-  std::vector<LampEstimate> lamps;
-  Eigen::MatrixXd covariance;  ///< of LampShape, kUnknownsPerLamp rows per lamp
-};
-
 /// `gathered`: IrradianceModel::gather of each sample. Returns one estimate per lamp of the illumination. If `before`
 /// has an earlier estimate of every lamp the search starts there, and starts afresh only if it ends far from it.
 ///
 /// The irradiance of a clipped lamp is a lower bound, so its gain per channel is unknown too. It follows from the
 /// contrast between surface that the lamp lights and surface that only the other, measured light reaches; from `paper`,
 /// a sample of white paper; and without it, loosely, from the typical albedo of rooms.
-LampSolution locate_lamps(const IrradianceModel& room, const Illumination& illumination,
-                          std::vector<SurfaceSample> samples, std::vector<Eigen::Vector3f> gathered,
-                          const std::optional<SurfaceSample>& paper,
-                          const std::vector<std::optional<LampEstimate>>& before, Search how = Search::fine);
+///
+/// `memory`: of earlier fine solutions; gets this one.
+std::vector<LampEstimate> locate_lamps(const IrradianceModel& room, const Illumination& illumination,
+                                       std::vector<SurfaceSample> samples, std::vector<Eigen::Vector3f> gathered,
+                                       const std::optional<SurfaceSample>& paper,
+                                       const std::vector<std::optional<LampEstimate>>& before, LampMemory& memory,
+                                       Search how = Search::fine);
 
 /// The light of now on surface of known albedo: searches only the lamps that `changed` since the estimates `before`,
 /// from there, and holds the others. All samples have a known albedo.

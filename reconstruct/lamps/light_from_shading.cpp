@@ -13,7 +13,7 @@
 #include "reconstruct/field/distance_field.h"
 #include "reconstruct/field/field_rays.h"
 #include "reconstruct/field/real_surface_mesh.h"
-#include "reconstruct/lamps/lamp_refinement.h"
+#include "reconstruct/lamps/lamp_posterior.h"
 #include "reconstruct/lamps/parameters.h"
 #include "reconstruct/lamps/sample_pairs.h"
 #include "reconstruct/light/environment.h"
@@ -64,7 +64,7 @@ class ShadingFit {
     pairs_ = choose_pairs(samples_);
     if (const auto paper = tag_paper(surface.points, print_m)) {
       reference_ = {samples_.size()};
-      reference_albedo_ = static_cast<float>(kLampParameters.refinement.paper_albedo);
+      reference_albedo_ = static_cast<float>(kLampParameters.posterior.paper_albedo);
       samples_.push_back(*paper);
     } else {
       for (std::size_t i = 0; i < samples_.size(); i += kFromShading.reference_stride) reference_.push_back(i);

@@ -2,7 +2,7 @@
 // Light of a room that no fish-eye sees, from the shading that the colour camera sees.
 //
 // The model: one to a few lamps, the same unknown radiance from every direction in which nothing is known, and the
-// measured radiance of known surface. Surfaces of equal albedo must shade alike (lamp_refinement.h, robust_cost), and
+// measured radiance of known surface. Surfaces of equal albedo must shade alike (lamp_posterior.h, robust_cost), and
 // cast shadows show best where a lamp is. Lamps are added one by one, each the best of a grid of directions and
 // distances, as long as each explains much of what the others leave. The absolute scale follows from the tag's white
 // paper, and without it, loosely, from the typical albedo of rooms.

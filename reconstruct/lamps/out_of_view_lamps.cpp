@@ -11,7 +11,7 @@ namespace {
 
 constexpr const LampParameters::OutOfView& kOutOfView = kLampParameters.out_of_view;
 /// Power that the uncertainty of weaker lamps is relative to, over all light at the probe.
-const float kDim = kOutOfView.min_power * std::exp(static_cast<float>(kLampParameters.refinement.log_dim));
+const float kDim = kOutOfView.min_power * std::exp(static_cast<float>(kLampParameters.posterior.log_dim));
 
 }  // namespace
 

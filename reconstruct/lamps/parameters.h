@@ -21,10 +21,12 @@ struct LampParameters {
   } pairs;
 
   struct Search {
-    double min_distance_m = 0.4, max_distance_m = 8.0;  ///< of the grid: beyond about 7.5 m a lamp counts as distant
-    int grid_steps = 16;                                ///< logarithmic: 22 % apart
-    double fine_reach = 0.22;  ///< of log distance, either way: one step of the grid and a little
-    double fine_limit = 0.7;   ///< of fine_reach: an earlier estimate that moves farther is searched anew
+    /// Of the grid, whose ends are 0 and the first: even steps of inverse distance move shadows by even steps.
+    double max_inverse_distance = 2.5;
+    int grid_steps = 18;
+    double fine_reach = 0.22;      ///< of an inverse distance, either way: one step of the grid at 1.5 m and a little,
+    double min_fine_reach = 0.08;  ///< 1/m, at least
+    double fine_limit = 0.7;       ///< of that reach: an earlier estimate that moves farther is searched anew
     int fine_steps = 7;
     int follow_rounds = 4;  ///< of the search around a lamp that moved: a factor of 1.8 of distance in one image
     int fine_rays = 5;           ///< over a lamp's disk
@@ -44,50 +46,49 @@ struct LampParameters {
     /// least. And by this much per pair: where all pairs agree the rest of the sum is the error of the model. Rooms
     /// with spots in tubes improved from relight_error 0.595 and 0.571 to 0.494 and 0.550.
     double max_beam_cost = 0.95, min_beam_gain = 0.03;
-    double beam_farther = 0.25;   ///< of log distance: start of a beam's search beyond the isotropic lamp
+    double max_beam_distance_m = 8;  ///< beyond it a lamp counts as infinitely far
+    double beam_nearer = 0.78;    ///< of inverse distance: a beam's search starts beyond the isotropic lamp
     float beam_log_sigma = 0.2f;  ///< 1σ of log distance: narrower beams from farther away fit as well
   } search;
 
-  struct Refinement {
-    double min_distance_m = 0.3, max_distance_m = 12;  ///< wider than the grid, so that its ends are no bounds
-    double max_tilt = 4;                               ///< tangent: 76°
-    double max_gain = 1e6;                             ///< above that of the search
-    double step = 1e-3;                                ///< of numeric derivatives
+  struct Posterior {
+    double min_distance_m = 0.3;
+    double max_tilt = 4;    ///< tangent: 76°
+    double max_gain = 1e6;  ///< above that of the search
+    double step = 1e-3;     ///< of numeric derivatives
     int rough_iterations = 20, fine_iterations = 60;
     double rough_tolerance = 1e-5, fine_tolerance = 1e-6;  ///< of the cost, relative
     double pair_scale = 0.1;  ///< RMS difference of log albedo that is large: textures vary by about this
-    double wide_level = 4;    ///< level of the robust cost during the search; the last refinement has 1
+    double wide_level = 4;    ///< level of the robust cost during the search; the last solution has 1
     /// Errors of the model (of gathered light, of normals) are equal over a whole surface, so that this many pairs are
     /// one independent observation. No pair is better than model_error of the light. With both, the power of a clipped
     /// lamp was never off by more than 1.2 of its sigmas in the sessions.
     double pairs_per_observation = 600;
+    double usual_pair_variance = 20;  ///< v of the prior in the coarse search; it is estimated from 8 to 50
     double model_error = 0.02;
-    /// Scale of albedo where a lamp's power is unknown: albedo with 1σ of its logarithm, of white paper and of the mean
-    /// of a room. An error of 1σ costs as much as scale_pairs pairs that do not agree at all.
-    double scale_pairs = 300;
-    double paper_albedo = 0.8, paper_log_sigma = 0.15;
+    /// Scale of albedo where a lamp's power is unknown: albedo with 1σ of its logarithm, of white paper (office paper
+    /// reflects 75 to 87 %) and of the mean
+    /// of a room.
+    double paper_albedo = 0.8, paper_log_sigma = 0.07;
     double room_albedo = kShadingParameters.typical_albedo, room_log_sigma = 0.5;
-    /// Wide priors of distance, tilt and colour: weight in pairs, small against pairs_per_observation.
-    double prior_pairs = 30;
-    double distance_prior = 0.5, tilt_prior = 1, gain_prior = 0.1;  ///< 1/σ of log distance and tilt; 1/σ² of log gain
+    /// 1σ of wide priors: of inverse distance (1/m), of tilt (tangent), and of log gain, a factor of 25.
+    double inverse_distance_sigma = 1, tilt_sigma = 1, gain_log_sigma = 3.2;
     /// A clipped lamp's log colour lies near the line of black bodies from 6500 K (white) to 2700 K, in linear Rec. 709
-    /// without its mean: unit vector of the line, its usual value (half of the way), and σ along it over σ across.
+    /// without its mean: unit vector of the line, its usual value (half of the way), and 1σ along it and across.
     /// Drawn to white instead, the blue of a bulb was 26 % too strong.
     double warm[3] = {0.631, 0.134, -0.765};
-    double usual_warmth = 0.8, warmth_looseness = 4;
+    double usual_warmth = 0.8, warmth_sigma = 2.4, hue_sigma = 0.6;
     double alike_log_sigma = 0.7;  ///< of log radiance of clipped lamps of a kind: panels 90 to 136 %, not 2 to 260 %
     double log_dim = 3.4;          ///< log gain at which an unseen lamp is dim but matters: 3 % of all light
-  } refinement;
+    double contradiction_sigmas = 4.7;  ///< of the earlier solutions: 0.1 % of six normal variates exceed it
+  } posterior;
 
-  /// Distances that count as infinite; the likeliest is compared with the lamp's best finite distance.
-  double distant_m[3] = {12, 24, 100};
-
-  struct Filter {
-    double kept = 0.75;              ///< of earlier information per solution: about four solutions count
-    double contradiction = 22.5;     ///< squared Mahalanobis distance: 0.1 % of six normal variates exceed it
+  /// Earlier solutions as prior of the next.
+  struct Memory {
+    double kept = 0.75;              ///< of their information: about four solutions count
     float same_direction = 0.9999f;  ///< cosine of 0.8°
     float same_irradiance = 0.2f;    ///< relative change of a measured irradiance
-  } filter;
+  } memory;
 
   struct Reflections {
     float max_ray_m = 10;

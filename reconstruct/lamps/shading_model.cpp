@@ -54,12 +54,13 @@ ShadingModel::ShadingModel(const IrradianceModel& room, const Illumination& illu
     log_known_.push_back(sample.known.albedo.array().max(kLampParameters.pairs.min_albedo).log());
 }
 
-void ShadingModel::tabulate(std::size_t lamp, std::vector<double> log_distances, int rays) {
+void ShadingModel::tabulate(std::size_t lamp, std::vector<double> inverse_distances, int rays) {
   Table& table = tables_[lamp];
-  table.log_distances = std::move(log_distances);
-  table.visibility.assign(table.log_distances.size(), std::vector<float>(samples_.size(), 0.0f));
-  for (std::size_t k = 0; k < table.log_distances.size(); ++k) {
-    const float distance = static_cast<float>(std::exp(table.log_distances[k]));
+  table.inverse_distances = std::move(inverse_distances);
+  table.visibility.assign(table.inverse_distances.size(), std::vector<float>(samples_.size(), 0.0f));
+  for (std::size_t k = 0; k < table.inverse_distances.size(); ++k) {
+    const double inverse = table.inverse_distances[k];
+    const float distance = inverse > 0 ? static_cast<float>(1 / inverse) : kInfinitelyFar;
     for (std::size_t i = 0; i < samples_.size(); ++i) {
       if (!samples_[i].usable) continue;
       table.visibility[k][i] =
@@ -68,8 +69,8 @@ void ShadingModel::tabulate(std::size_t lamp, std::vector<double> log_distances,
   }
 }
 
-double ShadingModel::log_distance_of(const PointLight& placed) const {
-  return std::log((placed.position_m - probe_).norm());
+double ShadingModel::inverse_distance_of(const PointLight& placed) const {
+  return 1 / (placed.position_m - probe_).norm();
 }
 
 /// Normal scaled so that its dot product with a direction is the emission there over that towards the probe.
@@ -91,22 +92,22 @@ std::array<double, 2> ShadingModel::tilt_of(std::size_t lamp, const Eigen::Vecto
 
 void ShadingModel::factors(std::size_t lamp, const LampShape& shape, std::vector<float>& result) const {
   const Table& table = tables_[lamp];
-  const Blend blend = blended(table.log_distances, shape.log_distance);
-  const float distance = static_cast<float>(std::exp(shape.log_distance));
-  const Eigen::Vector3f position = probe_ + distance * lights_[lamp].direction;
+  const Blend blend = blended(table.inverse_distances, shape.inverse_distance);
+  const auto inverse = static_cast<float>(shape.inverse_distance);
   const Eigen::Vector3f facing = axis(lamp, shape);
   result.assign(samples_.size(), 0.0f);
   for (std::size_t i = 0; i < samples_.size(); ++i) {
     float visible = 0;
     for (std::size_t k = 0; k < blend.size(); ++k) visible += blend[k].second * table.visibility[blend[k].first][i];
     if (!(visible > 0)) continue;
-    const Eigen::Vector3f offset = position - samples_[i].position;
+    // To the lamp, over its distance from the probe.
+    const Eigen::Vector3f offset = lights_[lamp].direction + inverse * (probe_ - samples_[i].position);
     const float squared = offset.squaredNorm(), length = std::sqrt(squared);
     const float cosine = samples_[i].normal.dot(offset) / length;
     if (!(cosine > 0)) continue;
     const float ahead = std::max(0.0f, -facing.dot(offset) / length);
     const float emission = shape.beam ? ahead * ahead * ahead * ahead : shape.flat ? ahead : 1.0f;
-    result[i] = visible * emission * cosine * distance * distance / squared;
+    result[i] = visible * emission * cosine / squared;
   }
 }
 

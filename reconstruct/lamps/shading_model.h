@@ -11,19 +11,19 @@
 
 namespace lumigraft::reconstruct {
 
-/// The unknowns of a lamp: log distance; if flat, its normal as ω + tilt₀ t₀ + tilt₁ t₁ (not unit) with ω the direction
-/// from lamp to probe and t₀, t₁ orthogonal to it; and log gain.
+/// The unknowns of a lamp: inverse distance (0 is infinitely far); if flat, its normal as ω + tilt₀ t₀ + tilt₁ t₁ (not
+/// unit) with ω the direction from lamp to probe and t₀, t₁ orthogonal to it; and log gain.
 struct LampShape {
-  double log_distance = 0;
+  double inverse_distance = 0;  ///< from the probe, 1/m
   bool flat = false;
   std::array<double, 2> tilt{};
   std::array<double, 3> log_gain{};  ///< of a clipped lamp: true over measured irradiance
   bool beam = false;                 ///< then also flat: emission falls with cosine⁴
-  bool far = false;                  ///< its distance is fixed,
+  bool far = false;                  ///< infinitely; its distance is fixed,
   bool held = false;                 ///< or all of it
 };
 
-constexpr int kUnknownsPerLamp = 6;  ///< log distance, two tilts, log gain of three channels
+constexpr int kUnknownsPerLamp = 6;  ///< inverse distance, two tilts, log gain of three channels
 
 enum class Search { rough, fine };  ///< rough: loose tolerance, as a start
 
@@ -38,12 +38,12 @@ class ShadingModel {
   const PointLight& light(std::size_t lamp) const { return lights_[lamp]; }
   /// Whether a tag gives the lamp's position, and its normal if it is flat; these are then no unknowns.
   bool placed(std::size_t lamp) const { return lights_[lamp].distance_known; }
-  double log_distance_of(const PointLight& placed) const;
+  double inverse_distance_of(const PointLight& placed) const;
 
-  /// Tabulates the visible fraction of the lamp from every sample at evenly rising log distances, with `rays` rays over
-  /// the lamp's disk.
-  void tabulate(std::size_t lamp, std::vector<double> log_distances, int rays);
-  const std::vector<double>& tabulated(std::size_t lamp) const { return tables_[lamp].log_distances; }
+  /// Tabulates the visible fraction of the lamp from every sample at evenly rising inverse distances, with `rays` rays
+  /// over the lamp's disk. Shadows move in proportion to inverse distance.
+  void tabulate(std::size_t lamp, std::vector<double> inverse_distances, int rays);
+  const std::vector<double>& tabulated(std::size_t lamp) const { return tables_[lamp].inverse_distances; }
 
   Eigen::Vector3f normal(std::size_t lamp, const LampShape& shape) const;  ///< unit
   std::array<double, 2> tilt_of(std::size_t lamp, const Eigen::Vector3f& normal) const;
@@ -75,7 +75,7 @@ class ShadingModel {
 
  private:
   struct Table {
-    std::vector<double> log_distances;
+    std::vector<double> inverse_distances;
     std::vector<std::vector<float>> visibility;  ///< per distance, per sample
   };
   Eigen::Vector3f axis(std::size_t lamp, const LampShape& shape) const;

@@ -31,12 +31,12 @@ TEST(ShadingModel, ShadowsMoveSmoothlyWithDistance) {
   }
   const std::vector<Vector3f> gathered(samples.size(), Vector3f::Zero());
   ShadingModel model(room_light, light, samples, gathered);
-  const std::vector<double> knots{0.0, 0.07, 0.14, 0.21, 0.28, 0.35, 0.42};
+  const std::vector<double> knots{0.6, 0.67, 0.74, 0.81, 0.88, 0.95, 1.02};
   model.tabulate(0, knots, kLampParameters.search.fine_rays);
 
-  const auto at = [&](double log_distance) {
+  const auto at = [&](double inverse_distance) {
     std::vector<float> factors;
-    model.factors(0, {.log_distance = log_distance}, factors);
+    model.factors(0, {.inverse_distance = inverse_distance}, factors);
     return factors;
   };
   constexpr double kStep = 0.01;

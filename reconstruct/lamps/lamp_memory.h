@@ -1,0 +1,31 @@
+#pragma once
+// The last posterior of the lamps as prior of the next.
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "reconstruct/lamps/lamp_posterior.h"
+#include "reconstruct/light/light.h"
+
+namespace lumigraft::reconstruct {
+
+/// Successive solutions see mostly the same room and share their errors, so their information fades, and the published
+/// uncertainty is that of a single solution. A lamp that turned in the fish-eye image, whose measured power changed or
+/// that is of another shape starts anew.
+class LampMemory {
+ public:
+  /// For lamps of these shapes; empty if none is remembered.
+  std::optional<LampPrior> prior(const ShadingModel& model, const std::vector<LampShape>& shapes) const;
+  void keep(const ShadingModel& model, const LampPosterior& posterior);
+
+ private:
+  struct Lamp {
+    PointLight light;
+    LampShape shape;
+    Eigen::Vector3f normal;
+  };
+  std::vector<Lamp> lamps_;
+  Eigen::MatrixXd covariance_;
+};
+
+}  // namespace lumigraft::reconstruct

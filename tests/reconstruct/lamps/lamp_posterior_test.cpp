@@ -1,0 +1,131 @@
+// Lamps from the shading of a room: the posterior, and the last one as prior of the next.
+#include "reconstruct/lamps/lamp_posterior.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <optional>
+
+#include "reconstruct/field/field_rays.h"
+#include "reconstruct/field/real_surface_mesh.h"
+#include "reconstruct/lamps/lamp_memory.h"
+#include "reconstruct/lamps/parameters.h"
+#include "reconstruct/shading/irradiance.h"
+#include "tests/reconstruct/albedo/albedo_room.h"
+
+namespace lumigraft::reconstruct {
+namespace {
+
+using Eigen::Vector3f;
+
+/// A floor of one albedo with a box, lit by one bulb.
+struct Scene {
+  TestRoom room;
+  std::optional<DistanceField> field;
+  std::optional<FieldRays> rays;
+  MetalMask metal{capture::Session()};
+  Illumination light;
+  std::optional<IrradianceModel> irradiance;
+  std::vector<SurfaceSample> samples;
+  std::vector<Vector3f> gathered;
+  std::optional<ShadingModel> model;
+
+  explicit Scene(const Vector3f& lamp_m, bool clipped = false) {
+    room.boxes = {{{0.1f, 0.1f, 0.0f}, {0.2f, 0.2f, 0.15f}}};
+    room.lamps = {{lamp_m, {2, 2, 2}, 0.02f}};
+    room.ambient = Vector3f::Constant(0.1f);
+    field = room.field();
+    rays.emplace(*field);
+    light = room.illumination();
+    light.lights[0].clipped = clipped;
+    irradiance.emplace(*field, *rays, metal, light);
+    for (float x = -0.5f; x < 0.5f; x += 0.04f) {
+      for (float y = -0.5f; y < 0.5f; y += 0.04f) {
+        const Vector3f at(x, y, 0);
+        if (room.distance(at + 0.01f * Vector3f::UnitZ()) < 0) continue;
+        samples.push_back({at, Vector3f::UnitZ(), room.albedo(at).cwiseProduct(room.irradiance(at, Vector3f::UnitZ())) /
+                                                      kTestPi,
+                           0.04f});
+        gathered.push_back(kTestPi * room.ambient);
+      }
+    }
+    model.emplace(*irradiance, light, samples, gathered);
+  }
+  LampPosterior solve(double start, const LampPrior* prior = nullptr) {
+    const std::vector<SamplePair> pairs = choose_pairs(samples);
+    model->tabulate(0, {start - 0.3, start - 0.15, start, start + 0.15, start + 0.3}, 5);
+    return solve_lamps(*model, pairs, -1, {{.inverse_distance = start}}, Search::fine, prior);
+  }
+};
+
+TEST(LampPosterior, DistanceOfNearAndFarLamps) {
+  for (const Vector3f& lamp_m : {Vector3f(0.5f, -0.3f, 0.8f), Vector3f(0.8f, -0.6f, 1.6f), Vector3f(4, -3, 6)}) {
+    Scene scene(lamp_m);
+    const double truth = 1 / (lamp_m - scene.room.probe).norm();
+    const LampPosterior found = scene.solve(truth + 0.1);
+    const double error = found.shapes[0].inverse_distance - truth, sigma = found.inverse_distance_sigma(0);
+    EXPECT_LT(std::abs(error), 0.03) << "1/m, of " << truth;
+    EXPECT_LT(std::abs(error), 3 * sigma);
+    EXPECT_LT(sigma, 0.2);
+  }
+}
+
+TEST(LampPosterior, InformationIsTheCurvatureOfItsOwnCost) {
+  Scene scene({0.5f, -0.3f, 0.8f});
+  const LampPosterior best = scene.solve(1 / (Vector3f(0.5f, -0.3f, 0.8f) - scene.room.probe).norm());
+  // -log p of the pairs at some distances, without a solution: 1/2v Σ ρ.
+  const auto cost = [&](double inverse) {
+    std::vector<float> factors;
+    scene.model->factors(0, {.inverse_distance = inverse}, factors);
+    std::vector<Eigen::Array3f> log_albedo;
+    scene.model->log_albedo({scene.model->power(0, {})}, {factors}, log_albedo);
+    return robust_cost(log_albedo, choose_pairs(scene.samples), 1) / (2 * best.pair_variance);
+  };
+  const double at = best.shapes[0].inverse_distance, step = 0.04, sigma = kLampParameters.posterior.inverse_distance_sigma;
+  const double curvature = (cost(at + step) - 2 * cost(at) + cost(at - step)) / (step * step) + 1 / (sigma * sigma);
+  EXPECT_NEAR(best.information(0, 0) / curvature, 1, 0.2);
+}
+
+TEST(LampPosterior, EarlierSolutionsHoldUnlessContradicted) {
+  const Vector3f lamp_m(0.5f, -0.3f, 0.8f);
+  Scene scene(lamp_m);
+  const double truth = 1 / (lamp_m - scene.room.probe).norm();
+  LampPrior prior{Eigen::VectorXd::Zero(kUnknownsPerLamp),
+                  Eigen::MatrixXd::Zero(kUnknownsPerLamp, kUnknownsPerLamp)};
+  const double own_sigma = scene.solve(truth).inverse_distance_sigma(0);
+  prior.information(0, 0) = 4 / (own_sigma * own_sigma);
+  prior.mean[0] = truth + own_sigma;
+  const double drawn = scene.solve(truth, &prior).shapes[0].inverse_distance;
+  EXPECT_GT(drawn, truth + 0.5 * own_sigma) << "within its noise the earlier ones count";
+  prior.mean[0] = truth + 100 * own_sigma;
+  prior.information(0, 0) = 100 / (own_sigma * own_sigma);
+  EXPECT_NEAR(scene.solve(truth, &prior).shapes[0].inverse_distance, truth, own_sigma);
+}
+
+TEST(LampMemory, RemembersPowerAndPlaceOfALampThatStays) {
+  Scene scene({0.5f, -0.3f, 0.8f}, true);
+  LampPosterior found;
+  found.shapes = {{.inverse_distance = 0.9, .log_gain = {1, 1, 1}}};
+  found.with_prior = 100 * Eigen::MatrixXd::Identity(kUnknownsPerLamp, kUnknownsPerLamp);
+  LampMemory memory;
+  EXPECT_FALSE(memory.prior(*scene.model, found.shapes)) << "nothing is remembered";
+  memory.keep(*scene.model, found);
+
+  // The next image clips half of what this one does: the gain is twice, the power the same.
+  Illumination next = scene.light;
+  next.lights[0].irradiance *= 0.5f;
+  const ShadingModel again(*scene.irradiance, next, scene.samples, scene.gathered);
+  const auto prior = memory.prior(again, found.shapes);
+  ASSERT_TRUE(prior);
+  EXPECT_NEAR(prior->mean[0], 0.9, 1e-9);
+  EXPECT_NEAR(prior->mean[3], 1 + std::log(2), 1e-5);
+  EXPECT_NEAR(prior->information(0, 0), 100 * kLampParameters.memory.kept, 1e-6);
+
+  EXPECT_FALSE(memory.prior(again, {{.flat = true}})) << "another shape";
+  next.lights[0].direction = Vector3f(0.3f, 0.3f, 0.9f).normalized();
+  EXPECT_FALSE(memory.prior(ShadingModel(*scene.irradiance, next, scene.samples, scene.gathered), found.shapes))
+      << "it moved";
+}
+
+}  // namespace
+}  // namespace lumigraft::reconstruct
