@@ -142,6 +142,10 @@ struct AlbedoStage::State {
   std::optional<Result> follow_light(const DistanceField& field, const Illumination& illumination);
   void add_warnings(const Illumination& lit);
   void remember_albedo();
+  /// Relative 1σ of modelled irradiance, as the samples' own disagreement shows it.
+  float misfit() const {
+    return lamp_memory.misfit() > 0 ? static_cast<float>(lamp_memory.misfit()) : kAlbedoParameters.lighting.model_error;
+  }
 
   /// Enclosure, irradiance model, gathered light of the samples and lamp positions of a complete solution. `merged`:
   /// the lamps of `lit` with pieces merged; `lit` gets its clipped walls raised; `surface` its usable samples.
@@ -168,8 +172,8 @@ struct AlbedoStage::State {
     LampEstimate estimate;
     PointLight light;  ///< as measured then
   };
-  std::map<int, KnownLamp> estimates;     ///< by the lamp's id; also of lamps that are off now
-  std::size_t searched_points = 0;        ///< surface points when lamps were last searched without earlier estimates
+  std::map<int, KnownLamp> estimates;  ///< by the lamp's id; also of lamps that are off now
+  std::size_t searched_points = 0;     ///< surface points when lamps were last searched without earlier estimates
   LampMemory lamp_memory;
   Located located;
   std::vector<PointLight> last_lamps;  ///< with their estimated positions
@@ -179,12 +183,12 @@ struct AlbedoStage::State {
   std::shared_ptr<const Enclosure> closed;  ///< in which gather_cache was filled,
   bool rough = false;                       ///< and whether with few rays
   IncrementalSolver incremental;
-  std::map<SampleCell, SampleAlbedo> known;  ///< albedo as solved under earlier light
-  Illumination solved_light;                 ///< measured, of the last complete solution,
-  Illumination followed_light;               ///< and of the last one of any kind
-  KnownSurface known_surface;                ///< of the last complete solution
-  std::size_t solved_bricks = 0;             ///< of the field then
-  int followed = 0;                          ///< solutions of lamps that moved since then
+  std::map<SampleCell, SampleAlbedo> known;    ///< albedo as solved under earlier light
+  Illumination solved_light;                   ///< measured, of the last complete solution,
+  Illumination followed_light;                 ///< and of the last one of any kind
+  KnownSurface known_surface;                  ///< of the last complete solution
+  std::size_t solved_bricks = 0;               ///< of the field then
+  int followed = 0;                            ///< solutions of lamps that moved since then
   bool empty = false;                          ///< no surface is known
   IrradianceModel::Surroundings surroundings;  ///< of the last complete solution,
   std::vector<Eigen::Vector3f> floor_grid;     ///< its lamp light on the unseen floor,
@@ -222,7 +226,8 @@ std::vector<LampEstimate> AlbedoStage::State::locate(const IrradianceModel& room
     result[i].flat = true;
     result[i].normal = light.normal;
   }
-  for (std::size_t i = 0; i < result.size(); ++i) estimates[illumination.lights[i].id] = {result[i], illumination.lights[i]};
+  for (std::size_t i = 0; i < result.size(); ++i)
+    estimates[illumination.lights[i].id] = {result[i], illumination.lights[i]};
   if (estimates.size() > kStage.max_estimates)
     std::erase_if(estimates, [&](const auto& entry) { return !lamp_with_id(illumination.lights, entry.first); });
   located = {points, illumination.lights, 0};
@@ -279,8 +284,8 @@ std::optional<AlbedoStage::Result> AlbedoStage::State::solve_incremental(const D
   last.due = due;
   const IrradianceModel room(field, rays, metal, closed.get(), surroundings);
   auto albedo = std::make_shared<AlbedoField>(*last.albedo);
-  last.samples = incremental.solve(field, rays, metal, {room, *last.illumination, floor_grid, kStage.gather_rays},
-                                   change, albedo->bricks);
+  last.samples = incremental.solve(
+      field, rays, metal, {room, *last.illumination, floor_grid, kStage.gather_rays, misfit()}, change, albedo->bricks);
   if (!change.bricks.empty()) {
     albedo->version = ++version;
     last.albedo = albedo;
@@ -290,8 +295,8 @@ std::optional<AlbedoStage::Result> AlbedoStage::State::solve_incremental(const D
   return last;
 }
 
-/// The last solution becomes prior knowledge of those under another light. Errors common to all, of the lamps' light for
-/// one, limit it.
+/// The last solution becomes prior knowledge of those under another light. Errors common to all, of the lamps' light
+/// for one, limit it.
 void AlbedoStage::State::remember_albedo() {
   known = incremental.albedo();
   for (auto& [cell, sample] : known)
@@ -304,7 +309,8 @@ void AlbedoStage::State::add_warnings(const Illumination& lit) {
   if (lit.from_shading) return;  // one warning says that all of the light is uncertain
   std::vector<LampEstimate> lamps;
   for (const PointLight& light : lit.lights) {
-    if (const auto estimate = estimates.find(light.id); estimate != estimates.end()) lamps.push_back(estimate->second.estimate);
+    if (const auto estimate = estimates.find(light.id); estimate != estimates.end())
+      lamps.push_back(estimate->second.estimate);
   }
   for (const std::string& warning :
        {distance_warning(lit.lights), beam_warning(lamps), power_warning(lit.lights), extrinsics_found})
@@ -341,18 +347,21 @@ std::optional<AlbedoStage::Result> AlbedoStage::State::follow_light(const Distan
     if (changed.back() && !light.clipped && !light.distance_known)
       lamps.back().distance_m *= std::sqrt(was.irradiance.mean() / std::max(light.irradiance.mean(), 1e-9f));
   }
-  if (std::count(changed.begin(), changed.end(), true) > 0) {
+  const bool any_changed = std::count(changed.begin(), changed.end(), true) > 0;
+  const IncrementalSolver::Change grown = incremental.grown(field);
+  std::optional<IrradianceModel> room;
+  if (any_changed || !grown.bricks.empty()) room.emplace(field, rays, metal, *lit, closed.get());
+  if (any_changed) {
     const std::vector<SurfaceSample> samples = known_surface.in(field);
-    if (static_cast<float>(samples.size()) < kFollowing.min_samples_fraction * known_surface.size()) return std::nullopt;
-    const IrradianceModel room(field, rays, metal, *lit, closed.get());
-    floor_grid = room.lamp_irradiance_on_floor(placed(merged, lamps));
+    if (static_cast<float>(samples.size()) < kFollowing.min_samples_fraction * known_surface.size())
+      return std::nullopt;
+    floor_grid = room->lamp_irradiance_on_floor(placed(merged, lamps));
     std::vector<Eigen::Vector3f> gathered;
     for (const SurfaceSample& sample : samples) {
-      const IrradianceModel::Gathered own = room.gather(sample.position, sample.normal, kFollowing.gather_rays);
-      gathered.push_back(own.irradiance + room.irradiance_from_floor(own, floor_grid));
+      const IrradianceModel::Gathered own = room->gather(sample.position, sample.normal, kFollowing.gather_rays);
+      gathered.push_back(own.irradiance + room->irradiance_from_floor(own, floor_grid));
     }
-    lamps = follow_lamps(room, merged, samples, gathered, lamps, changed);
-    last.samples = samples.size();
+    lamps = follow_lamps(*room, merged, samples, gathered, lamps, changed);
     ++followed;
   }
   for (std::size_t i = 0; i < lamps.size(); ++i) estimates[merged.lights[i].id] = {lamps[i], merged.lights[i]};
@@ -364,6 +373,13 @@ std::optional<AlbedoStage::Result> AlbedoStage::State::follow_light(const Distan
   unseen.resolve(*lit, tagged_lamps, last.warnings);
   add_warnings(*lit);
   last.illumination = lit;
+  if (room) {
+    auto albedo = std::make_shared<AlbedoField>(*last.albedo);
+    last.samples = incremental.solve(field, rays, metal, {*room, *lit, floor_grid, kStage.gather_rays, misfit()}, grown,
+                                     albedo->bricks);
+    albedo->version = ++version;
+    if (!grown.bricks.empty()) last.albedo = albedo;
+  }
   last.complete = false;
   last.due |= followed > 0 || relative_change(illumination, solved_light) > kStage.other_light;
   environment = illumination.environment;
@@ -450,7 +466,7 @@ AlbedoStage::Result AlbedoStage::solve_complete(const DistanceField& field, cons
   unseen.resolve(*lit, s.tagged_lamps, warnings);
 
   const float noise_floor = noise_floor_radiance(surface.samples);
-  const SurfaceLighting points(surface, *room, *lit, gathered, noise_floor);
+  const SurfaceLighting points(surface, *room, *lit, gathered, noise_floor, s.misfit());
   const std::vector<SampleAlbedo> albedo =
       solve_albedo(surface.samples, points.sample_light(), points.neighbours(), noise_floor);
   const std::vector<PointAlbedo> of_points = points.albedo(albedo);

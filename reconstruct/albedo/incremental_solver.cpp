@@ -135,6 +135,21 @@ IncrementalSolver::Change IncrementalSolver::change(const DistanceField& field) 
   return change;
 }
 
+IncrementalSolver::Change IncrementalSolver::grown(const DistanceField& field) const {
+  Change change;
+  for (const auto& [key, brick] : field.bricks) {
+    const auto seen = seen_.find(key);
+    if (seen != seen_.end() && seen->second == brick) continue;
+    const auto known = bricks_.find(key);
+    const float before = known == bricks_.end() ? 0 : known->second.summary.count;
+    if (summarize(*brick, field.voxel_m).count > (1 + kIncremental.same_summary) * before + 1)
+      change.bricks.push_back(key);
+  }
+  std::sort(change.bricks.begin(), change.bricks.end());
+  change.published = change.bricks;
+  return change;
+}
+
 /// Reads the points of these bricks again; returns the cells of their old and new points.
 std::set<SampleCell> IncrementalSolver::refresh_points(const DistanceField& field, const FieldRays& rays,
                                                        const MetalMask& metal, const std::vector<BrickKey>& changed) {
@@ -255,7 +270,7 @@ std::size_t IncrementalSolver::solve(const DistanceField& field, const FieldRays
   const auto [part, gathered, held] = part_of(cells, changed, light);
   const std::size_t open = part.samples.size() - held.size();
 
-  const SurfaceLighting lit(part, light.room, light.illumination, gathered, noise_floor_, held);
+  const SurfaceLighting lit(part, light.room, light.illumination, gathered, noise_floor_, light.misfit, held);
   const std::vector<SampleAlbedo> albedo =
       solve_albedo(part.samples, lit.sample_light(), lit.neighbours(), noise_floor_, held);
   const std::vector<PointAlbedo> points = lit.albedo(albedo);

@@ -31,6 +31,8 @@ class IncrementalSolver {
     std::vector<BrickKey> published;  ///< all whose pointer differs from then, or that are gone
   };
   Change change(const DistanceField& field) const;
+  /// The part of it that has more surface than when solved: what was clipped, dark or hidden in another light.
+  Change grown(const DistanceField& field) const;
 
   /// Light on new samples.
   struct Light {
@@ -38,6 +40,7 @@ class IncrementalSolver {
     const Illumination& illumination;
     const std::vector<Eigen::Vector3f>& floor_grid;  ///< IrradianceModel::lamp_irradiance_on_floor
     int rays;                                        ///< gathered per sample
+    float misfit;                                    ///< as for SurfaceLighting
   };
   /// Solves the samples of the changed bricks with the samples around them fixed, and writes the albedo of their points
   /// into `bricks`. Returns the number of samples.

@@ -30,11 +30,11 @@ struct AlbedoParameters {
 
   /// Lamps that moved or changed, while albedo is known.
   struct Following {
-    std::size_t max_samples = 600;     ///< bounds the time: 20 to 40 ms of processor time
-    float min_samples_fraction = 0.6f; ///< of them that must still be there
-    int gather_rays = 32;              ///< per sample
-    double min_change = 0.01;          ///< relative, of the light
-    int solves = 8;                    ///< between complete solutions, which learn more of albedo
+    std::size_t max_samples = 600;      ///< bounds the time: 20 to 40 ms of processor time
+    float min_samples_fraction = 0.6f;  ///< of them that must still be there
+    int gather_rays = 32;               ///< per sample
+    double min_change = 0.01;           ///< relative, of the light
+    int solves = 8;                     ///< between complete solutions, which learn more of albedo
   } following;
 
   struct Gather {
@@ -49,10 +49,9 @@ struct AlbedoParameters {
   struct Lighting {
     int sample_rays = 8, point_rays = 4;  ///< to a lamp's disk; twice as many make no difference
     float neighbour_reach = 2.5f;         ///< in edges of a sample's cell
-    float model_error = 0.08f;            ///< 1σ of modelled irradiance away from shadow edges
+    float model_error = 0.08f;            ///< 1σ of modelled irradiance of a sample, away from shadow edges
     float point_error = 0.01f;            ///< the part of it that differs from point to point
-    float lamp_error = 0.02f;             ///< 1σ of the lamps' light over a whole surface, except from their distance
-    float gathered_error = 0.08f;         ///< the same of gathered light, more of which is assumed
+    float lamp_error = 0.02f;             ///< 1σ of the fish-eye's radiance, which all solutions share
     float texture_factor = 2.5f;          ///< 1σ of a point over a patch's texture: voxels blur less than patches
     float edge_error = 0.35f;             ///< of a lamp's light, times the variation of its visibility around a sample
     float max_distance_slope = 4;         ///< of log irradiance by log distance: beyond it surface is grazed

@@ -81,13 +81,14 @@ std::vector<IrradianceModel::Gathered> GatherCache::gather(const IrradianceModel
 }
 
 SurfaceLighting::SurfaceLighting(const Surface& surface, const IrradianceModel& room, const Illumination& illumination,
-                                 const std::vector<Eigen::Vector3f>& gathered, float noise_floor,
+                                 const std::vector<Eigen::Vector3f>& gathered, float noise_floor, float misfit,
                                  const std::vector<SampleAlbedo>& held)
     : surface_(surface),
       room_(room),
       illumination_(illumination),
       gathered_(gathered),
       noise_floor_(noise_floor),
+      misfit_(misfit),
       neighbours_(lumigraft::reconstruct::neighbours(surface.samples, kLighting.neighbour_reach)) {
   const std::vector<SurfaceSample>& samples = surface.samples;
   for (std::size_t i = 0; i < samples.size(); ++i) sample_light_.push_back({gathered[i], 0});
@@ -225,7 +226,6 @@ std::vector<PointAlbedo> SurfaceLighting::albedo(const std::vector<SampleAlbedo>
     const auto own = static_cast<std::size_t>(point.sample);
     const Interpolated around = interpolate(point, samples);
     Eigen::Vector3f irradiance = around.gathered;
-    const float gathered_mean = irradiance.mean();
     float edge_error = 0;
     std::fill(power_error.begin(), power_error.end(), 0.0f);
     std::fill(distance_error.begin(), distance_error.end(), 0.0f);
@@ -256,9 +256,7 @@ std::vector<PointAlbedo> SurfaceLighting::albedo(const std::vector<SampleAlbedo>
     result[i].albedo = ((w_direct * direct + w_around * around.albedo.array()) / (w_direct + w_around)).matrix();
     // Errors of the model and of lamps are common to the point and its surroundings: averaging does not reduce them.
     const float total = std::max(irradiance.mean(), 1e-9f);
-    const float by_model =
-        std::hypot(kLighting.lamp_error * (total - gathered_mean), kLighting.gathered_error * gathered_mean) / total;
-    const float common = std::hypot(by_model, lamp_error / total, around.texture_sigma);
+    const float common = std::hypot(misfit_, lamp_error / total, around.texture_sigma);
     result[i].sigma = std::hypot(1 / std::sqrt(w_direct + w_around), common * result[i].albedo.mean());
   }
   return result;

@@ -38,9 +38,9 @@ class SurfaceLighting {
  public:
   /// `gathered`: IrradianceModel::gather of each sample; points interpolate it. Rays to lamps are cast for samples, and
   /// for points between samples of different visibility. `noise_floor`: noise_floor_radiance of the room's samples.
-  /// `held`: known albedo of the last samples.
+  /// `misfit`: relative 1σ of modelled irradiance over a whole surface. `held`: known albedo of the last samples.
   SurfaceLighting(const Surface& surface, const IrradianceModel& room, const Illumination& illumination,
-                  const std::vector<Eigen::Vector3f>& gathered, float noise_floor,
+                  const std::vector<Eigen::Vector3f>& gathered, float noise_floor, float misfit,
                   const std::vector<SampleAlbedo>& held = {});
 
   const std::vector<SampleLight>& sample_light() const { return sample_light_; }
@@ -58,9 +58,9 @@ class SurfaceLighting {
     Eigen::Vector3f gathered;
     bool known = false;  ///< albedo of at least one sample is known; else the rest is not set
     Eigen::Vector3f albedo;
-    float sigma = 0;          ///< absolute,
+    float sigma = 0;                                      ///< absolute,
     Eigen::Array3f known_ratio = Eigen::Array3f::Zero();  ///< log of it over π B / E, where earlier light changed it
-    float texture_sigma = 0;  ///< relative
+    float texture_sigma = 0;                              ///< relative
   };
   Interpolated interpolate(const SurfacePoint& point, const std::vector<SampleAlbedo>& samples) const;
   Eigen::Vector3f lamp_irradiance(std::size_t lamp, const Eigen::Vector3f& position, const Eigen::Vector3f& normal,
@@ -72,7 +72,7 @@ class SurfaceLighting {
   const IrradianceModel& room_;
   const Illumination& illumination_;
   const std::vector<Eigen::Vector3f>& gathered_;
-  float noise_floor_;
+  float noise_floor_, misfit_;
   std::vector<std::vector<int>> neighbours_;
   std::vector<std::vector<Eigen::Vector3f>> from_lamp_;  ///< irradiance if only known surface occludes it
   std::vector<std::vector<float>> visible_;              ///< per lamp, per sample

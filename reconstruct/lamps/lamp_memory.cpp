@@ -32,8 +32,9 @@ std::optional<LampPrior> LampMemory::prior(const ShadingModel& model, const std:
     prior.mean[at] = was->shape.inverse_distance;
     if (shape.flat) prior.mean.segment<2>(at + 1) = Eigen::Vector2d::Map(model.tilt_of(lamp, was->normal).data());
     for (Eigen::Index c = 0; c < 3; ++c)  // the power is remembered; what clipping left of it may differ
-      prior.mean[at + 3 + c] = was->shape.log_gain[static_cast<std::size_t>(c)] +
-                               std::log(std::max(was->light.irradiance[c], 1e-12f) / std::max(light.irradiance[c], 1e-12f));
+      prior.mean[at + 3 + c] =
+          was->shape.log_gain[static_cast<std::size_t>(c)] +
+          std::log(std::max(was->light.irradiance[c], 1e-12f) / std::max(light.irradiance[c], 1e-12f));
     for (Eigen::Index i = 0; i < kUnknownsPerLamp; ++i) {
       to.push_back(at + i);
       from.push_back(kUnknownsPerLamp * (was - lamps_.begin()) + i);
@@ -48,6 +49,7 @@ void LampMemory::keep(const ShadingModel& model, const LampPosterior& posterior)
   lamps_.clear();
   for (std::size_t lamp = 0; lamp < posterior.shapes.size(); ++lamp)
     lamps_.push_back({model.light(lamp), posterior.shapes[lamp], model.normal(lamp, posterior.shapes[lamp])});
+  misfit_ = posterior.misfit;
   covariance_ = posterior.with_prior.inverse();
 }
 

@@ -17,6 +17,8 @@ class LampMemory {
   /// For lamps of these shapes; empty if none is remembered.
   std::optional<LampPrior> prior(const ShadingModel& model, const std::vector<LampShape>& shapes) const;
   void keep(const ShadingModel& model, const LampPosterior& posterior);
+  /// LampPosterior::misfit of the last one; 0 without lamps.
+  double misfit() const { return misfit_; }
 
  private:
   struct Lamp {
@@ -26,6 +28,7 @@ class LampMemory {
   };
   std::vector<Lamp> lamps_;
   Eigen::MatrixXd covariance_;
+  double misfit_ = 0;
 };
 
 }  // namespace lumigraft::reconstruct

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "reconstruct/lamps/lamp_posterior.h"
 #include "reconstruct/lamps/parameters.h"
@@ -15,12 +16,6 @@ constexpr const LampParameters::Search& kSearch = kLampParameters.search;
 std::vector<double> spaced(double low, double high, int count) {
   std::vector<double> result;
   for (int i = 0; i < count; ++i) result.push_back(low + (high - low) * i / (count - 1));
-  return result;
-}
-
-std::vector<SamplePair> thinned(const std::vector<SamplePair>& pairs) {
-  std::vector<SamplePair> result;
-  for (std::size_t i = 0; i < pairs.size(); i += kSearch.pair_stride) result.push_back(pairs[i]);
   return result;
 }
 
@@ -43,33 +38,67 @@ double outline_penalty(const PointLight& light, bool flat) {
              : 1;
 }
 
+/// Every `stride`-th sample, the paper after them, and their pairs.
+struct Evidence {
+  std::vector<SurfaceSample> samples;
+  std::vector<Eigen::Vector3f> gathered;
+  std::vector<SamplePair> pairs;
+  int paper = -1;  ///< a sample's index, or -1
+
+  Evidence(const std::vector<SurfaceSample>& all, const std::vector<Eigen::Vector3f>& all_gathered,
+           std::size_t stride) {
+    for (std::size_t i = 0; i < all.size(); i += stride) {
+      samples.push_back(all[i]);
+      gathered.push_back(all_gathered[i]);
+    }
+    pairs = choose_pairs(samples);
+    for (SamplePair& pair : pairs) pair.weight = static_cast<float>(stride);  // it stands for so many of all
+  }
+  void add_paper(const SurfaceSample& white, const Eigen::Vector3f& light) {
+    paper = static_cast<int>(samples.size());
+    samples.push_back(white);
+    gathered.push_back(light);
+  }
+};
+
+double total_weight(const std::vector<SamplePair>& pairs) {
+  return std::accumulate(pairs.begin(), pairs.end(), 0.0,
+                         [](double sum, const SamplePair& p) { return sum + p.weight; });
+}
+
 class LampSearch {
  public:
-  LampSearch(ShadingModel& model, const std::vector<SamplePair>& pairs, int paper)
-      : model_(model),
-        pairs_(pairs),
-        some_pairs_(thinned(pairs)),
-        paper_(paper),
-        shapes_(model.lamps()),
-        near_(model.lamps(), 0.0),
-        powers_(model.lamps()),
-        facing_(model.lamps()),
-        factors_(model.lamps()) {}
+  LampSearch(const IrradianceModel& room, const Illumination& illumination, Evidence evidence)
+      : evidence_(std::move(evidence)),
+        model_(room, illumination, evidence_.samples, evidence_.gathered),
+        pairs_(evidence_.pairs),
+        paper_(evidence_.paper),
+        shapes_(model_.lamps()),
+        near_(model_.lamps(), 0.0),
+        powers_(model_.lamps()),
+        facing_(model_.lamps()),
+        factors_(model_.lamps()) {
+    add_known_albedo(evidence_.samples, evidence_.pairs);
+  }
 
   /// Without earlier estimates.
-  LampPosterior solve(const Eigen::Vector3f& probe, Search search, LampMemory& memory) {
+  LampPosterior search(const Eigen::Vector3f& probe) {
     start(probe);
     if (has_clipped(model_)) {
       start_gains();
-      adopt(solve_lamps(model_, some_pairs_, paper_, shapes_, Search::rough));
+      adopt(solve_lamps(model_, pairs_, paper_, shapes_, Search::rough));
     }
     for (int round = 0; round < kSearch.rounds; ++round) {
       bool changed = false;
       for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) changed |= descend(lamp);
       if (!changed) break;
     }
-    const LampPosterior found = solve_shapes();
-    return search == Search::rough ? found : finish(memory);
+    return solve_shapes();
+  }
+  /// From what was found on fewer samples.
+  LampPosterior solve_from(const std::vector<LampShape>& shapes, LampMemory& memory) {
+    shapes_ = shapes;
+    return finish(memory);
   }
 
   /// From earlier estimates; empty if a lamp moved out of the range searched around them.
@@ -203,9 +232,9 @@ class LampSearch {
   }
 
   /// Lamps with which the room is explained as well if they are infinitely far. A minimum at a finite distance does not
-  /// tell: that of the sun may be anywhere. Doubtful lamps, with which it is explained worse by less than 1σ, are far if
-  /// that holds for all of them at once: lamps that share the evidence may each be uncertain although they cannot all be
-  /// far.
+  /// tell: that of the sun may be anywhere. Doubtful lamps, with which it is explained worse by less than 1σ, are far
+  /// if that holds for all of them at once: lamps that share the evidence may each be uncertain although they cannot
+  /// all be far.
   std::vector<bool> find_distant(const LampPosterior& found) {
     std::vector<Eigen::Array3f> powers;
     std::vector<std::vector<float>> near(model_.lamps()), distant(model_.lamps());
@@ -301,8 +330,7 @@ class LampSearch {
     return cost_of_albedo();
   }
   double cost_of_albedo() const {
-    double sum = robust_cost(log_albedo_, some_pairs_) * static_cast<double>(pairs_.size()) /
-                 static_cast<double>(some_pairs_.size());
+    const double sum = robust_cost(log_albedo_, pairs_);
     return (sum + variance_ * albedo_scale_cost(model_, log_albedo_, paper_)) * penalty(shapes_);
   }
 
@@ -349,13 +377,13 @@ class LampSearch {
   /// Solves all lamps together, then tries each lamp that the fish-eye does not see switched off, and each of the
   /// strongest with a doubtful outline in the other shape.
   LampPosterior solve_shapes() {
-    LampPosterior best = solve_lamps(model_, some_pairs_, paper_, shapes_, Search::rough);
+    LampPosterior best = solve_lamps(model_, pairs_, paper_, shapes_, Search::rough);
     double min_cost = best.cost * penalty(best.shapes);
     for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
       if (!unseen(lamp)) continue;
       std::vector<LampShape> other = best.shapes;
       other[lamp].log_gain = {};
-      const LampPosterior tried = solve_lamps(model_, some_pairs_, paper_, other, Search::rough);
+      const LampPosterior tried = solve_lamps(model_, pairs_, paper_, other, Search::rough);
       if (tried.cost * penalty(tried.shapes) > min_cost) continue;
       best = tried;
       min_cost = tried.cost * penalty(tried.shapes);
@@ -366,7 +394,7 @@ class LampSearch {
       std::vector<LampShape> other = best.shapes;
       other[lamp].flat = !other[lamp].flat;
       other[lamp].tilt = {};
-      const LampPosterior tried = solve_lamps(model_, some_pairs_, paper_, other, Search::rough);
+      const LampPosterior tried = solve_lamps(model_, pairs_, paper_, other, Search::rough);
       if (tried.cost * penalty(tried.shapes) < min_cost) {
         best = tried;
         min_cost = tried.cost * penalty(tried.shapes);
@@ -386,20 +414,19 @@ class LampSearch {
       if (!other[lamp].flat) other[lamp].tilt = {};
       other[lamp].flat = other[lamp].beam = true;
       other[lamp].inverse_distance *= kSearch.beam_nearer;
-      const LampPosterior tried = solve_lamps(model_, some_pairs_, paper_, other, Search::rough);
+      const LampPosterior tried = solve_lamps(model_, pairs_, paper_, other, Search::rough);
       const double cost = tried.cost * penalty(tried.shapes);
-      if (cost > kSearch.max_beam_cost * min_cost ||
-          min_cost - cost < kSearch.min_beam_gain * static_cast<double>(some_pairs_.size()))
+      if (cost > kSearch.max_beam_cost * min_cost || min_cost - cost < kSearch.min_beam_gain * total_weight(pairs_))
         continue;
       best = tried;
       min_cost = cost;
     }
   }
 
-  ShadingModel& model_;
+  Evidence evidence_;
+  ShadingModel model_;
   const std::vector<SamplePair>& pairs_;
-  std::vector<SamplePair> some_pairs_;  ///< for the search
-  int paper_;                           ///< a sample's index, or -1
+  int paper_;
   std::vector<LampShape> shapes_;
   std::vector<double> near_;  ///< inverse distances that lamps would have if they were not infinitely far
   double variance_ = kLampParameters.posterior.usual_pair_variance;
@@ -412,36 +439,37 @@ class LampSearch {
 }  // namespace
 
 std::vector<LampEstimate> locate_lamps(const IrradianceModel& room, const Illumination& illumination,
-                                       std::vector<SurfaceSample> samples, std::vector<Eigen::Vector3f> gathered,
+                                       const std::vector<SurfaceSample>& samples,
+                                       const std::vector<Eigen::Vector3f>& gathered,
                                        const std::optional<SurfaceSample>& paper,
                                        const std::vector<std::optional<LampEstimate>>& before, LampMemory& memory,
                                        Search how) {
   if (illumination.lights.empty()) return {};
-  std::vector<SamplePair> pairs = choose_pairs(samples);
-  if (paper) {
-    samples.push_back(*paper);
-    gathered.push_back(room.gather(paper->position, paper->normal, kSearch.paper_rays).irradiance);
-  }
-  ShadingModel model(room, illumination, samples, gathered);
-  const int paper_index = paper ? static_cast<int>(samples.size()) - 1 : -1;
-  add_known_albedo(samples, pairs);
-  LampSearch search(model, pairs, paper_index);
+  const Eigen::Vector3f on_paper =
+      paper ? room.gather(paper->position, paper->normal, kSearch.paper_rays).irradiance : Eigen::Vector3f();
+  const auto search_on = [&](std::size_t stride) {
+    Evidence evidence(samples, gathered, stride);
+    if (paper) evidence.add_paper(*paper, on_paper);
+    return LampSearch(room, illumination, std::move(evidence));
+  };
   const bool all_known = before.size() == illumination.lights.size() &&
                          std::all_of(before.begin(), before.end(), [](const auto& lamp) { return lamp.has_value(); });
   if (all_known) {
-    if (const auto found = search.solve_near(before, memory)) return search.estimates(*found);
+    LampSearch near = search_on(1);
+    if (const auto found = near.solve_near(before, memory)) return near.estimates(*found);
   }
-  return search.estimates(search.solve(illumination.probe_position_m, how, memory));
+  LampSearch coarse = search_on(kSearch.stride);
+  const LampPosterior found = coarse.search(illumination.probe_position_m);
+  if (how == Search::rough) return coarse.estimates(found);
+  LampSearch fine = search_on(1);
+  return fine.estimates(fine.solve_from(found.shapes, memory));
 }
 
 std::vector<LampEstimate> follow_lamps(const IrradianceModel& room, const Illumination& illumination,
                                        const std::vector<SurfaceSample>& samples,
                                        const std::vector<Eigen::Vector3f>& gathered,
                                        const std::vector<LampEstimate>& before, const std::vector<bool>& changed) {
-  std::vector<SamplePair> pairs;
-  add_known_albedo(samples, pairs);
-  ShadingModel model(room, illumination, samples, gathered);
-  LampSearch search(model, pairs, -1);
+  LampSearch search(room, illumination, Evidence(samples, gathered, 1));
   std::vector<LampEstimate> result = search.estimates(search.follow(before, changed));
   for (std::size_t lamp = 0; lamp < result.size(); ++lamp)
     if (!changed[lamp]) result[lamp] = before[lamp];

@@ -38,7 +38,8 @@ struct LampEstimate {
 ///
 /// `memory`: of earlier fine solutions; gets this one.
 std::vector<LampEstimate> locate_lamps(const IrradianceModel& room, const Illumination& illumination,
-                                       std::vector<SurfaceSample> samples, std::vector<Eigen::Vector3f> gathered,
+                                       const std::vector<SurfaceSample>& samples,
+                                       const std::vector<Eigen::Vector3f>& gathered,
                                        const std::optional<SurfaceSample>& paper,
                                        const std::vector<std::optional<LampEstimate>>& before, LampMemory& memory,
                                        Search how = Search::fine);

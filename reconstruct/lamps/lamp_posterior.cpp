@@ -168,17 +168,21 @@ NormalEquations normal_equations(const Evaluation& evaluation, const std::vector
   return sum;
 }
 
-/// v: mean squared residual of the pairs that agree, but no less than the model's own error, for as many pairs as share
-/// one error.
-double variance_of(const Evaluation& evaluation, const std::vector<SamplePair>& pairs) {
+/// Mean squared residual of the pairs that agree.
+double mean_square(const Evaluation& evaluation, const std::vector<SamplePair>& pairs) {
   double squares = 0, weights = 0;
   for (const SamplePair& pair : pairs) {
     const double s = evaluation.residual(pair).squaredNorm(), weight = pair.weight / ((1 + s) * (1 + s));
     squares += weight * s;
-    weights += 3 * weight;
+    weights += weight;
   }
-  const double min_variance = std::pow(kPosterior.model_error / kPosterior.pair_scale, 2) / 3;
-  return kPosterior.pairs_per_observation * std::max(min_variance, squares / std::max(weights, 1e-9));
+  return squares / std::max(weights, 1e-9);
+}
+
+/// v: that of a channel, but no less than the model's own error, for as many pairs as share one error.
+double variance_of(const Evaluation& evaluation, const std::vector<SamplePair>& pairs) {
+  const double min_square = std::pow(kPosterior.model_error / kPosterior.pair_scale, 2);
+  return kPosterior.pairs_per_observation * std::max(min_square, mean_square(evaluation, pairs)) / 3;
 }
 
 /// A cost of all lamps' unknowns.
@@ -259,7 +263,8 @@ bool needs_scale_prior(const ShadingModel& model, int paper) {
 
 class ScaleCost : public LampCost {
  public:
-  ScaleCost(const Evaluation& evaluation, int paper) : LampCost(evaluation, 3), evaluation_(evaluation), paper_(paper) {}
+  ScaleCost(const Evaluation& evaluation, int paper)
+      : LampCost(evaluation, 3), evaluation_(evaluation), paper_(paper) {}
 
   bool Evaluate(double const* const*, double* residuals, double** jacobians) const override {
     const ScalePrior prior = scale_prior(paper_);
@@ -312,7 +317,9 @@ class LinearCost : public LampCost {
   LinearRows rows_;
 };
 
-double log_irradiance(const PointLight& light, int channel) { return std::log(std::max(light.irradiance[channel], 1e-12f)); }
+double log_irradiance(const PointLight& light, int channel) {
+  return std::log(std::max(light.irradiance[channel], 1e-12f));
+}
 
 /// Distance, a panel that faces the probe, and level and colour of a lamp whose power is unknown.
 void add_wide_rows(const ShadingModel& model, LinearRows& rows) {
@@ -328,7 +335,8 @@ void add_wide_rows(const ShadingModel& model, LinearRows& rows) {
     rows.add(unit(2), 0, kPosterior.tilt_sigma);
     const PointLight& light = model.light(lamp);
     const Eigen::Vector3d measured(log_irradiance(light, 0), log_irradiance(light, 1), log_irradiance(light, 2));
-    const Eigen::Vector3d level = Eigen::Vector3d::Constant(1 / 3.0), warm(kPosterior.warm[0], kPosterior.warm[1], kPosterior.warm[2]);
+    const Eigen::Vector3d level = Eigen::Vector3d::Constant(1 / 3.0),
+                          warm(kPosterior.warm[0], kPosterior.warm[1], kPosterior.warm[2]);
     const auto colour = [&](const Eigen::Vector3d& weights) {
       Eigen::RowVectorXd row = rows.zero();
       row.segment<3>(at + 3) = weights.transpose();
@@ -482,6 +490,7 @@ LampPosterior solve_lamps(const ShadingModel& model, const std::vector<SamplePai
   result.shapes = evaluation.shapes();
   result.cost = robust_cost(evaluation.log_albedo, pairs) +
                 result.pair_variance * albedo_scale_cost(model, evaluation.log_albedo, paper);
+  result.misfit = kPosterior.pair_scale * std::sqrt(mean_square(evaluation, pairs));
   const NormalEquations sum = normal_equations(evaluation, pairs, 1);
   result.information = Eigen::MatrixXd::Zero(evaluation.size(), evaluation.size());
   result.information(evaluation.free(), evaluation.free()) = sum.curvature / variance_of(evaluation, pairs);

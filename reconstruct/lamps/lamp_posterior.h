@@ -32,6 +32,7 @@ struct LampPosterior {
   Eigen::MatrixXd covariance;   ///< its inverse
   Eigen::MatrixXd with_prior;   ///< information, with that of the LampPrior
   double pair_variance = 1;     ///< v
+  double misfit = 0;            ///< RMS difference of log albedo of the pairs that agree
   double cost = 0;              ///< in pairs, to compare solutions: 2v (-log p), ρ of the wide level
 
   double inverse_distance_sigma(std::size_t lamp) const;  ///< 1σ, 1/m

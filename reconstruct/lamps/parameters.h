@@ -28,13 +28,13 @@ struct LampParameters {
     double min_fine_reach = 0.08;  ///< 1/m, at least
     double fine_limit = 0.7;       ///< of that reach: an earlier estimate that moves farther is searched anew
     int fine_steps = 7;
-    int follow_rounds = 4;  ///< of the search around a lamp that moved: a factor of 1.8 of distance in one image
+    int follow_rounds = 4;       ///< of the search around a lamp that moved: a factor of 1.8 of distance in one image
     int fine_rays = 5;           ///< over a lamp's disk
     double max_gain = 1 << 18;   ///< of a clipped lamp: the sun over the level of a well-exposed sky
     int gain_steps = 19;         ///< one per power of two
     int near_gain_steps = 5;     ///< in coordinate descent: a factor of 4 either way
     int paper_rays = 64;         ///< gathered on the tag's paper
-    int pair_stride = 3;         ///< a third of the pairs is enough for the search
+    std::size_t stride = 3;      ///< a third of the samples is enough for the search
     int rounds = 3;              ///< of coordinate descent
     std::size_t shaped = 3;      ///< strongest lamps for which the other shape and a beam are tried
     float facing_cosine = 0.3f;  ///< of start normals to the direction of the lamp: else they face away
@@ -47,8 +47,8 @@ struct LampParameters {
     /// with spots in tubes improved from relight_error 0.595 and 0.571 to 0.494 and 0.550.
     double max_beam_cost = 0.95, min_beam_gain = 0.03;
     double max_beam_distance_m = 8;  ///< beyond it a lamp counts as infinitely far
-    double beam_nearer = 0.78;    ///< of inverse distance: a beam's search starts beyond the isotropic lamp
-    float beam_log_sigma = 0.2f;  ///< 1σ of log distance: narrower beams from farther away fit as well
+    double beam_nearer = 0.78;       ///< of inverse distance: a beam's search starts beyond the isotropic lamp
+    float beam_log_sigma = 0.2f;     ///< 1σ of log distance: narrower beams from farther away fit as well
   } search;
 
   struct Posterior {

@@ -65,7 +65,8 @@ TEST(FollowLight, DimmedLampStaysWhereItIs) {
   const auto followed = stage.follow_light(now.field, now.light);
   ASSERT_TRUE(followed);
   EXPECT_EQ(followed->illumination->lights[0].position_m, solved.illumination->lights[0].position_m);
-  EXPECT_NEAR(followed->illumination->lights[0].intensity.x() / solved.illumination->lights[0].intensity.x(), 0.3f, 1e-3);
+  EXPECT_NEAR(followed->illumination->lights[0].intensity.x() / solved.illumination->lights[0].intensity.x(), 0.3f,
+              1e-3);
 }
 
 TEST(FollowLight, LampThatGoesIsGoneAndANewOneNeedsASearch) {
@@ -83,8 +84,8 @@ TEST(FollowLight, LampThatGoesIsGoneAndANewOneNeedsASearch) {
   EXPECT_FALSE(stage.follow_light(with.field, with.light));
 }
 
-// With one lamp after the other at several places the albedo of a solution under all of them is nearer to the truth than
-// that under the last alone: its errors are those of each light.
+// With one lamp after the other at several places the albedo of a solution under all of them is nearer to the truth
+// than that under the last alone: its errors are those of each light.
 TEST(FollowLight, AlbedoIsLearntFromEveryLight) {
   TestRoom room = striped_room();
   AlbedoStage all{capture::Session()};

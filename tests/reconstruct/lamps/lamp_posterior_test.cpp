@@ -43,9 +43,8 @@ struct Scene {
       for (float y = -0.5f; y < 0.5f; y += 0.04f) {
         const Vector3f at(x, y, 0);
         if (room.distance(at + 0.01f * Vector3f::UnitZ()) < 0) continue;
-        samples.push_back({at, Vector3f::UnitZ(), room.albedo(at).cwiseProduct(room.irradiance(at, Vector3f::UnitZ())) /
-                                                      kTestPi,
-                           0.04f});
+        samples.push_back({at, Vector3f::UnitZ(),
+                           room.albedo(at).cwiseProduct(room.irradiance(at, Vector3f::UnitZ())) / kTestPi, 0.04f});
         gathered.push_back(kTestPi * room.ambient);
       }
     }
@@ -81,7 +80,8 @@ TEST(LampPosterior, InformationIsTheCurvatureOfItsOwnCost) {
     scene.model->log_albedo({scene.model->power(0, {})}, {factors}, log_albedo);
     return robust_cost(log_albedo, choose_pairs(scene.samples), 1) / (2 * best.pair_variance);
   };
-  const double at = best.shapes[0].inverse_distance, step = 0.04, sigma = kLampParameters.posterior.inverse_distance_sigma;
+  const double at = best.shapes[0].inverse_distance, step = 0.04,
+               sigma = kLampParameters.posterior.inverse_distance_sigma;
   const double curvature = (cost(at + step) - 2 * cost(at) + cost(at - step)) / (step * step) + 1 / (sigma * sigma);
   EXPECT_NEAR(best.information(0, 0) / curvature, 1, 0.2);
 }
@@ -90,8 +90,7 @@ TEST(LampPosterior, EarlierSolutionsHoldUnlessContradicted) {
   const Vector3f lamp_m(0.5f, -0.3f, 0.8f);
   Scene scene(lamp_m);
   const double truth = 1 / (lamp_m - scene.room.probe).norm();
-  LampPrior prior{Eigen::VectorXd::Zero(kUnknownsPerLamp),
-                  Eigen::MatrixXd::Zero(kUnknownsPerLamp, kUnknownsPerLamp)};
+  LampPrior prior{Eigen::VectorXd::Zero(kUnknownsPerLamp), Eigen::MatrixXd::Zero(kUnknownsPerLamp, kUnknownsPerLamp)};
   const double own_sigma = scene.solve(truth).inverse_distance_sigma(0);
   prior.information(0, 0) = 4 / (own_sigma * own_sigma);
   prior.mean[0] = truth + own_sigma;
