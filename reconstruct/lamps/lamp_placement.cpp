@@ -118,7 +118,7 @@ class LampSearch {
       start_at(lamp, before[lamp]);
       shapes_[lamp].held = !changed[lamp];
       shapes_[lamp].far = before[lamp].far;
-      if (before[lamp].far) shapes_[lamp].inverse_distance = 0;
+      if (before[lamp].far) shapes_[lamp].inverse_distance = kSearch.distant_inverse[0];
     }
     for (int round = 1;; ++round) {
       for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) tabulate_near(lamp);
@@ -217,12 +217,13 @@ class LampSearch {
     };
     for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) tabulate_near(lamp);
     LampPosterior found = solve();
-    const std::vector<bool> far = find_distant(found);
-    if (std::count(far.begin(), far.end(), true) > 0) {
+    const std::vector<std::optional<double>> far = find_distant(found);
+    if (std::any_of(far.begin(), far.end(), [](const auto& lamp) { return lamp.has_value(); })) {
       shapes_ = found.shapes;
       for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
         near_[lamp] = std::max(shapes_[lamp].inverse_distance, kMinInverse);
-        if (far[lamp]) shapes_[lamp] = {.log_gain = shapes_[lamp].log_gain, .far = true};
+        if (far[lamp])
+          shapes_[lamp] = {.inverse_distance = *far[lamp], .log_gain = shapes_[lamp].log_gain, .far = true};
         tabulate_near(lamp);
       }
       found = solve();
@@ -231,38 +232,54 @@ class LampSearch {
     return found;
   }
 
-  /// Lamps with which the room is explained as well if they are infinitely far. A minimum at a finite distance does not
-  /// tell: that of the sun may be anywhere. Doubtful lamps, with which it is explained worse by less than 1σ, are far
-  /// if that holds for all of them at once: lamps that share the evidence may each be uncertain although they cannot
-  /// all be far.
-  std::vector<bool> find_distant(const LampPosterior& found) {
+  /// Inverse distances of lamps with which the room is explained as well if they are as good as infinitely far; empty
+  /// for the others. A minimum at a finite distance does not tell: that of the sun may be anywhere. Doubtful lamps,
+  /// with which it is explained worse by less than 1σ, are far if that holds for all of them at once: lamps that share
+  /// the evidence may each be uncertain although they cannot all be far.
+  std::vector<std::optional<double>> find_distant(const LampPosterior& found) {
     std::vector<Eigen::Array3f> powers;
-    std::vector<std::vector<float>> near(model_.lamps()), distant(model_.lamps());
+    std::vector<std::vector<float>> factors(model_.lamps()), distant(model_.lamps());
     for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
       powers.push_back(model_.power(lamp, found.shapes[lamp]));
-      model_.factors(lamp, found.shapes[lamp], near[lamp]);
-      model_.tabulate(lamp, {0}, kSearch.fine_rays);
-      model_.factors(lamp, {}, distant[lamp]);
+      model_.factors(lamp, found.shapes[lamp], factors[lamp]);
     }
-    const auto cost_if = [&](const std::vector<bool>& far) {
-      std::vector<std::vector<float>> factors;
-      for (std::size_t lamp = 0; lamp < far.size(); ++lamp) factors.push_back(far[lamp] ? distant[lamp] : near[lamp]);
+    const auto cost = [&] {
       model_.log_albedo(powers, factors, log_albedo_);
       return robust_cost(log_albedo_, pairs_, 1);
     };
-    std::vector<bool> far(model_.lamps(), false), doubtful = far;
-    const double cost = cost_if(far), limit = cost + found.pair_variance;
-    for (std::size_t lamp = 0; lamp < far.size(); ++lamp) {
-      std::vector<bool> alone(far.size(), false);
-      alone[lamp] = true;
-      doubtful[lamp] = !model_.placed(lamp) && cost_if(alone) < limit;
+    const auto exchange = [&](std::size_t lamp) { std::swap(factors[lamp], distant[lamp]); };
+    const double now = cost(), limit = now + found.pair_variance;
+    std::vector<std::optional<double>> doubtful(model_.lamps());
+    std::vector<bool> no_worse(model_.lamps(), false);
+    for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
+      if (model_.placed(lamp)) continue;
+      double least = limit;
+      std::vector<float> best;
+      for (const double inverse : kSearch.distant_inverse) {
+        model_.tabulate(lamp, {inverse}, kSearch.fine_rays);
+        model_.factors(lamp, {.inverse_distance = inverse}, distant[lamp]);
+        exchange(lamp);
+        const double alone = cost();
+        exchange(lamp);
+        if (alone >= least) continue;
+        least = alone;
+        best = distant[lamp];
+        doubtful[lamp] = inverse;
+      }
+      distant[lamp] = std::move(best);
     }
-    if (cost_if(doubtful) < limit) return doubtful;
-    for (std::size_t lamp = 0; lamp < far.size(); ++lamp) {
-      far[lamp] = doubtful[lamp];
-      if (far[lamp] && cost_if(far) > cost) far[lamp] = false;
-    }
-    return far;
+    for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp)  // one after the other
+      if (doubtful[lamp]) {
+        exchange(lamp);
+        no_worse[lamp] = cost() <= now;
+        if (!no_worse[lamp]) exchange(lamp);
+      }
+    for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp)  // and all
+      if (doubtful[lamp] && !no_worse[lamp]) exchange(lamp);
+    if (cost() >= limit)
+      for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp)
+        if (!no_worse[lamp]) doubtful[lamp].reset();
+    return doubtful;
   }
 
   void tabulate_near(std::size_t lamp) {

@@ -28,6 +28,8 @@ struct LampParameters {
     double min_fine_reach = 0.08;  ///< 1/m, at least
     double fine_limit = 0.7;       ///< of that reach: an earlier estimate that moves farther is searched anew
     int fine_steps = 7;
+    /// 1/m, of lamps that are as good as infinitely far; the likeliest is compared with the lamp's best distance.
+    double distant_inverse[3] = {0, 1 / 24.0, 1 / 12.0};
     int follow_rounds = 4;       ///< of the search around a lamp that moved: a factor of 1.8 of distance in one image
     int fine_rays = 5;           ///< over a lamp's disk
     double max_gain = 1 << 18;   ///< of a clipped lamp: the sun over the level of a well-exposed sky
@@ -78,7 +80,7 @@ struct LampParameters {
     /// Drawn to white instead, the blue of a bulb was 26 % too strong.
     double warm[3] = {0.631, 0.134, -0.765};
     double usual_warmth = 0.8, warmth_sigma = 2.4, hue_sigma = 0.6;
-    double alike_log_sigma = 0.7;  ///< of log radiance of clipped lamps of a kind: panels 90 to 136 %, not 2 to 260 %
+    double alike_log_sigma = 0.3;  ///< of log radiance of clipped lamps of a kind: luminaires age by about this
     double log_dim = 3.4;          ///< log gain at which an unseen lamp is dim but matters: 3 % of all light
     double contradiction_sigmas = 4.7;  ///< of the earlier solutions: 0.1 % of six normal variates exceed it
   } posterior;
