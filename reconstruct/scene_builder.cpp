@@ -8,6 +8,7 @@
 #include "capture/sync/depth_registration.h"
 #include "reconstruct/fusion/fusion.h"
 #include "reconstruct/lamps/light_from_shading.h"
+#include "reconstruct/light/fluence.h"
 #include "reconstruct/light/light.h"
 #include "reconstruct/pose/lamp_tags.h"
 #include "reconstruct/pose/pose.h"
@@ -109,7 +110,8 @@ struct SceneBuilder::State {
   std::atomic<float> color_brightness = 1;  ///< newest gain, mean of the channels
   std::atomic<float> color_correction = 0;  ///< ColorGainStage::Result::correction, since radiance was last fused
   FusionStage fusion;
-  std::shared_ptr<const Illumination> fused_light;  ///< measured when radiance was last fused
+  /// When the light last changed while radiance was fused: as measured, and with what is known of its lamps.
+  std::shared_ptr<const Illumination> fused_light, lit_then;
   AlbedoStage albedo;
   EnclosureStage enclosure;
   LightFromShading light_from_shading;
@@ -209,7 +211,13 @@ void SceneBuilder::fuse_depth(const capture::FrameSet& frame, const Pose& pose) 
       s.fused_light = light;
   }
   const double change = std::max<double>(light_change, s.color_correction.exchange(0));
-  s.store.publish_field(s.fusion.fuse(frame, pose, change));
+  const std::shared_ptr<const Illumination> now = s.store.newest().illumination, then = s.lit_then;
+  const auto light_ratio = [&](const Eigen::Vector3f& position_m) -> Eigen::Array3f {
+    return mean_irradiance(*now, position_m) / mean_irradiance(*then, position_m).max(1e-9f);
+  };
+  const bool follow = light_change > 0 && now && then;
+  s.store.publish_field(follow ? s.fusion.fuse(frame, pose, change, light_ratio) : s.fusion.fuse(frame, pose, change));
+  if (follow || !then) s.lit_then = now;
   s.fused_time.put(frame.time_ns);
   s.store.publish_warnings("geometry", s.fusion.warnings());
 }

@@ -66,6 +66,8 @@ struct FusionStage::State {
   BrickUpdate::Skip skipped_rows(const WorkingBrick& brick) const;
   void record_change(WorkingBrick& brick, bool open, const BrickUpdate::Change& change);
   bool publication_due() const { return frames - last_publication >= kPublication.interval_frames || new_viewpoint; }
+  void forget_light(WorkingBrick& brick) const;
+  void relight_unseen(const std::function<Eigen::Array3f(const Vector3f&)>& light_ratio);
   void copy_drifted(WorkingBrick& brick) const;
   void publish();
 
@@ -220,6 +222,25 @@ void FusionStage::State::record_change(WorkingBrick& brick, bool open, const Bri
   if (brick.urgent || brick.model || brick.may_have_drifted()) queue(brick);
 }
 
+/// What was seen under earlier light is less certain now.
+void FusionStage::State::forget_light(WorkingBrick& brick) const {
+  brick.forget_radiance(light_variance - brick.light_variance);
+  brick.light_variance = light_variance;
+}
+
+/// The colours of surface that this frame does not show follow the light, to first order.
+void FusionStage::State::relight_unseen(const std::function<Eigen::Array3f(const Vector3f&)>& light_ratio) {
+  for (std::size_t i = 0; i < bricks.size(); ++i) {
+    WorkingBrick& brick = bricks[i];
+    if (brick.open || !brick.published || !(brick.light_variance < light_variance)) continue;
+    const Eigen::Array3f ratio = light_ratio(brick_centre(brick.key, voxel_m));
+    forget_light(brick);
+    for (Vector3f& radiance : brick.now.radiance) radiance = (radiance.array() * ratio).matrix();
+    brick.urgent = urgent = true;
+    queue(brick);
+  }
+}
+
 /// Copies a queued brick for publication if it has drifted.
 void FusionStage::State::copy_drifted(WorkingBrick& brick) const {
   std::optional<FieldBrick> with_model;
@@ -264,8 +285,9 @@ FusionStage::FusionStage(const capture::Session& session, const FusionSettings& 
 
 FusionStage::~FusionStage() = default;
 
-std::shared_ptr<const DistanceField> FusionStage::fuse(const capture::FrameSet& frame, const Pose& pose,
-                                                       double light_change) {
+std::shared_ptr<const DistanceField> FusionStage::fuse(
+    const capture::FrameSet& frame, const Pose& pose, double light_change,
+    const std::function<Eigen::Array3f(const Eigen::Vector3f&)>& light_ratio) {
   State& s = *state_;
   s.light_variance += light_change * light_change;
   if (!frame.depth || pose.age_ns != 0) return s.field;
@@ -311,8 +333,7 @@ std::shared_ptr<const DistanceField> FusionStage::fuse(const capture::FrameSet& 
     const bool open = visibility.kind == BrickVisibility::Kind::open;
     const BrickUpdate::Skip skip = s.skipped_rows(*brick);
     if (!open && colour && brick->light_variance < s.light_variance) {
-      brick->forget_radiance(s.light_variance - brick->light_variance);
-      brick->light_variance = s.light_variance;
+      s.forget_light(*brick);
       brick->urgent = true;
     }
     const BrickUpdate::Change change =
@@ -321,6 +342,7 @@ std::shared_ptr<const DistanceField> FusionStage::fuse(const capture::FrameSet& 
     // Now, while the brick is in the cache.
     if (brick->queued && (due || brick->urgent)) s.copy_drifted(*brick);
   }
+  if (light_change > 0 && light_ratio) s.relight_unseen(light_ratio);
   s.publish();
   ++s.frames;
   s.last_depth = frame.depth;

@@ -1,5 +1,6 @@
 #pragma once
 // Fusion of depth images into the distance field.
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -34,7 +35,11 @@ class FusionStage {
   /// those of the last fused frame. Null before the first depth image.
   /// `light_change`: relative change of the room's light since the previous call (relative_change of light.h).
   /// It is added, squared, to the relative variance of the radiance of earlier frames (WorkingBrick::forget_radiance).
-  std::shared_ptr<const DistanceField> fuse(const capture::FrameSet& frame, const Pose& pose, double light_change = 0);
+  /// `light_ratio`: irradiance at a place now over that at the previous call, per channel; surface that the frame does
+  /// not show gets that much more radiance. Empty: it keeps what it had.
+  std::shared_ptr<const DistanceField> fuse(
+      const capture::FrameSet& frame, const Pose& pose, double light_change = 0,
+      const std::function<Eigen::Array3f(const Eigen::Vector3f& position_m)>& light_ratio = {});
   /// Real surfaces of the session that depth contradicts (real_surface.h).
   std::vector<std::string> warnings() const;
 

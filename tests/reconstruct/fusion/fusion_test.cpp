@@ -391,6 +391,26 @@ TEST(Fusion, RadianceFollowsTheLight) {
   EXPECT_NEAR(radiance_after(kRadianceMemory.log_sigma), 0.25, 0.04);
 }
 
+// A camera that looked at the table looks elsewhere, and half of the light goes out.
+TEST(Fusion, UnseenRadianceFollowsTheLight) {
+  const capture::CameraModel camera = test::small_camera();
+  const Isometry3d here = test::looking_at_tag(0.9, 0.8, -1.5);
+  Isometry3d elsewhere = here;
+  elsewhere.pretranslate(Vector3d(3, 0, 0));
+  const auto lit = [](const Vector3d&) { return 0.4; };
+  const Vector3f seen_before(0.05f, 0.01f, 0);
+  const auto radiance_after = [&](double light_change, const auto& light_ratio) {
+    FusionStage stage(test::session_with(camera), FusionSettings{});
+    for (std::uint64_t i = 0; i < 5; ++i)
+      stage.fuse(test::frame_of(test::table, camera, here, i, {}, lit), test::pose_at(here));
+    const auto frame = test::frame_of(test::table, camera, elsewhere, 5, {}, lit);
+    return stage.fuse(frame, test::pose_at(elsewhere), light_change, light_ratio)->radiance(seen_before)->x();
+  };
+  const auto halved = [](const Vector3f&) { return Eigen::Array3f(0.5f, 0.5f, 0.5f); };
+  EXPECT_NEAR(radiance_after(0.5, halved), 0.2, 0.005);
+  EXPECT_NEAR(radiance_after(0, halved), 0.4, 0.005) << "no light changed";
+}
+
 TEST(Fusion, ADistortedLens) {
   capture::CameraModel camera = test::small_camera();
   camera.distortion = {-0.2, 0.05, 0.001, -0.001, 0};

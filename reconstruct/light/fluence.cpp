@@ -1,0 +1,26 @@
+#include "reconstruct/light/fluence.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace lumigraft::reconstruct {
+
+Eigen::Array3f mean_irradiance(const Illumination& light, const Eigen::Vector3f& position_m) {
+  // π Y₀₀ of the first coefficient; the other harmonics have mean 0.
+  Eigen::Array3f sum = 0.5f * std::sqrt(std::numbers::pi_v<float>) * light.environment_sh[0].array();
+  for (const PointLight& lamp : light.lights) {
+    if (lamp.visibility == PointLight::Visibility::dark) continue;
+    // A lamp's irradiance on all sides of a small sphere is a quarter of that facing it.
+    if (!lamp.distance_known) {
+      sum += lamp.irradiance.array() / 4;
+      continue;
+    }
+    const Eigen::Vector3f offset = position_m - lamp.position_m;
+    const float squared = std::max({offset.squaredNorm(), lamp.radius_m * lamp.radius_m, 1e-9f});
+    sum += lamp.intensity.array() * (lamp.emission(offset.normalized()) / (4 * squared));
+  }
+  return sum;
+}
+
+}  // namespace lumigraft::reconstruct
