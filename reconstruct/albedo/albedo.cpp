@@ -28,6 +28,7 @@ namespace lumigraft::reconstruct {
 namespace {
 
 constexpr const AlbedoParameters::Stage& kStage = kAlbedoParameters.stage;
+constexpr const AlbedoParameters::Following& kFollowing = kAlbedoParameters.following;
 
 bool is_known(const LampEstimate& estimate) { return !estimate.far && estimate.distance_m < kStage.max_distance_m; }
 
@@ -140,6 +141,16 @@ struct AlbedoStage::State {
   std::optional<Result> solve_incremental(const DistanceField& field, const Illumination& illumination,
                                           bool even_if_due);
   std::optional<Result> follow_light(const DistanceField& field, const Illumination& illumination);
+  struct Followed {
+    std::vector<LampEstimate> lamps;
+    std::vector<bool> changed;
+  };
+  std::optional<Followed> known_lamps(const Illumination& merged) const;
+  bool search_changed(const DistanceField& field, const IrradianceModel& room, const Illumination& merged,
+                      Followed& follow);
+  void place_lamps(const std::shared_ptr<Illumination>& lit, const Illumination& merged,
+                   const std::vector<LampEstimate>& lamps, const OutOfViewLamps& unseen, const DistanceField& field,
+                   const FieldRays& rays);
   void add_warnings(const Illumination& lit);
   void remember_albedo();
   /// Relative 1σ of modelled irradiance, as the samples' own disagreement shows it.
@@ -272,13 +283,7 @@ std::optional<AlbedoStage::Result> AlbedoStage::State::solve_incremental(const D
   for (const PointLight& light : merged.lights) lamps.push_back(estimates.at(light.id).estimate);
   followed_light = illumination;
   if (illumination.version != illumination_version) {
-    last_lamps = placed(merged, lamps);
-    raise_clipped(*lit, last_lamps, closed.get(), field, rays, metal);
-    lit->lights = place_pieces(lit->lights, merged.lights, last_lamps, lit->probe_position_m);
-    last.warnings.clear();
-    unseen.resolve(*lit, tagged_lamps, last.warnings);
-    add_warnings(*lit);
-    last.illumination = lit;
+    place_lamps(lit, merged, lamps, unseen, field, rays);
   }
   last.complete = false;
   last.due = due;
@@ -322,10 +327,55 @@ std::optional<AlbedoStage::Result> AlbedoStage::solve_incremental(const Distance
   return state_->solve_incremental(field, illumination, even_if_due);
 }
 
+/// Publishes the light with its lamps at these estimates; `merged`: those of `lit` with pieces merged.
+void AlbedoStage::State::place_lamps(const std::shared_ptr<Illumination>& lit, const Illumination& merged,
+                                     const std::vector<LampEstimate>& lamps, const OutOfViewLamps& unseen,
+                                     const DistanceField& field, const FieldRays& rays) {
+  last_lamps = placed(merged, lamps);
+  raise_clipped(*lit, last_lamps, closed.get(), field, rays, metal);
+  lit->lights = place_pieces(lit->lights, merged.lights, last_lamps, lit->probe_position_m);
+  last.warnings.clear();
+  unseen.resolve(*lit, tagged_lamps, last.warnings);
+  add_warnings(*lit);
+  last.illumination = lit;
+}
+
+/// The known estimates of these lamps, and which of them do not hold; empty if a lamp is new.
+std::optional<AlbedoStage::State::Followed> AlbedoStage::State::known_lamps(const Illumination& merged) const {
+  Followed result;
+  for (const PointLight& light : merged.lights) {
+    const auto known = estimates.find(light.id);
+    if (known == estimates.end()) return std::nullopt;
+    const PointLight& was = known->second.light;
+    result.lamps.push_back(known->second.estimate);
+    result.changed.push_back(!Located::same_place(was, light, merged.probe_position_m) ||
+                             (light.clipped && !Located::same_power(was, light)));
+    // A lamp that turned was carried; its power is as before.
+    if (result.changed.back() && !light.clipped && !light.distance_known)
+      result.lamps.back().distance_m *= std::sqrt(was.irradiance.mean() / std::max(light.irradiance.mean(), 1e-9f));
+  }
+  return result;
+}
+
+/// Searches the lamps that changed, on known surface; false if too little of it is left.
+bool AlbedoStage::State::search_changed(const DistanceField& field, const IrradianceModel& room,
+                                        const Illumination& merged, Followed& follow) {
+  const std::vector<SurfaceSample> samples = known_surface.in(field);
+  if (static_cast<float>(samples.size()) < kFollowing.min_samples_fraction * known_surface.size()) return false;
+  floor_grid = room.lamp_irradiance_on_floor(placed(merged, follow.lamps));
+  std::vector<Eigen::Vector3f> gathered;
+  for (const SurfaceSample& sample : samples) {
+    const IrradianceModel::Gathered own = room.gather(sample.position, sample.normal, kFollowing.gather_rays);
+    gathered.push_back(own.irradiance + room.irradiance_from_floor(own, floor_grid));
+  }
+  follow.lamps = follow_lamps(room, merged, samples, gathered, follow.lamps, follow.changed);
+  ++followed;
+  return true;
+}
+
 std::optional<AlbedoStage::Result> AlbedoStage::State::follow_light(const DistanceField& field,
                                                                     const Illumination& illumination) {
-  constexpr const AlbedoParameters::Following& kFollowing = kAlbedoParameters.following;
-  if (!solved || illumination.from_shading || followed >= kFollowing.solves || illumination.lights.empty() ||
+  if (!solved || illumination.from_shading || followed >= kFollowing.solves ||
       !(relative_change(illumination, followed_light) > kFollowing.min_change) ||
       static_cast<double>(field.bricks.size()) > kStage.locate_growth * static_cast<double>(solved_bricks))
     return std::nullopt;
@@ -334,51 +384,23 @@ std::optional<AlbedoStage::Result> AlbedoStage::State::follow_light(const Distan
   const OutOfViewLamps unseen(*lit, rays);
   Illumination merged = *lit;
   merged.lights = merge_pieces(lit->lights);
-  std::vector<LampEstimate> lamps;
-  std::vector<bool> changed;
-  for (const PointLight& light : merged.lights) {
-    const auto known = estimates.find(light.id);
-    if (known == estimates.end()) return std::nullopt;
-    const PointLight& was = known->second.light;
-    lamps.push_back(known->second.estimate);
-    changed.push_back(!Located::same_place(was, light, illumination.probe_position_m) ||
-                      (light.clipped && !Located::same_power(was, light)));
-    // A lamp that turned was carried; its power is as before.
-    if (changed.back() && !light.clipped && !light.distance_known)
-      lamps.back().distance_m *= std::sqrt(was.irradiance.mean() / std::max(light.irradiance.mean(), 1e-9f));
-  }
-  const bool any_changed = std::count(changed.begin(), changed.end(), true) > 0;
+  std::optional<Followed> follow = known_lamps(merged);
+  if (!follow) return std::nullopt;
+  const bool any_changed = std::count(follow->changed.begin(), follow->changed.end(), true) > 0;
   const IncrementalSolver::Change grown = incremental.grown(field);
   std::optional<IrradianceModel> room;
   if (any_changed || !grown.bricks.empty()) room.emplace(field, rays, metal, *lit, closed.get());
-  if (any_changed) {
-    const std::vector<SurfaceSample> samples = known_surface.in(field);
-    if (static_cast<float>(samples.size()) < kFollowing.min_samples_fraction * known_surface.size())
-      return std::nullopt;
-    floor_grid = room->lamp_irradiance_on_floor(placed(merged, lamps));
-    std::vector<Eigen::Vector3f> gathered;
-    for (const SurfaceSample& sample : samples) {
-      const IrradianceModel::Gathered own = room->gather(sample.position, sample.normal, kFollowing.gather_rays);
-      gathered.push_back(own.irradiance + room->irradiance_from_floor(own, floor_grid));
-    }
-    lamps = follow_lamps(*room, merged, samples, gathered, lamps, changed);
-    ++followed;
-  }
-  for (std::size_t i = 0; i < lamps.size(); ++i) estimates[merged.lights[i].id] = {lamps[i], merged.lights[i]};
+  if (any_changed && !search_changed(field, *room, merged, *follow)) return std::nullopt;
+  for (std::size_t i = 0; i < follow->lamps.size(); ++i)
+    estimates[merged.lights[i].id] = {follow->lamps[i], merged.lights[i]};
   located.lights = merged.lights;
-  last_lamps = placed(merged, lamps);
-  raise_clipped(*lit, last_lamps, closed.get(), field, rays, metal);
-  lit->lights = place_pieces(lit->lights, merged.lights, last_lamps, lit->probe_position_m);
-  last.warnings.clear();
-  unseen.resolve(*lit, tagged_lamps, last.warnings);
-  add_warnings(*lit);
-  last.illumination = lit;
-  if (room) {
+  place_lamps(lit, merged, follow->lamps, unseen, field, rays);
+  if (!grown.bricks.empty()) {
     auto albedo = std::make_shared<AlbedoField>(*last.albedo);
     last.samples = incremental.solve(field, rays, metal, {*room, *lit, floor_grid, kStage.gather_rays, misfit()}, grown,
                                      albedo->bricks);
     albedo->version = ++version;
-    if (!grown.bricks.empty()) last.albedo = albedo;
+    last.albedo = albedo;
   }
   last.complete = false;
   last.due |= followed > 0 || relative_change(illumination, solved_light) > kStage.other_light;
