@@ -38,65 +38,36 @@ void run_stage(BuildResult& built, const std::string& name, Function function) {
   });
 }
 
-/// Newest poses of the lamps' tags. The stages that write and read them may run at the same time.
-class NewestLampTags {
+/// A value that one stage writes and another reads, which may run at the same time.
+template <typename Value>
+class Shared {
  public:
-  void put(std::vector<LampTagPose> tags, std::int64_t time_ns) {
+  void put(Value value) {
     std::lock_guard lock(mutex_);
-    tags_ = std::move(tags);
-    time_ns_ = time_ns;
+    value_ = std::move(value);
   }
-  /// Empty if they are older than the time for which a hidden tag's pose is kept: the colour camera may be
-  /// disconnected.
-  std::vector<LampTagPose> at(std::int64_t time_ns) const {
+  Value get() {
     std::lock_guard lock(mutex_);
-    return time_ns - time_ns_ > LampTagStage::kHeldNs ? std::vector<LampTagPose>() : tags_;
+    return value_;
   }
-  std::int64_t time_ns() const {
+  Value take() {
     std::lock_guard lock(mutex_);
-    return time_ns_;
+    return std::exchange(value_, {});
   }
 
  private:
-  mutable std::mutex mutex_;
-  std::vector<LampTagPose> tags_;
-  std::int64_t time_ns_ = 0;
+  std::mutex mutex_;
+  Value value_;
+};
+
+struct LampTags {
+  std::vector<LampTagPose> poses;
+  std::int64_t time_ns = 0;
 };
 
 /// Time of fusion without any image of a configured fish-eye, after which light is estimated without one: twice the
 /// difference of times at which images still belong together. A later image replaces the estimate.
 constexpr std::int64_t kFisheyeAwaited_ns = 500'000'000;
-
-/// Span of time over which depth was fused.
-class FusedTime {
- public:
-  void put(std::int64_t time_ns) {
-    if (first_ns_ < 0) first_ns_ = time_ns;
-    span_ns_ = time_ns - first_ns_;
-  }
-  std::int64_t span_ns() const { return span_ns_; }
-
- private:
-  std::int64_t first_ns_ = -1;
-  std::atomic<std::int64_t> span_ns_ = 0;
-};
-
-/// What the colour camera showed of hidden lamps, until the light stage takes it.
-class HiddenLampNews {
- public:
-  void put(HiddenLamps hidden) {
-    std::lock_guard lock(mutex_);
-    hidden_ = std::move(hidden);
-  }
-  HiddenLamps take() {
-    std::lock_guard lock(mutex_);
-    return std::exchange(hidden_, {});
-  }
-
- private:
-  std::mutex mutex_;
-  HiddenLamps hidden_;
-};
 
 }  // namespace
 
@@ -116,11 +87,12 @@ struct SceneBuilder::State {
   EnclosureStage enclosure;
   LightFromShading light_from_shading;
   const std::int64_t fisheye_awaited_ns;
-  FusedTime fused_time;
+  std::int64_t first_fused_ns = -1;
+  std::atomic<std::int64_t> fused_span_ns = 0;  ///< time over which depth was fused
   AlbedoSchedule schedule;
   std::atomic<bool> learning = true;
-  NewestLampTags newest_lamp_tags;
-  HiddenLampNews hidden_lamps;
+  Shared<LampTags> newest_lamp_tags;
+  Shared<HiddenLamps> hidden_lamps;  ///< what the colour camera showed of them, until the light stage takes it
   SceneStore store;
 
   State(const capture::Session& session, SceneOverrides the_overrides, std::unique_ptr<AlbedoPace> pace)
@@ -169,7 +141,7 @@ void SceneBuilder::restart_tracking() { state_->pose.reset(); }
 LampTagStage::Result SceneBuilder::locate_lamp_tags(const capture::FrameSet& frame, const std::optional<Pose>& pose) {
   State& s = *state_;
   LampTagStage::Result found = s.lamp_tags.locate(frame, pose);
-  s.newest_lamp_tags.put(found.marks, frame.time_ns);
+  s.newest_lamp_tags.put({found.marks, frame.time_ns});
   s.store.publish_warnings("lamp tags", found.warnings);
   return found;
 }
@@ -177,8 +149,10 @@ LampTagStage::Result SceneBuilder::locate_lamp_tags(const capture::FrameSet& fra
 void SceneBuilder::extract_light(const capture::FisheyeFrames& fisheye, const capture::Frame* color) {
   State& s = *state_;
   s.light.resolve_hidden(s.hidden_lamps.take());
-  const std::int64_t time_ns = fisheye.empty() ? s.newest_lamp_tags.time_ns() : fisheye.front()->stamp.time_ns;
-  LightStage::Result result = s.light.extract(fisheye, color, s.newest_lamp_tags.at(time_ns), s.color_brightness);
+  LampTags tags = s.newest_lamp_tags.get();
+  // The colour camera may be disconnected: then for as long as a hidden tag's pose is kept.
+  if (!fisheye.empty() && fisheye.front()->stamp.time_ns - tags.time_ns > LampTagStage::kHeldNs) tags.poses.clear();
+  LightStage::Result result = s.light.extract(fisheye, color, tags.poses, s.color_brightness);
   if (result.illumination)
     s.store.publish_light(std::move(result.illumination));
   else if (s.store.measured_light())
@@ -218,14 +192,15 @@ void SceneBuilder::fuse_depth(const capture::FrameSet& frame, const Pose& pose) 
   const bool follow = light_change > 0 && now && then;
   s.store.publish_field(follow ? s.fusion.fuse(frame, pose, change, light_ratio) : s.fusion.fuse(frame, pose, change));
   if (follow || !then) s.lit_then = now;
-  s.fused_time.put(frame.time_ns);
+  if (s.first_fused_ns < 0) s.first_fused_ns = frame.time_ns;
+  s.fused_span_ns = frame.time_ns - s.first_fused_ns;
   s.store.publish_warnings("geometry", s.fusion.warnings());
 }
 
 /// While no fish-eye delivers.
 void SceneBuilder::State::estimate_light(const DistanceField& field) {
   const std::shared_ptr<const Illumination> known = store.measured_light();
-  if (overrides.light || (known && !known->from_shading) || fused_time.span_ns() < fisheye_awaited_ns) return;
+  if (overrides.light || (known && !known->from_shading) || fused_span_ns < fisheye_awaited_ns) return;
   const std::shared_ptr<const Illumination> estimated = light_from_shading.estimate(field);
   if (!estimated) return;
   if (!known) store.publish_warnings("light", {kLightFromShading});
@@ -258,8 +233,9 @@ void SceneBuilder::State::publish(AlbedoStage::Result solution, const DistanceFi
   if (solution.complete && solution.illumination) {
     const Illumination& lit = *solution.illumination;
     const std::shared_ptr<const Enclosure> known = overrides.enclosure ? overrides.enclosure(lit) : nullptr;
-    store.publish_enclosure(known ? known : enclosure.close(field, lit));
-    store.publish_warnings("mirrors", mirror_warnings(room_points(field), field));
+    const std::vector<RoomPoint> points = room_points(field);
+    store.publish_enclosure(known ? known : enclosure.close(field, points, lit));
+    store.publish_warnings("mirrors", mirror_warnings(points, field));
   }
   store.publish_solution(std::move(solution), field.version, measured);
 }

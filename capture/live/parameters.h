@@ -21,8 +21,9 @@ inline constexpr struct LiveParameters {
   std::int64_t clock_jump_ns = 1'000'000'000;    ///< no frame arrives that late unless its clock was set
   std::int64_t max_latency_ns = 1'000'000'000;   ///< a driver's host time older than this is not used
   std::uint32_t max_sequence_gap = 1000;         ///< a larger gap is a counter that was reset, not lost frames
-  int fallback_niceness = -10;                   ///< of camera threads where SCHED_RR is not permitted
-  std::chrono::milliseconds helper_exit{1000};   ///< for the exit status after a helper has closed its descriptor
+  double max_exposure_ratio = 1e4;  ///< frame to session; sensors' ranges of exposure and of gain are far smaller
+  int fallback_niceness = -10;      ///< of camera threads where SCHED_RR is not permitted
+  std::chrono::milliseconds helper_exit{1000};  ///< for the exit status after a helper has closed its descriptor
 } kLiveParameters;
 
 inline constexpr struct V4l2Parameters {
@@ -49,8 +50,7 @@ inline constexpr struct AravisParameters {
   int buffers = 8;
   std::chrono::milliseconds close_timeout{500};  ///< closing a camera that is gone takes a dozen seconds: not awaited
   std::uint64_t max_time_difference_ns = 1'000'000'000;  ///< chunk to leader: exposure and transfer are shorter
-  double max_exposure_ratio = 1e4;  ///< frame to session; sensors' ranges of exposure and gain are far smaller
-  int max_feature_depth = 8;        ///< of linked GenICam nodes: a camera's description may be circular
+  int max_feature_depth = 8;  ///< of linked GenICam nodes: a camera's description may be circular
 } kAravisParameters;
 
 inline constexpr struct OpenNiParameters {

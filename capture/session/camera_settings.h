@@ -13,7 +13,7 @@ struct CameraSettings {
   std::optional<PixelFormat> pixel_format;  ///< empty: a colour format if the camera offers one
   std::optional<std::string> input;         ///< v4l2: name of a frame grabber's input; empty: the selected one
   std::optional<double> rate_hz;
-  std::optional<double> exposure_us;  ///< auto-exposure is always off: radiance needs a fixed exposure
+  std::optional<double> exposure_us;  ///< auto-exposure is off: radiance needs a fixed or reported exposure
   std::optional<double> gain;
   std::vector<double> bracket_us;                        ///< fish-eye: exposures taken in turn; requires exposure_us
   std::vector<std::pair<std::string, double>> controls;  ///< further controls by the camera's own names

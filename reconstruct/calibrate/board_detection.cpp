@@ -64,12 +64,11 @@ BoardView BoardFinder::find_chessboard(const capture::Image<std::uint8_t>& grey)
   if (!cv::findChessboardCorners(picture, {board_.columns, board_.rows}, corners)) return {};
   // The window of the subpixel search must not reach the next corner.
   float nearest = 1e9f;
-  for (std::size_t i = 1; i < corners.size(); ++i)
-    if (i % static_cast<std::size_t>(board_.columns) != 0)
-      nearest = std::min(nearest, static_cast<float>(cv::norm(corners[i] - corners[i - 1])));
-  for (std::size_t i = static_cast<std::size_t>(board_.columns); i < corners.size(); ++i)
-    nearest = std::min(
-        nearest, static_cast<float>(cv::norm(corners[i] - corners[i - static_cast<std::size_t>(board_.columns)])));
+  const auto columns = static_cast<std::size_t>(board_.columns);
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    if (i % columns != 0) nearest = std::min(nearest, static_cast<float>(cv::norm(corners[i] - corners[i - 1])));
+    if (i >= columns) nearest = std::min(nearest, static_cast<float>(cv::norm(corners[i] - corners[i - columns])));
+  }
   const int window = std::clamp(static_cast<int>(nearest / 3), 2, 6);
   cv::cornerSubPix(picture, corners, {window, window}, {-1, -1},
                    {cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 50, 1e-3});

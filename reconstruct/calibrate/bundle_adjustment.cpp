@@ -4,6 +4,7 @@
 #include <ceres/rotation.h>
 
 #include <Eigen/Cholesky>
+#include <Eigen/SparseCore>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -27,10 +28,7 @@ Pose pose_of(const Isometry3d& T) {
 }
 
 Isometry3d isometry_of(const Pose& pose) {
-  Isometry3d T = Isometry3d::Identity();
-  T.linear() = rotation_by({pose[0], pose[1], pose[2]});
-  T.translation() = Vector3d(pose[3], pose[4], pose[5]);
-  return T;
+  return isometry(rotation_by({pose[0], pose[1], pose[2]}), {pose[3], pose[4], pose[5]});
 }
 
 /// Whitened errors of N correlated points.
@@ -84,7 +82,8 @@ class Adjuster {
       if (std::abs(scale_ - before) < kBundle.settled * scale_) break;
     }
     // Removes the outliers, then solves without a robust loss.
-    mark_outliers();
+    for (Block& block : blocks_)
+      block.outlier = block.error > scale_ * (block.width() + kBundle.outlier) && block.error_px > kBundle.min_px;
     if (!solve(true) || !measure()) return std::nullopt;
     return result();
   }
@@ -128,11 +127,6 @@ class Adjuster {
       pixels.push_back(pixel);
     }
     return pixels;
-  }
-
-  void mark_outliers() {
-    for (Block& block : blocks_)
-      block.outlier = block.error > scale_ * (block.width() + kBundle.outlier) && block.error_px > kBundle.min_px;
   }
 
   bool solve(bool final) {
@@ -201,14 +195,10 @@ class Adjuster {
     double cost = 0;
     ceres::CRSMatrix j;
     if (!problem.Evaluate(options, &cost, nullptr, nullptr, &j)) return false;
-    Eigen::MatrixXd jtj = Eigen::MatrixXd::Zero(j.num_cols, j.num_cols);
-    for (int r = 0; r < j.num_rows; ++r)
-      for (int a = j.rows[static_cast<std::size_t>(r)]; a < j.rows[static_cast<std::size_t>(r) + 1]; ++a)
-        for (int b = j.rows[static_cast<std::size_t>(r)]; b <= a; ++b) {
-          const auto x = static_cast<std::size_t>(a), y = static_cast<std::size_t>(b);
-          jtj(j.cols[x], j.cols[y]) += j.values[x] * j.values[y];
-          if (a != b) jtj(j.cols[y], j.cols[x]) += j.values[x] * j.values[y];
-        }
+    const Eigen::Map<const Eigen::SparseMatrix<double, Eigen::RowMajor>> jacobian(
+        j.num_rows, j.num_cols, static_cast<Eigen::Index>(j.values.size()), j.rows.data(), j.cols.data(),
+        j.values.data());
+    const Eigen::MatrixXd jtj = jacobian.transpose() * jacobian;
     // Scales pixels, metres and coefficients of θ⁹ to one order of magnitude before the inversion.
     const Eigen::VectorXd size = jtj.diagonal().cwiseSqrt();
     if (!(size.minCoeff() > 0) || j.num_rows <= j.num_cols) return false;

@@ -19,6 +19,10 @@ using Eigen::Vector3d;
 constexpr double kPi = std::numbers::pi;
 constexpr auto& kCells = kCalibration.coverage;
 
+Vector3d direction_at(double theta, double phi) {
+  return {std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)};
+}
+
 double angle_of(const Eigen::Vector3d& direction) { return std::atan2(direction.head<2>().norm(), direction.z()); }
 
 /// Half of the field of view: as given; otherwise up to the nearest border of the picture, or the outermost corner if
@@ -71,8 +75,7 @@ double widest_sigma_px(const CameraCalibration& calibration) {
         const auto d = model.unproject({i * (model.width - 1.0) / kSteps, k * (model.height - 1.0) / kSteps});
         if (d) widest = std::max(widest, place_sigma_px(calibration, *d));
       } else {
-        const double theta = (0.001 + 0.499 * i / kSteps) * model.fov_rad, phi = 2 * std::numbers::pi * k / kSteps;
-        const Vector3d d(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta));
+        const Vector3d d = direction_at((0.001 + 0.499 * i / kSteps) * model.fov_rad, 2 * kPi * k / kSteps);
         const auto pixel = model.project(d);
         if (pixel && model.inside(*pixel)) widest = std::max(widest, place_sigma_px(calibration, d));
       }
@@ -106,8 +109,7 @@ void take_over(CameraCalibration& calibration, const capture::CameraModel& said,
   calibration.model.fov_rad = 0;
   if (calibration.model.kind != capture::CameraModel::Kind::pinhole && said.fov_rad > 0) {
     // Uses the given field of view if the polynomial is monotonic up to its edge.
-    const double edge = 0.5 * said.fov_rad;
-    if (calibration.model.project({std::sin(edge), 0, std::cos(edge)})) calibration.model.fov_rad = said.fov_rad;
+    if (calibration.model.project(direction_at(0.5 * said.fov_rad, 0))) calibration.model.fov_rad = said.fov_rad;
   }
   calibration.coverage = coverage_of(calibration.model, pixels);
   if (calibration.model.kind != capture::CameraModel::Kind::pinhole && calibration.model.fov_rad == 0)
@@ -183,10 +185,8 @@ Coverage coverage_of(const capture::CameraModel& camera, const std::vector<Vecto
   // Sectors outside the picture are not required.
   for (int row = 0; coverage.rings && row < coverage.rows; ++row)
     for (int column = 0; column < coverage.columns; ++column) {
-      const double theta = std::min((row + 0.5) * kCells.ring_rad, coverage.field_rad),
-                   phi = (column + 0.5) * 2 * kPi / kCells.sectors;
-      const auto pixel =
-          camera.project({std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)});
+      const auto pixel = camera.project(direction_at(std::min((row + 0.5) * kCells.ring_rad, coverage.field_rad),
+                                                     (column + 0.5) * 2 * kPi / kCells.sectors));
       coverage.wanted[static_cast<std::size_t>(row * coverage.columns + column)] = pixel && camera.inside(*pixel);
     }
   for (const Vector2d& pixel : pixels) {

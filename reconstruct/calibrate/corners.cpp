@@ -267,14 +267,15 @@ std::optional<PrintCorners> print_corners(const capture::Image<std::uint16_t>& l
     next[12] = std::clamp(next[12], kFit.min_blur_px, kFit.max_blur_px);
     const Fit next_fit = problem.linearise(next, limit, hold);
     const bool settled = std::abs(fit.error - next_fit.error) < kFit.settled * fit.error;
-    if (next_fit.folded || !(next_fit.error < fit.error)) {
-      if (settled || damping > kFit.max_damping) break;
+    if (!next_fit.folded && next_fit.error < fit.error) {
+      p = next;
+      fit = next_fit;
+      damping /= 10;
+    } else if (damping > kFit.max_damping) {
+      break;
+    } else {
       damping *= 10;
-      continue;
     }
-    p = next;
-    fit = next_fit;
-    damping /= 10;
     if (settled) break;
   }
   if (fit.pixels_used <= 2 * kCornerUnknowns) return std::nullopt;

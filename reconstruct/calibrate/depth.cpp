@@ -159,10 +159,7 @@ DepthCalibration calibrate_depth(const capture::CameraModel& depth, const Isomet
     normal = normal_equations(fit, points, result.T_color_depth, limit, views.size());
     if (!well_posed(normal.jtj)) break;
     const Row step = solved(normal.jtj, -normal.jtr);
-    Isometry3d T = Isometry3d::Identity();
-    T.linear() = rotation_by(step.head<3>());
-    T.translation() = step.tail<3>();
-    result.T_color_depth = T * result.T_color_depth;
+    result.T_color_depth = isometry(rotation_by(step.head<3>()), step.tail<3>()) * result.T_color_depth;
     gate_m = std::clamp(kDepthFit.gate_medians * median_distance_m(points), kDepthFit.min_gate_m, gate_m);
     if (step.norm() < kDepthFit.settled) break;
   }

@@ -8,6 +8,7 @@
 
 #include "reconstruct/calibrate/parameters.h"
 #include "reconstruct/math/median.h"
+#include "reconstruct/math/rotation_vector.h"
 
 namespace lumigraft::reconstruct {
 namespace {
@@ -83,9 +84,7 @@ std::optional<Isometry3d> board_pose(const BoardView& view, const capture::Camer
   Matrix3d r;
   r << scale * m.col(0), scale * m.col(1), scale * scale * m.col(0).cross(m.col(1));
   const Eigen::JacobiSVD<Matrix3d> svd(r, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Isometry3d T = Isometry3d::Identity();
-  T.linear() = svd.matrixU() * svd.matrixV().transpose();
-  T.translation() = scale * size_m * m.col(2);
+  const Isometry3d T = isometry(svd.matrixU() * svd.matrixV().transpose(), scale * size_m * m.col(2));
   return T.linear().determinant() > 0 && T.matrix().allFinite() ? std::optional(T) : std::nullopt;
 }
 

@@ -62,17 +62,13 @@ class Noise {
       if (sums.left[i] > kCurve.min_bin_readings)
         found[i] = std::clamp(std::sqrt(sums.square[i] / sums.left[i]), kCurve.min_noise, kCurve.max_noise);
     if (*std::max_element(found.begin(), found.end()) == 0) return;
-    for (std::size_t i = 0; i < kBins; ++i)
-      for (std::size_t off = 0; off < kBins; ++off) {
-        if (i >= off && found[i - off] > 0) {
-          sigma_[i] = found[i - off];
-          break;
-        }
-        if (i + off < kBins && found[i + off] > 0) {
-          sigma_[i] = found[i + off];
-          break;
-        }
-      }
+    for (std::size_t i = 0; i < kBins; ++i) {
+      const auto below = [&](std::size_t off) { return i >= off ? found[i - off] : 0; };
+      const auto above = [&](std::size_t off) { return i + off < kBins ? found[i + off] : 0; };
+      std::size_t off = 0;
+      while (below(off) == 0 && above(off) == 0) ++off;
+      sigma_[i] = below(off) > 0 ? below(off) : above(off);
+    }
   }
 
  private:

@@ -116,24 +116,21 @@ class TimeFit {
       if (!view.view.seen.empty()) views_.push_back({1e-9 * static_cast<double>(view.time_ns - origin_ns), &view.view});
   }
 
-  struct Pair {
-    std::size_t view;
-    std::vector<Cost> costs;
-  };
-  /// Pairs of a stretch and an observation within it for this offset.
+  /// The corners of a picture within a stretch of the trajectory.
+  using Pair = std::vector<Cost>;
+  /// Of all pictures that this offset puts within a stretch.
   std::vector<Pair> pairs(double offset_s) const {
     std::vector<Pair> pairs;
-    for (std::size_t v = 0; v < views_.size(); ++v) {
-      const double time_s = views_[v].first + offset_s;
+    for (const auto& [seen_s, view] : views_) {
+      const double time_s = seen_s + offset_s;
       const auto after = std::upper_bound(stretches_.begin(), stretches_.end(), time_s,
                                           [](double t, const Stretch& s) { return t < s.from_s; });
       if (after == stretches_.begin() || time_s > std::prev(after)->to_s) continue;
       Pair& pair = pairs.emplace_back();
-      pair.view = v;
-      for (const SeenPoints& seen : views_[v].second->seen)
+      for (const SeenPoints& seen : view->seen)
         for (std::size_t i = 0; i < seen.pixels.size(); ++i)
-          pair.costs.push_back({pinhole_, &lens_, &*std::prev(after), views_[v].first - std::prev(after)->from_s,
-                                seen.points_m[i], seen.pixels[i]});
+          pair.push_back({pinhole_, &lens_, &*std::prev(after), seen_s - std::prev(after)->from_s, seen.points_m[i],
+                          seen.pixels[i]});
     }
     return pairs;
   }
@@ -143,11 +140,11 @@ class TimeFit {
     double sum = 0;
     for (const Pair& pair : pairs) {
       double of_picture = 0;
-      for (const Cost& cost : pair.costs) {
+      for (const Cost& cost : pair) {
         Vector2d error;
         of_picture += cost(x.data(), error.data()) ? std::min(kTime.max_error_px, error.norm()) : kTime.max_error_px;
       }
-      sum += of_picture / static_cast<double>(pair.costs.size());
+      sum += of_picture / static_cast<double>(pair.size());
     }
     return pairs.empty() ? std::numeric_limits<double>::infinity() : sum / static_cast<double>(pairs.size());
   }
@@ -155,7 +152,7 @@ class TimeFit {
   static bool refine(const std::vector<Pair>& pairs, std::array<double, kUnknowns>& x) {
     ceres::Problem problem;
     for (const Pair& pair : pairs)
-      for (const Cost& cost : pair.costs)
+      for (const Cost& cost : pair)
         problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Cost, 2, kUnknowns>(new Cost(cost)),
                                  new ceres::HuberLoss(kTime.huber_px), x.data());
     ceres::Solver::Options options;
@@ -185,7 +182,7 @@ void find_sigma(const std::vector<TimeFit::Pair>& pairs, const std::array<double
   double speed = 0, corners = 0;
   for (const TimeFit::Pair& pair : pairs) {
     Eigen::Matrix<double, kUnknowns, 1> pull = Eigen::Matrix<double, kUnknowns, 1>::Zero();
-    for (const Cost& cost : pair.costs) {
+    for (const Cost& cost : pair) {
       const ceres::AutoDiffCostFunction<Cost, 2, kUnknowns> function(new Cost(cost));
       Vector2d error;
       Eigen::Matrix<double, 2, kUnknowns, Eigen::RowMajor> j;

@@ -39,12 +39,10 @@ void forget_clipped_paper(const capture::Frame& picture, BoardView& view) {
     const Eigen::Vector2i low = box.min().cast<int>().cwiseMax(0);
     int clipped = 0, all = 0;
     for (int v = low.y(); v <= box.max().y() && v < picture.encoded.height; ++v)
-      for (int u = low.x(); u <= box.max().x() && u < picture.encoded.width; ++u, ++all)
-        for (int c = 0; c < 3; ++c)
-          if (picture.encoded.at(u, v, c) >= kViews.clipped_code) {
-            ++clipped;
-            break;
-          }
+      for (int u = low.x(); u <= box.max().x() && u < picture.encoded.width; ++u, ++all) {
+        const std::uint8_t* rgb = &picture.encoded.data[picture.encoded.index(u, v)];
+        clipped += std::max({rgb[0], rgb[1], rgb[2]}) >= kViews.clipped_code;
+      }
     if (clipped > kViews.max_clipped_fraction * all) seen.paper = 0;
   }
 }

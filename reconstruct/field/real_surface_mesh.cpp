@@ -137,34 +137,26 @@ MetalMask::MetalMask(const capture::Session& session) : tag_reach_m_(0.5 * print
     for (const auto& [a, b, c] : read_triangles(surface)) {
       const float longest = std::max({(b - a).norm(), (c - a).norm(), (c - b).norm()});
       const int steps = std::max(1, static_cast<int>(std::ceil(2 * longest / kCell_m)));
-      for (int i = 0; i <= steps; ++i) {
-        for (int j = 0; i + j <= steps; ++j) {
+      for (int i = 0; i <= steps; ++i)
+        for (int j = 0; i + j <= steps; ++j)
           cells_.insert(cell(a + (b - a) * (float(i) / steps) + (c - a) * (float(j) / steps)));
-        }
-      }
     }
   }
 }
 
 BrickKey MetalMask::cell(const Eigen::Vector3f& position_m) const {
-  const Eigen::Vector3f at = (position_m / kCell_m).array().round();
-  return {static_cast<int>(at.x()), static_cast<int>(at.y()), static_cast<int>(at.z())};
+  const Eigen::Vector3i at = (position_m / kCell_m).array().round().cast<int>();
+  return {at.x(), at.y(), at.z()};
 }
 
 bool MetalMask::contains(const Eigen::Vector3f& position_m) const {
   if (cells_.empty()) return false;
   if (std::abs(position_m.x()) < tag_reach_m_ && std::abs(position_m.y()) < tag_reach_m_ &&
-      std::abs(position_m.z()) < kFieldParameters.tag_slack_m) {
+      std::abs(position_m.z()) < kFieldParameters.tag_slack_m)
     return false;
-  }
   const BrickKey centre = cell(position_m);
-  for (int dz = -1; dz <= 1; ++dz) {
-    for (int dy = -1; dy <= 1; ++dy) {
-      for (int dx = -1; dx <= 1; ++dx) {
-        if (cells_.count({centre[0] + dx, centre[1] + dy, centre[2] + dz})) return true;
-      }
-    }
-  }
+  for (int i = 0; i < 27; ++i)
+    if (cells_.count({centre[0] + i % 3 - 1, centre[1] + i / 3 % 3 - 1, centre[2] + i / 9 - 1})) return true;
   return false;
 }
 

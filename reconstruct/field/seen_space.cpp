@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <opencv2/imgproc.hpp>
 
 #include "reconstruct/field/parameters.h"
 
@@ -37,43 +38,32 @@ void SeenSpace::measure(std::span<const Eigen::Vector2f> rays, std::span<const f
   for (std::size_t i = 0; i < rays.size(); ++i) {
     if (!rays[i].allFinite() || !(inverse_depth[i] > 0)) continue;
     const Eigen::Vector2i cell = (rays[i] - low_).cwiseProduct(per_tangent_).cast<int>();
-    float& nearest = at(depth_m_, cell.x(), cell.y());
+    float& nearest = depth_m_[static_cast<std::size_t>(cell.y() * columns_ + cell.x())];
     const float depth_m = 1 / inverse_depth[i];
     nearest = nearest > 0 ? std::min(nearest, depth_m) : depth_m;
   }
 }
 
+std::vector<float> SeenSpace::nearest_around() const {
+  std::vector<float> nearest_m = depth_m_;
+  std::replace(nearest_m.begin(), nearest_m.end(), 0.0f, std::numeric_limits<float>::infinity());
+  const cv::Mat cells(rows_, columns_, CV_32F, nearest_m.data());
+  cv::erode(cells, cells, cv::Mat());
+  return nearest_m;
+}
+
 /// Holes of one cell take the nearest depth around them.
 void SeenSpace::fill_unmeasured() {
-  const std::vector<float> measured = depth_m_;
-  for (int y = 0; y < rows_; ++y) {
-    for (int x = 0; x < columns_; ++x) {
-      float& depth_m = at(depth_m_, x, y);
-      if (depth_m > 0) continue;
-      float nearest = std::numeric_limits<float>::infinity();
-      for (int v = std::max(0, y - 1); v <= std::min(rows_ - 1, y + 1); ++v)
-        for (int u = std::max(0, x - 1); u <= std::min(columns_ - 1, x + 1); ++u)
-          if (const float there = measured[static_cast<std::size_t>(v * columns_ + u)]; there > 0)
-            nearest = std::min(nearest, there);
-      if (std::isfinite(nearest)) depth_m = nearest;
-    }
-  }
+  const std::vector<float> nearest_m = nearest_around();
+  for (std::size_t i = 0; i < depth_m_.size(); ++i)
+    if (depth_m_[i] == 0 && std::isfinite(nearest_m[i])) depth_m_[i] = nearest_m[i];
 }
 
 /// A cell next to the outline of a nearer surface takes its depth; a slope is no outline.
 void SeenSpace::spread_near_surfaces() {
-  const std::vector<float> measured = depth_m_;
-  for (int y = 0; y < rows_; ++y) {
-    for (int x = 0; x < columns_; ++x) {
-      float& depth_m = at(depth_m_, x, y);
-      const float own_m = depth_m;
-      for (int v = std::max(0, y - 1); v <= std::min(rows_ - 1, y + 1); ++v)
-        for (int u = std::max(0, x - 1); u <= std::min(columns_ - 1, x + 1); ++u)
-          if (const float there = measured[static_cast<std::size_t>(v * columns_ + u)];
-              there > 0 && there < (1 - kSeenSpace.min_jump) * own_m - margin_m_)
-            depth_m = std::min(depth_m, there);
-    }
-  }
+  const std::vector<float> nearest_m = nearest_around();
+  for (std::size_t i = 0; i < depth_m_.size(); ++i)
+    if (nearest_m[i] < (1 - kSeenSpace.min_jump) * depth_m_[i] - margin_m_) depth_m_[i] = nearest_m[i];
 }
 
 std::optional<bool> SeenSpace::hides(const Eigen::Vector3f& position_m) const {

@@ -24,7 +24,7 @@ class SeenSpace {
   void measure(std::span<const Eigen::Vector2f> rays, std::span<const float> inverse_depth);
   void fill_unmeasured();
   void spread_near_surfaces();
-  float& at(std::vector<float>& cells, int x, int y) const { return cells[static_cast<std::size_t>(y * columns_ + x)]; }
+  std::vector<float> nearest_around() const;  ///< of the 3 × 3 cells around each; infinite if none is measured
 
   Eigen::Isometry3f T_camera_tag_;
   float margin_m_;

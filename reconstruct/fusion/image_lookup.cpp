@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "reconstruct/math/depth_noise.h"
-
 namespace lumigraft::reconstruct {
 
 PixelMap::PixelMap(const capture::CameraModel& camera)
@@ -165,11 +163,6 @@ std::int32_t DepthLookup::find_plane_block(int u, int v) const {
       best = at;
     }
   return best;
-}
-
-float DepthLookup::steady_depth_m() const {
-  const float sigma_m = kDepthLookup.steady_voxels * voxel_m_ / std::max(view_.noise_scale, 1e-6f);
-  return max_depth_m(sigma_m);
 }
 
 ColorLookup::ColorLookup(const capture::Frame* picture, const capture::Response& response, int width, int height,

@@ -11,6 +11,7 @@
 #include "capture/frame.h"
 #include "reconstruct/fusion/depth_preprocess.h"
 #include "reconstruct/fusion/parameters.h"
+#include "reconstruct/math/depth_noise.h"
 #include "reconstruct/math/simd4.h"
 
 namespace lumigraft::reconstruct {
@@ -63,7 +64,7 @@ class DepthLookup {
         voxel_m_(voxel_m),
         truncation_m_(truncation_m),
         shell_m_(shell_m),
-        steady_depth_m_(steady_depth_m()) {}
+        steady_depth_m_(max_depth_m(kDepthLookup.steady_voxels * voxel_m / std::max(view.noise_scale, 1e-6f))) {}
 
   /// A voxel outside the image is not observed if it is deeper than this, or more pixels away from the image.
   float extrapolation_depth_m() const { return steady_depth_m_; }
@@ -104,7 +105,6 @@ class DepthLookup {
   bool visible_at(const Eigen::Vector2f& pixel, const PreparedDepth::Block& block, float distance_m) const;
   const PreparedDepth::Block* plane_block(int u, int v) const;
   std::int32_t find_plane_block(int u, int v) const;
-  float steady_depth_m() const;
   Eigen::Vector3f surface(std::int32_t pixel) const {
     return preprocessor_.ray(pixel).homogeneous() / view_.inverse_depth[static_cast<std::size_t>(pixel)];
   }

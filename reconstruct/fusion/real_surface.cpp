@@ -20,11 +20,6 @@ bool is_mirror(const capture::RealSurface& surface) {
   return surface.metallic >= kRealSurface.mirror_min_metallic && surface.roughness < kRealSurface.mirror_max_roughness;
 }
 
-std::string offset_text(const Isometry3d& offset) {
-  return capture::formatted("%.0f mm and %.1f degrees", 1e3 * offset.translation().norm(),
-                            Eigen::AngleAxisd(offset.linear()).angle() * 180 / M_PI);
-}
-
 }  // namespace
 
 RealSurfaces::RealSurfaces(const capture::Session& session, float voxel_m)
@@ -187,11 +182,12 @@ std::vector<std::string> RealSurfaces::warnings() const {
       warnings.push_back("real surface \"" + found.name +
                          "\": depth shows no surface at its pose in the session; it is not used");
     if (found.state != State::used) continue;
-    const bool far = found.T_tag_model.translation().norm() > kRealSurface.warn_offset_m ||
-                     Eigen::AngleAxisd(found.T_tag_model.linear()).angle() > kRealSurface.warn_offset_rad;
-    if (far)
-      warnings.push_back("real surface \"" + found.name + "\" is " + offset_text(found.T_tag_model) +
-                         " from its pose in the session");
+    const double offset_m = found.T_tag_model.translation().norm();
+    const double offset_rad = Eigen::AngleAxisd(found.T_tag_model.linear()).angle();
+    if (offset_m > kRealSurface.warn_offset_m || offset_rad > kRealSurface.warn_offset_rad)
+      warnings.push_back(
+          capture::formatted("real surface \"%s\" is %.0f mm and %.1f degrees from its pose in the session",
+                             found.name.c_str(), 1e3 * offset_m, offset_rad * 180 / M_PI));
   }
   return warnings;
 }

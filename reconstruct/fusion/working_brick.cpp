@@ -78,9 +78,8 @@ WorkingBrick& WorkingBricks::add() {
   return *new (&(*this)[size_++]) WorkingBrick();
 }
 
-void WorkingBricks::clear() {
+WorkingBricks::~WorkingBricks() {
   for (; size_ > 0; --size_) std::destroy_at(&(*this)[size_ - 1]);
-  pages_.clear();
 }
 
 }  // namespace lumigraft::reconstruct

@@ -57,12 +57,11 @@ class WorkingBricks {
   WorkingBricks() = default;
   WorkingBricks(const WorkingBricks&) = delete;
   WorkingBricks& operator=(const WorkingBricks&) = delete;
-  ~WorkingBricks() { clear(); }
+  ~WorkingBricks();
 
   WorkingBrick& add();
   WorkingBrick& operator[](std::size_t i) { return pages_[i / kInPage].get()[i % kInPage]; }
   std::size_t size() const { return size_; }
-  void clear();
 
  private:
   static constexpr std::size_t kInPage = kPage_bytes / sizeof(WorkingBrick);

@@ -7,10 +7,7 @@
 namespace lumigraft::reconstruct {
 
 Eigen::Isometry3d apply_step(const Eigen::Isometry3d& T_tag_camera, const Eigen::Matrix<double, 6, 1>& step) {
-  Eigen::Isometry3d result = T_tag_camera;
-  result.linear() = rotation_by(step.tail<3>()) * T_tag_camera.linear();
-  result.translation() += step.head<3>();
-  return result;
+  return isometry(rotation_by(step.tail<3>()) * T_tag_camera.linear(), T_tag_camera.translation() + step.head<3>());
 }
 
 Eigen::Matrix<double, 6, 1> step_between(const Eigen::Isometry3d& from, const Eigen::Isometry3d& to) {

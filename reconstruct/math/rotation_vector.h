@@ -1,5 +1,5 @@
 #pragma once
-// Rotations as axis times angle in radians.
+// Rotations as axis times angle in radians, and rigid transforms.
 #include <Eigen/Geometry>
 
 namespace lumigraft::reconstruct {
@@ -12,6 +12,13 @@ inline Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& rotation) {
 inline Eigen::Matrix3d rotation_by(const Eigen::Vector3d& vector) {
   if (!(vector.norm() > 0)) return Eigen::Matrix3d::Identity();
   return Eigen::AngleAxisd(vector.norm(), vector.normalized()).toRotationMatrix();
+}
+
+inline Eigen::Isometry3d isometry(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& translation) {
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.linear() = rotation;
+  T.translation() = translation;
+  return T;
 }
 
 /// In radians, from 0 to π.

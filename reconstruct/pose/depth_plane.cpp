@@ -66,13 +66,9 @@ std::optional<DepthPlane> plane_inside(const capture::Image<float>& depth_m, con
       return std::abs(plane.dot(point.ray) - point.inverse_depth) > kDepthPlane.outlier_sigmas * sigma + 1e-9;
     });
   }
-  DepthPlane result;
-  result.normal = -plane.normalized();
-  result.inverse_depth = plane;
   const double tilt_sigma_rad =
       kDepthPlane.noise_factor * sigma * std::sqrt(covariance.topLeftCorner<2, 2>().trace()) / plane.norm();
-  result.angle_sigma_rad = std::hypot(tilt_sigma_rad, kDepthPlane.camera_sigma_rad);
-  return result;
+  return DepthPlane{-plane.normalized(), std::hypot(tilt_sigma_rad, kDepthPlane.camera_sigma_rad), plane};
 }
 
 void TagSizeCheck::add(const DepthPlane& plane, const Eigen::Isometry3d& T_camera_tag) {

@@ -33,12 +33,9 @@ DepthSampler::DepthSampler(const capture::CameraModel& camera) : camera_(camera)
 }
 
 DepthGrid DepthSampler::sample(const capture::Image<float>& depth_m) const {
-  DepthGrid grid;
-  if (depth_m.width != camera_.width || depth_m.height != camera_.height) return grid;
-  grid.columns = columns_;
-  grid.rows = rows_;
-  grid.step = step_;
-  grid.points.resize(rays_.size());
+  if (depth_m.width != camera_.width || depth_m.height != camera_.height) return {};
+  DepthGrid grid{
+      .columns = columns_, .rows = rows_, .step = step_, .points = std::vector<DepthGrid::Point>(rays_.size())};
   for (int r = 0; r < rows_; ++r)
     for (int c = 0; c < columns_; ++c) {
       const std::size_t i = static_cast<std::size_t>(r) * columns_ + c;

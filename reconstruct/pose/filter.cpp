@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "reconstruct/math/rotation_vector.h"
 #include "reconstruct/pose/parameters.h"
 
 namespace lumigraft::reconstruct {
@@ -29,10 +30,7 @@ Eigen::Isometry3d PoseFilter::update(const Eigen::Isometry3d& T_camera_tag, doub
     position_ += (position - position_) / count_;
     rotation_ = rotation_.slerp(1 / count_, rotation).normalized();
   }
-  Eigen::Isometry3d result = Eigen::Isometry3d::Identity();
-  result.linear() = rotation_.toRotationMatrix();
-  result.translation() = position_;
-  return result;
+  return isometry(rotation_.toRotationMatrix(), position_);
 }
 
 }  // namespace lumigraft::reconstruct

@@ -34,10 +34,7 @@ std::optional<Isometry3d> pose_of_homography(const SquareCorners& corners, doubl
   r.col(0) = scale * h1;
   r.col(1) = scale * h2;
   r.col(2) = r.col(0).cross(r.col(1));
-  Isometry3d pose = Isometry3d::Identity();
-  pose.linear() = nearest_rotation(r);
-  pose.translation() = scale * h3;
-  return pose;
+  return isometry(nearest_rotation(r), scale * h3);
 }
 
 /// Derivative of a corner's x/z, y/z by a rotation about the tag's centre and a translation, camera frame.
@@ -71,9 +68,7 @@ PlanarPose refine(Isometry3d pose, const SquareCorners& corners, double size_m) 
     damped.diagonal() *= 1 + damping;
     const Eigen::Matrix<double, 6, 1> step = solved(damped, -jtr);
     if (!step.allFinite()) break;
-    Isometry3d next = pose;
-    next.linear() = rotation_by(step.head<3>()) * pose.linear();
-    next.translation() += step.tail<3>();
+    const Isometry3d next = isometry(rotation_by(step.head<3>()) * pose.linear(), pose.translation() + step.tail<3>());
     const double next_error = square_error(next, corners, size_m);
     if (!(next_error < error)) {
       damping = std::max(damping, 1e-6) * 10;
@@ -126,10 +121,7 @@ Isometry3d mirrored(const Isometry3d& pose) {
   Matrix3d r;
   for (int i = 0; i < 2; ++i) r.col(i) = pose.linear().col(i) - 2 * pose.linear().col(i).dot(sight) * sight;
   r.col(2) = r.col(0).cross(r.col(1));
-  Isometry3d result = Isometry3d::Identity();
-  result.linear() = nearest_rotation(r);
-  result.translation() = pose.translation();
-  return result;
+  return isometry(nearest_rotation(r), pose.translation());
 }
 
 double square_error(const Isometry3d& T_camera_tag, const SquareCorners& corners, double size_m) {

@@ -169,9 +169,8 @@ std::optional<Alignment> align_to_print(const std::vector<PixelSample>& samples,
     damped.diagonal() *= 1 + damping;
     const PrintVector step = damped.ldlt().solve(-fit.jtr);
     if (!step.allFinite()) return std::nullopt;
-    Isometry3d next = pose;
-    next.linear() = rotation_by(step.head<3>()) * pose.linear();
-    next.translation() += step.segment<3>(3);
+    const Isometry3d next =
+        isometry(rotation_by(step.head<3>()) * pose.linear(), pose.translation() + step.segment<3>(3));
     PrintAppearance next_appearance = appearance;
     next_appearance.ink += step[6];
     next_appearance.paper += step[7];
@@ -180,15 +179,14 @@ std::optional<Alignment> align_to_print(const std::vector<PixelSample>& samples,
     next_appearance.blur = std::clamp(appearance.blur + step[10], kPrintAlignment.min_blur, kPrintAlignment.max_blur);
     const Fit next_fit = problem.linearise(next, next_appearance, limit, hold);
     const bool converged = std::abs(fit.error - next_fit.error) < kPrintAlignment.convergence * fit.error;
-    if (!(next_fit.error < fit.error)) {
-      if (converged) break;
+    if (next_fit.error < fit.error) {
+      pose = next;
+      appearance = next_appearance;
+      fit = next_fit;
+      damping /= 10;
+    } else {
       damping *= 10;
-      continue;
     }
-    pose = next;
-    appearance = next_appearance;
-    fit = next_fit;
-    damping /= 10;
     if (converged) break;
   }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <functional>
 #include <string>
 
 #include "capture/error.h"
@@ -73,11 +74,7 @@ std::vector<TagSighting> TagFinder::find(const capture::Image<std::uint8_t>& gre
   image_u8_t picture = {grey.width, grey.height, grey.width, const_cast<std::uint8_t*>(grey.data.data())};
   zarray_t* detections = apriltag_detector_detect(detector_->detector, &picture);
 
-  struct Detection {
-    TagSighting sighting;
-    float margin;
-  };
-  std::vector<Detection> found;
+  std::vector<TagSighting> found;
   for (int i = 0; i < zarray_size(detections); ++i) {
     apriltag_detection_t* detection = nullptr;
     zarray_get(detections, i, &detection);
@@ -85,18 +82,15 @@ std::vector<TagSighting> TagFinder::find(const capture::Image<std::uint8_t>& gre
     if (std::find(ids.begin(), ids.end(), detection->id) == ids.end()) continue;
     // The library's pixel (0, 0) spans [0, 1]; ours is centred at 0. Its corners start at the bottom left and are in
     // counter-clockwise order around the tag.
-    Detection& entry = found.emplace_back();
-    entry.sighting.id = detection->id;
-    for (int c = 0; c < 4; ++c) entry.sighting.corners[c] = {detection->p[c][0] - 0.5, detection->p[c][1] - 0.5};
-    entry.margin = detection->decision_margin;
+    TagSighting& sighting = found.emplace_back();
+    sighting.id = detection->id;
+    for (int c = 0; c < 4; ++c) sighting.corners[c] = {detection->p[c][0] - 0.5, detection->p[c][1] - 0.5};
+    sighting.decision_margin = detection->decision_margin;
   }
   apriltag_detections_destroy(detections);
 
-  std::stable_sort(found.begin(), found.end(),
-                   [](const Detection& a, const Detection& b) { return a.margin > b.margin; });
-  std::vector<TagSighting> result;
-  for (const Detection& entry : found) result.push_back(entry.sighting);
-  return result;
+  std::ranges::stable_sort(found, std::greater(), &TagSighting::decision_margin);
+  return found;
 }
 
 }  // namespace lumigraft::reconstruct

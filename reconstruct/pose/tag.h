@@ -32,6 +32,7 @@ inline Eigen::AlignedBox2d box_of(const TagCorners& corners) {
 struct TagSighting {
   int id = 0;
   TagCorners corners;
+  float decision_margin = 0;  ///< of libapriltag: how sure the code was read
 };
 
 class TagFinder {

@@ -196,10 +196,6 @@ std::optional<Enclosure> close_room(const std::vector<RoomPoint>& points, const 
   return room;
 }
 
-std::shared_ptr<const Enclosure> EnclosureStage::close(const DistanceField& field, const Illumination& light) {
-  return close(field, room_points(field), light);
-}
-
 std::shared_ptr<const Enclosure> EnclosureStage::close(const DistanceField& field, const std::vector<RoomPoint>& points,
                                                        const Illumination& light) {
   const std::optional<Enclosure> now = close_room(points, light, field.seen_from_m);

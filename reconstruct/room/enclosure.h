@@ -51,7 +51,6 @@ std::optional<Enclosure> close_room(const std::vector<RoomPoint>& points, const 
 class EnclosureStage {
  public:
   /// The same pointer as before while no side moves by more than noise. Null if too little is known.
-  std::shared_ptr<const Enclosure> close(const DistanceField& field, const Illumination& light);
   /// `points`: room_points(field).
   std::shared_ptr<const Enclosure> close(const DistanceField& field, const std::vector<RoomPoint>& points,
                                          const Illumination& light);

@@ -55,7 +55,7 @@ std::optional<std::uint32_t> chunk_id(ArvGcNode* port) {
 
 }  // namespace
 
-Chunks::Chunks(ArvCamera& camera, const StreamSpec& spec) : spec_(spec) {
+Chunks::Chunks(ArvCamera& camera, const StreamSpec& spec) {
   Check check;
   ArvDevice* device = arv_camera_get_device(&camera);
   if (disabled_by(spec.settings) || !arv_camera_are_chunks_available(&camera, check)) return;
@@ -67,13 +67,12 @@ Chunks::Chunks(ArvCamera& camera, const StreamSpec& spec) : spec_(spec) {
   big_endian_ = ARV_IS_GV_DEVICE(device);
   if (ARV_IS_GV_DEVICE(device)) ticks_per_s_ = arv_gv_device_get_timestamp_tick_frequency(ARV_GV_DEVICE(device), check);
   time_ = enable(camera, "Timestamp", ARV_TYPE_GC_INTEGER);
-  // The session's `exposure` holds for its exposure_us and gain; those of a frame scale it.
-  if (spec.settings.exposure_us) exposure_ = enable(camera, "ExposureTime", ARV_TYPE_GC_FLOAT);
+  exposure_ = enable(camera, "ExposureTime", ARV_TYPE_GC_FLOAT);
   ArvGcNode* gain = arv_device_get_feature(device, "Gain");  // if absent, `gain` is in the camera's own steps
-  if (spec.settings.gain && ARV_IS_GC_FLOAT(gain)) {
+  if (ARV_IS_GC_FLOAT(gain)) {
     const char* unit = arv_gc_float_get_unit(ARV_GC_FLOAT(gain));
     gain_in_db_ = unit != nullptr && std::string(unit) == "dB";
-    if (gain_in_db_ || *spec.settings.gain > 0.0) gain_ = enable(camera, "Gain", ARV_TYPE_GC_FLOAT);
+    gain_ = enable(camera, "Gain", ARV_TYPE_GC_FLOAT);
   }
   if (time_ || exposure_ || gain_) {
     parser_.reset(arv_camera_create_chunk_parser(&camera));
@@ -201,25 +200,13 @@ FrameSettings Chunks::read(ArvBuffer& buffer, std::size_t frame_bytes) const {
     own.time_ns = time_ns(buffer, fault);
     note();
   }
-  double ratio = 1.0;  // of exposure time times gain, frame to session
   if (exposure_) {
-    const auto exposure_us = number(*exposure_, buffer, fault);
+    own.reported.exposure_us = number(*exposure_, buffer, fault);
     note();
-    ratio *= exposure_us ? *exposure_us / *spec_.settings.exposure_us : std::nan("");
   }
   if (gain_) {
-    constexpr double kDbPerTen = 20.0;  // decibels of a factor of ten in amplitude
-    const auto gain = number(*gain_, buffer, fault);
+    own.reported.gain = number(*gain_, buffer, fault);
     note();
-    ratio *= !gain         ? std::nan("")
-             : gain_in_db_ ? std::pow(10.0, (*gain - *spec_.settings.gain) / kDbPerTen)
-                           : *gain / *spec_.settings.gain;
-  }
-  constexpr double kMaxRatio = kAravisParameters.max_exposure_ratio;
-  if (ratio > 1.0 / kMaxRatio && ratio < kMaxRatio) {
-    own.exposure = spec_.exposure * ratio;
-  } else if (own.fault.empty()) {
-    own.fault = "its exposure and gain are impossible";
   }
   return own;
 }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "capture/live/aravis/library.h"
+#include "capture/live/reported_exposure.h"
 #include "capture/session/stream_spec.h"
 
 namespace lumigraft::capture::aravis {
@@ -17,17 +18,20 @@ namespace lumigraft::capture::aravis {
 /// Settings of one frame; empty where not known.
 struct FrameSettings {
   std::optional<std::int64_t> time_ns;  ///< on the clock of the leader's time
-  std::optional<double> exposure;       ///< as Picture::exposure
-  std::string fault;                    ///< first reason why the chunk of a value could not be used
+  ReportedSettings reported;
+  std::string fault;  ///< first reason why the chunk of a value could not be used
 };
 
 class Chunks {
  public:
-  /// Enables those chunks that the camera offers and the session can use; none if the session sets
+  /// Enables those chunks that the camera offers and that are used; none if the session sets
   /// `controls.ChunkModeActive = 0`. Must come before the payload size is read. Never throws: if the camera refuses,
   /// chunks are not used.
   Chunks(ArvCamera& camera, const StreamSpec& spec);
 
+  bool report_exposure() const { return exposure_.has_value(); }
+  bool report_gain() const { return gain_.has_value(); }
+  bool gain_in_db() const { return gain_in_db_; }
   bool active() const { return parser_ != nullptr; }
   /// Why a camera with chunks does not deliver them; empty if nothing is wrong.
   const std::string& refused() const { return refused_; }
@@ -55,7 +59,6 @@ class Chunks {
   std::optional<std::int64_t> time_ns(ArvBuffer& buffer, std::string& fault) const;
   std::optional<double> number(const Feature& feature, ArvBuffer& buffer, std::string& fault) const;
 
-  StreamSpec spec_;
   bool big_endian_ = true;
   bool gain_in_db_ = false;
   std::uint64_t ticks_per_s_ = 0;

@@ -31,17 +31,18 @@ struct FreeMemory {
 
 std::string Check::text() const { return on_one_line(error_ != nullptr ? error_->message : ""); }
 
+/// Other errors, for example of a network that is not up yet, may be temporary.
+bool Check::permanent() const {
+  return error_ == nullptr || error_->domain == ARV_GC_ERROR ||
+         (error_->domain == ARV_DEVICE_ERROR &&
+          (error_->code == ARV_DEVICE_ERROR_WRONG_FEATURE || error_->code == ARV_DEVICE_ERROR_FEATURE_NOT_FOUND ||
+           error_->code == ARV_DEVICE_ERROR_INVALID_PARAMETER ||
+           error_->code == ARV_DEVICE_ERROR_PROTOCOL_ERROR_INVALID_PARAMETER));
+}
+
 void Check::or_throw(const std::string& what) const {
   if (error_ == nullptr) return;
-  // What the camera's description does not allow is permanent. Other errors, for example of a network that is not up
-  // yet, may be temporary.
-  const bool permanent =
-      error_->domain == ARV_GC_ERROR ||
-      (error_->domain == ARV_DEVICE_ERROR &&
-       (error_->code == ARV_DEVICE_ERROR_WRONG_FEATURE || error_->code == ARV_DEVICE_ERROR_FEATURE_NOT_FOUND ||
-        error_->code == ARV_DEVICE_ERROR_INVALID_PARAMETER ||
-        error_->code == ARV_DEVICE_ERROR_PROTOCOL_ERROR_INVALID_PARAMETER));
-  if (permanent) throw InputError(what + ": " + text());
+  if (permanent()) throw InputError(what + ": " + text());
   throw CameraFault(what + ": " + text());
 }
 

@@ -32,6 +32,7 @@ class Check {
   }
   bool failed() const { return error_ != nullptr; }
   std::string text() const;  ///< on one line; empty without an error
+  bool permanent() const;    ///< what the camera's description does not allow, or no error
   void or_throw(const std::string& what) const;
 
  private:

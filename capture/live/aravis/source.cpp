@@ -30,7 +30,7 @@ constexpr PixelFormat kPreferred[] = {PixelFormat::bayer_rggb8, PixelFormat::bay
 /// The camera from opening to closing. The constructor throws with the reason alone.
 class AravisSource::Camera : public Source {
  public:
-  Camera(const std::string& name, const StreamSpec& spec) : spec_(spec) {
+  Camera(const std::string& name, const StreamSpec& spec) : spec_(spec), exposure_(spec) {
     Check check;
     if (name.empty()) arv_update_device_list();
     camera_.reset(arv_camera_new(name.empty() ? nullptr : name.c_str(), check));
@@ -47,9 +47,9 @@ class AravisSource::Camera : public Source {
     stop_acquisition();
     choose_format();
     choose_region();
+    use_chunks();
     fix_exposure();
     set_controls();
-    use_chunks();
     start();
   }
 
@@ -83,7 +83,9 @@ class AravisSource::Camera : public Source {
 
   bool finished() const override { return lost_; }
   void rewind() override {}
-  std::string take_warning() override { return std::exchange(warning_, ""); }
+  std::string take_warning() override {
+    return warning_.empty() ? exposure_.take_warning() : std::exchange(warning_, "");
+  }
 
  private:
   /// A program that was killed may have left the camera running; it would refuse settings or send frames elsewhere.
@@ -136,22 +138,22 @@ class AravisSource::Camera : public Source {
                   ", allowed by the session: " + size_text(spec_.width, spec_.height));
   }
 
-  /// Radiance = response / exposure requires a fixed exposure; cameras without these features have one.
+  /// Radiance = response / exposure requires an exposure that is fixed or reported; cameras without these features have
+  /// one. What the colour camera changes by itself is estimated from its frames.
   void fix_exposure() {
     ArvCamera* camera = camera_.get();
     Check check;
-    const auto switch_off = [&](const char* what, bool available, const auto& set_off) {
+    const auto switch_off = [&](const char* what, bool reported, bool available, const auto& set_off) {
       check.or_throw(what);  // no answer does not mean not available
-      if (available) {
-        set_off();
-        check.or_throw(what);
-      }
+      if (available) set_off();
+      if (!check.permanent() || !(reported || spec_.stream == Stream::color)) check.or_throw(what);
     };
-    switch_off("auto-exposure", arv_camera_is_exposure_auto_available(camera, check),
+    switch_off("auto-exposure", chunks_ && chunks_->report_exposure(),
+               arv_camera_is_exposure_auto_available(camera, check),
                [&] { arv_camera_set_exposure_time_auto(camera, ARV_AUTO_OFF, check); });
-    switch_off("auto-gain", arv_camera_is_gain_auto_available(camera, check),
+    switch_off("auto-gain", chunks_ && chunks_->report_gain(), arv_camera_is_gain_auto_available(camera, check),
                [&] { arv_camera_set_gain_auto(camera, ARV_AUTO_OFF, check); });
-    switch_off("white balance", arv_camera_is_feature_available(camera, "BalanceWhiteAuto", check),
+    switch_off("white balance", false, arv_camera_is_feature_available(camera, "BalanceWhiteAuto", check),
                [&] { arv_camera_set_string(camera, "BalanceWhiteAuto", "Off", check); });
     const auto set = [&](const char* key, const std::optional<double>& wanted, auto* function) {
       if (!wanted) return;
@@ -205,14 +207,16 @@ class AravisSource::Camera : public Source {
   void use_chunks() {
     auto chunks = std::make_unique<aravis::Chunks>(*camera_, spec_);
     if (!chunks->refused().empty()) warn(chunks->refused());
-    if (chunks->active()) chunks_ = std::move(chunks);
+    if (!chunks->active()) return;
+    exposure_ = ReportedExposure(spec_, chunks->gain_in_db());
+    chunks_ = std::move(chunks);
   }
 
   /// Warns once, since a fault of chunks usually affects many frames.
   void warn(const std::string& fault) {
     if (!std::exchange(warned_, true)) {
       warning_ = std::string(name_of(spec_.stream)) + ": the camera's chunks lack the time or exposure of frames (" +
-                 fault + "); the leader's time and the session's exposure are used instead";
+                 fault + "); the leader's time and the exposure of the frame before are used instead";
     }
   }
 
@@ -287,7 +291,7 @@ class AravisSource::Camera : public Source {
     if (!own.fault.empty()) warn(own.fault);
     if (own.time_ns) chunk_offset_ns_ = *own.time_ns - stamp.time_ns;
     stamp.time_ns += chunk_offset_ns_;
-    exposure = own.exposure.value_or(exposure);
+    exposure = exposure_.of_frame(own.reported);
   }
 
   SourceItem to_item(ArvBuffer& buffer) {
@@ -333,6 +337,7 @@ class AravisSource::Camera : public Source {
   StreamSpec spec_;
   PixelFormat format_ = PixelFormat::rgb8;
   PixelConverter pixels_;
+  ReportedExposure exposure_;
   Ref<ArvCamera> camera_;
   Ref<ArvStream> stream_;
   std::unique_ptr<aravis::Chunks> chunks_;  ///< null if the camera has none

@@ -148,7 +148,7 @@ void Camera::completed(libcamera::Request* request) {
   message.time_ns =
       metadata.get(libcamera::controls::SensorTimestamp).value_or(static_cast<std::int64_t>(frame.timestamp));
   message.sequence = frame.sequence;
-  message.exposure = exposure_of(metadata, spec_);
+  message.reported = reported_in(metadata);
   send_(message);
 }
 

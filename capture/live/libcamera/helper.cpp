@@ -1,7 +1,7 @@
 // lumigraft_libcamera: helper program that runs libcamera, started by LibcameraSource and list_libcamera_cameras.
 //
 //   lumigraft_libcamera list
-//   lumigraft_libcamera open CAMERA WIDTH HEIGHT EXPOSURE [KEY=VALUE ...]
+//   lumigraft_libcamera open CAMERA WIDTH HEIGHT [KEY=VALUE ...]
 //
 // `list` writes lines of fields separated by tabs. `open` exchanges messages over descriptor 3 (messages.h) until the
 // other end is closed. KEY is a key of session.toml: pixel_format, rate_hz, exposure_us, gain, controls.NAME.
@@ -92,9 +92,9 @@ void list(libcamera::Camera& camera) {
 }
 
 StreamSpec spec_of(int count, char** words) {
-  StreamSpec spec{.width = std::atoi(words[0]), .height = std::atoi(words[1]), .exposure = std::atof(words[2])};
+  StreamSpec spec{.width = std::atoi(words[0]), .height = std::atoi(words[1])};
   CameraSettings& settings = spec.settings;
-  for (int i = 3; i < count; ++i) {
+  for (int i = 2; i < count; ++i) {
     const std::string word = words[i];
     const std::size_t equals = word.rfind('=');
     const std::string key = word.substr(0, equals), value = word.substr(equals + 1);
@@ -186,7 +186,7 @@ int main(int count, char** words) {
     }
     return 0;
   }
-  if (count >= 6 && std::strcmp(words[1], "open") == 0) {
+  if (count >= 5 && std::strcmp(words[1], "open") == 0) {
     capture::libcam::open(words[2], capture::libcam::spec_of(count - 3, words + 3));
   }
   std::fputs("lumigraft_libcamera: started by lumigraft where a source is libcamera:\n", stderr);

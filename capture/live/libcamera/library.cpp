@@ -178,13 +178,11 @@ libcamera::ControlList controls_for(const libcamera::ControlInfoMap& offered, co
   return list;
 }
 
-double exposure_of(const libcamera::ControlList& metadata, const StreamSpec& spec) {
-  double out = spec.exposure;
-  if (const auto time_us = metadata.get(libcamera::controls::ExposureTime); time_us && spec.settings.exposure_us) {
-    out *= *time_us / *spec.settings.exposure_us;
-  }
-  if (const auto gain = metadata.get(libcamera::controls::AnalogueGain); gain && spec.settings.gain) {
-    out *= static_cast<double>(*gain) / *spec.settings.gain;
+ReportedSettings reported_in(const libcamera::ControlList& metadata) {
+  ReportedSettings out;
+  if (const auto time_us = metadata.get(libcamera::controls::ExposureTime)) out.exposure_us = *time_us;
+  if (const auto analogue = metadata.get(libcamera::controls::AnalogueGain)) {
+    out.gain = static_cast<double>(*analogue) * metadata.get(libcamera::controls::DigitalGain).value_or(1.0f);
   }
   return out;
 }

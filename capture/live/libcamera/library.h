@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "capture/formats/pixel_format.h"
+#include "capture/live/reported_exposure.h"
 #include "capture/session/stream_spec.h"
 
 namespace lumigraft::capture::libcam {
@@ -41,8 +42,7 @@ void set_number(libcamera::ControlList& list, const libcamera::ControlInfoMap& o
 /// Switches auto-exposure and automatic white balance off and sets the controls in `settings`. Throws InputError.
 libcamera::ControlList controls_for(const libcamera::ControlInfoMap& offered, const CameraSettings& settings);
 
-/// Exposure of a frame. StreamSpec::exposure holds for `exposure_us` and `gain` of the session and is scaled to those
-/// in the frame's metadata, if the camera reports them.
-double exposure_of(const libcamera::ControlList& metadata, const StreamSpec& spec);
+/// Settings in a frame's metadata. The gain is that of the sensor times that of the image processor.
+ReportedSettings reported_in(const libcamera::ControlList& metadata);
 
 }  // namespace lumigraft::capture::libcam

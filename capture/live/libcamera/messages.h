@@ -8,6 +8,7 @@
 #include <cstdint>
 
 #include "capture/formats/pixel_format.h"
+#include "capture/live/reported_exposure.h"
 
 namespace lumigraft::capture::libcam {
 
@@ -32,7 +33,7 @@ struct HelperMessage {
   bool complete = false;                         ///< picture
   std::int64_t time_ns = 0;                      ///< picture: sensor time
   std::uint32_t sequence = 0;                    ///< picture: the driver's number
-  double exposure = 1.0;                         ///< picture
+  ReportedSettings reported{};                   ///< picture
 };
 
 }  // namespace lumigraft::capture::libcam

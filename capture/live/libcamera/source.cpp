@@ -65,8 +65,7 @@ struct Shared {
 std::string text_of(double value) { return formatted("%.17g", value); }
 
 std::vector<std::string> helper_arguments(const std::string& camera, const StreamSpec& spec) {
-  std::vector<std::string> arguments = {"open", camera, std::to_string(spec.width), std::to_string(spec.height),
-                                        text_of(spec.exposure)};
+  std::vector<std::string> arguments = {"open", camera, std::to_string(spec.width), std::to_string(spec.height)};
   const CameraSettings& s = spec.settings;
   if (s.pixel_format) arguments.push_back("pixel_format=" + std::string(name_of(*s.pixel_format)));
   const std::pair<const char*, std::optional<double>> numbers[] = {
@@ -83,7 +82,7 @@ std::vector<std::string> helper_arguments(const std::string& camera, const Strea
 /// The camera from opening to closing. The constructor throws with the reason alone.
 class LibcameraSource::Camera : public Source {
  public:
-  Camera(const std::string& name, const StreamSpec& spec) : spec_(spec) {
+  Camera(const std::string& name, const StreamSpec& spec) : spec_(spec), exposure_(spec) {
     int ends[2];
     if (socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends) != 0) throw CameraFault(std::strerror(errno));
     shared_->socket = Descriptor(ends[0]);
@@ -122,6 +121,7 @@ class LibcameraSource::Camera : public Source {
   bool finished() const override { return !fault_.empty(); }
   void rewind() override {}
   std::string fault() const override { return fault_; }
+  std::string take_warning() override { return exposure_.take_warning(); }
   std::string serial() const override { return serial_; }
   bool on_host_clock() const override { return true; }
   pid_t process() const { return process_->id(); }
@@ -177,11 +177,12 @@ class LibcameraSource::Camera : public Source {
     std::shared_ptr<const void> lent(
         shared_.get(), [shared = shared_, index = frame.index](const void*) { shared->give_back(index); });
     const Stamp stamp{frame.time_ns, steady_now_ns(), count_.sequence_of(frame.sequence)};
+    const double exposure = exposure_.of_frame(frame.reported);
     std::vector<std::uint8_t> own;
     const Bytes bytes = frame.complete ? bytes_of_frame(frame, own) : Bytes();
     auto rgb = bytes.empty() ? std::nullopt : pixels_.to_rgb(format_, spec_.width, spec_.height, bytes);
     if (!rgb) return LostFrame{stamp, spec_.stream, "the picture is damaged"};
-    Frame picture{.stamp = stamp, .stream = spec_.stream, .exposure = frame.exposure, .encoded = std::move(*rgb)};
+    Frame picture{.stamp = stamp, .stream = spec_.stream, .exposure = exposure, .encoded = std::move(*rgb)};
     if (format_ == PixelFormat::rgb8) return picture;
     if (own.empty() && can_spare()) {
       picture.original = std::make_shared<RawFrame>(format_, bytes, std::move(lent));
@@ -223,6 +224,7 @@ class LibcameraSource::Camera : public Source {
   PixelFormat format_ = PixelFormat::rgb8;
   std::size_t stride_ = 0;
   PixelConverter pixels_;
+  ReportedExposure exposure_;
   std::shared_ptr<Shared> shared_ = std::make_shared<Shared>();
   std::unique_ptr<HelperProcess> process_;
   std::string fault_, serial_;

@@ -97,11 +97,10 @@ void fix(const Device& device, const std::vector<Control>& all, capture::Stream 
   if (error != 0 && !refused) fail(error, what);
 }
 
-/// Cameras offer manual exposure, with or without an automatic iris.
-void fix_exposure(const Device& device, const std::vector<Control>& all, capture::Stream stream) {
-  if (find(all, V4L2_CID_EXPOSURE_AUTO) != nullptr && set(device, V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_MANUAL) != 0) {
-    fix(device, all, stream, V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_SHUTTER_PRIORITY, "an automatic exposure");
-  }
+/// The same with a second value, for cameras that do not know the first.
+void fix(const Device& device, const std::vector<Control>& all, capture::Stream stream, std::uint32_t id,
+         std::int64_t first, std::int64_t second, const char* what) {
+  if (find(all, id) != nullptr && set(device, id, first) != 0) fix(device, all, stream, id, second, what);
 }
 
 }  // namespace
@@ -138,19 +137,21 @@ double set_exposure_us(const Device& device, double exposure_us) {
   return kExposureUnit_us * static_cast<double>(value_of(device, *control));
 }
 
-void set_controls(const Device& device, capture::Stream stream, const CameraSettings& settings) {
+std::optional<double> set_controls(const Device& device, capture::Stream stream, const CameraSettings& settings) {
   const std::vector<Control> all = controls(device);
   // Radiance = response / exposure requires a fixed exposure; cameras without these controls have one.
-  fix_exposure(device, all, stream);
+  fix(device, all, stream, V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_MANUAL, V4L2_EXPOSURE_SHUTTER_PRIORITY,
+      "an automatic exposure");  // with an automatic iris
   fix(device, all, stream, V4L2_CID_EXPOSURE_AUTO_PRIORITY, 0, "a rate that follows the exposure");
   fix(device, all, stream, V4L2_CID_AUTOGAIN, 0, "an automatic gain");
   fix(device, all, stream, V4L2_CID_AUTOBRIGHTNESS, 0, "an automatic brightness");
   fix(device, all, stream, V4L2_CID_AUTO_WHITE_BALANCE, 0, "an automatic white balance");
   fix(device, all, stream, V4L2_CID_HUE_AUTO, 0, "an automatic hue");
-  // Against flicker; cameras that know 50 and 60 Hz alone keep what they have.
+  // Against flicker. Most of the world has 50 Hz (IEC TR 60083); `controls` may say otherwise.
   fix(device, all, capture::Stream::color, V4L2_CID_POWER_LINE_FREQUENCY, V4L2_CID_POWER_LINE_FREQUENCY_AUTO,
-      "mains flicker");
-  if (settings.exposure_us) set_exposure_us(device, *settings.exposure_us);
+      V4L2_CID_POWER_LINE_FREQUENCY_50HZ, "mains flicker");
+  std::optional<double> exposure_us;
+  if (settings.exposure_us) exposure_us = set_exposure_us(device, *settings.exposure_us);
   if (settings.gain) {
     const Control* gain = find(all, V4L2_CID_GAIN);
     gain = gain != nullptr ? gain : find(all, V4L2_CID_ANALOGUE_GAIN);
@@ -163,6 +164,7 @@ void set_controls(const Device& device, capture::Stream stream, const CameraSett
     refuse_if(found == all.end(), "controls." + name + ": found no such number among the camera's controls");
     set_within(device, *found, value, "controls." + name);
   }
+  return exposure_us;
 }
 
 }  // namespace lumigraft::capture::v4l2

@@ -1,5 +1,6 @@
 #pragma once
 // Reads and sets controls of a V4L2 camera by name. Included by .cpp files alone.
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,8 +23,9 @@ std::vector<Control> controls(const Device& device);
 std::int64_t value_of(const Device& device, const Control& control);
 
 /// Switches auto-exposure, auto-gain and automatic white balance off, then sets exposure, gain and named controls.
-/// Throws InputError for what the camera does not offer, except automatic functions of the colour camera.
-void set_controls(const Device& device, capture::Stream stream, const CameraSettings& settings);
+/// Returns the exposure that the driver set, which may be rounded; empty if the settings state none. Throws InputError
+/// for what the camera does not offer, except automatic functions of the colour camera.
+std::optional<double> set_controls(const Device& device, capture::Stream stream, const CameraSettings& settings);
 /// Returns the exposure that the driver set, which may be rounded. Throws InputError.
 double set_exposure_us(const Device& device, double exposure_us);
 

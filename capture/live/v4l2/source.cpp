@@ -7,6 +7,7 @@
 
 #include "capture/error.h"
 #include "capture/live/parameters.h"
+#include "capture/live/reported_exposure.h"
 #include "capture/live/sequence_unwrapper.h"
 #include "capture/live/v4l2/controls.h"
 #include "capture/live/v4l2/format.h"
@@ -18,11 +19,11 @@ namespace lumigraft::capture {
 /// The camera from opening to closing. The constructor throws with the reason alone.
 class V4l2Source::Camera : public Source {
  public:
-  Camera(const std::string& name, const StreamSpec& spec) : spec_(spec) {
+  Camera(const std::string& name, const StreamSpec& spec) : spec_(spec), reported_(spec) {
     auto device = std::make_unique<v4l2::Device>(v4l2::find_node(name));
     v4l2::select_input(*device, spec);
     format_ = v4l2::negotiate_format(*device, spec);
-    v4l2::set_controls(*device, spec.stream, spec.settings);
+    exposure_ = reported_.of_frame({v4l2::set_controls(*device, spec.stream, spec.settings), {}});
     stream_ = std::make_unique<v4l2::Stream>(std::move(device), format_.planes);
     if (!spec_.settings.bracket_us.empty()) begin_exposure();
   }
@@ -50,6 +51,7 @@ class V4l2Source::Camera : public Source {
   bool finished() const override { return !fault().empty(); }
   void rewind() override {}
   std::string fault() const override { return fault_.empty() ? stream_->fault() : fault_; }
+  std::string take_warning() override { return reported_.take_warning(); }
   bool on_host_clock() const override { return monotonic_; }
   bool bracket_incomplete() const override { return !ready_.empty(); }  // ready_ holds one frame or one bracket
 
@@ -105,11 +107,10 @@ class V4l2Source::Camera : public Source {
     return frame;
   }
 
-  /// Sets the next exposure of a bracket. `exposure` of the session holds for exposure_us and is scaled to this one.
+  /// Sets the next exposure of a bracket.
   void begin_exposure() {
     const std::vector<double>& all = spec_.settings.bracket_us;
-    const double given_us = v4l2::set_exposure_us(stream_->device(), all[bracket_.size()]);
-    exposure_ = spec_.exposure * given_us / *spec_.settings.exposure_us;
+    exposure_ = reported_.of_frame({v4l2::set_exposure_us(stream_->device(), all[bracket_.size()]), {}});
     old_exposures_ = kV4l2Parameters.old_exposures;
     while (const auto waiting = stream_->next(std::chrono::milliseconds(0))) {  // frames that have queued up
       stream_->give_back(waiting->index);
@@ -139,7 +140,8 @@ class V4l2Source::Camera : public Source {
   std::unique_ptr<v4l2::Stream> stream_;
   std::deque<SourceItem> ready_;
   std::vector<Frame> bracket_;  ///< incomplete bracket
-  double exposure_ = spec_.exposure;
+  ReportedExposure reported_;
+  double exposure_ = 1.0;  ///< of frames from now on: V4L2 tells what is set, not what a frame was taken with
   int old_exposures_ = 0;  ///< frames still to drop, which may have the previous exposure
   std::string fault_;      ///< in addition to the stream's
   bool monotonic_ = false;

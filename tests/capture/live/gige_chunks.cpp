@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstdint>
 
 namespace lumigraft::test {
@@ -130,6 +131,13 @@ std::string GigeChunks::described(std::string xml) const {
   if (kind_ == "chunks-factor") {
     replace(features, "<Max>10.0</Max><Unit>dB</Unit>", "<Max>10.0</Max>");
   }
+  if (kind_ == "chunks-automatic") {
+    features += R"(
+  <Enumeration Name="ExposureAuto" NameSpace="Standard">
+    <EnumEntry Name="Continuous"><Value>0</Value></EnumEntry>
+    <pValue>BalanceRatioSelectorRegister</pValue>
+  </Enumeration>)";
+  }
   const bool known = replace(xml, "<pVariable Name=\"WIDTH\">Width</pVariable>",
                              "<pVariable Name=\"WIDTH\">Width</pVariable><pVariable "
                              "Name=\"CHUNKS\">ChunkModeActiveRegister</pVariable>") &&
@@ -168,7 +176,8 @@ GigeChunks::Packets GigeChunks::with_chunks(const Packets& plain, ArvFakeCamera*
   }
   const auto on = [&](Chunk chunk) { return register_at(camera, kEnable + 4 * chunk) != 0; };
   if (on(kExposureTime)) {
-    const double exposure_us = register_at(camera, kExposure) * (2.0 + static_cast<double>(number % 2));
+    double exposure_us = register_at(camera, kExposure) * (2.0 + static_cast<double>(number % 2));
+    if (faulty && kind_ == "chunks-impossible") exposure_us = std::nan("");
     add(payload, 8, std::bit_cast<std::uint64_t>(exposure_us));
     add_tag(payload, kFirstName + kExposureTime, 8);
   }

@@ -16,7 +16,8 @@ class GigeChunks {
   /// `kind`: "chunks"; "chunks-appended", after an image that is no chunk itself; "chunks-alone", with leaders that do
   /// not describe the image; "chunks-ticks", with a clock of 125 MHz; "chunks-factor", with a gain that is a factor
   /// without unit. With a fault in one frame of eight: "chunks-torn", a wrong length; "chunks-short", half a time;
-  /// "chunks-missing", no chunks.
+  /// "chunks-missing", no chunks; "chunks-impossible", an exposure
+  /// that is not a number. "chunks-automatic" has an automatic exposure that cannot be switched off.
   explicit GigeChunks(std::string kind) : kind_(std::move(kind)) {}
 
   /// The camera's GenICam description with the added features. Empty if the description is not the expected one.

@@ -79,17 +79,15 @@ TEST(LibcameraSettings, WhiteBalanceHasTwoGains) {
       << "libcamera would read a second number";
 }
 
-TEST(LibcameraSettings, AFramesExposureIsThatOfItsMetadata) {
-  StreamSpec spec{.exposure = 3.0};
+TEST(LibcameraSettings, AFramesSettingsAreThoseOfItsMetadata) {
   libcamera::ControlList metadata(controls::controls);
+  EXPECT_FALSE(libcam::reported_in(metadata).exposure_us || libcam::reported_in(metadata).gain) << "no metadata";
   metadata.set(controls::ExposureTime, 2500);
   metadata.set(controls::AnalogueGain, 4.0f);
-  EXPECT_EQ(libcam::exposure_of(metadata, spec), 3.0) << "the session does not state exposure_us and gain";
-  spec.settings.exposure_us = 5000;
-  EXPECT_DOUBLE_EQ(libcam::exposure_of(metadata, spec), 1.5);
-  spec.settings.gain = 2;
-  EXPECT_DOUBLE_EQ(libcam::exposure_of(metadata, spec), 3.0);
-  EXPECT_DOUBLE_EQ(libcam::exposure_of(libcamera::ControlList(controls::controls), spec), 3.0) << "no metadata";
+  EXPECT_EQ(libcam::reported_in(metadata).exposure_us, 2500.0);
+  EXPECT_EQ(libcam::reported_in(metadata).gain, 4.0);
+  metadata.set(controls::DigitalGain, 1.5f);
+  EXPECT_EQ(libcam::reported_in(metadata).gain, 6.0) << "of the sensor times of the image processor";
 }
 
 }  // namespace

@@ -39,8 +39,8 @@ struct Mode {
 Bytes configuration(const Mode& mode, std::uint32_t packet) {
   Bytes control;
   add(control, {0x24, 2, 1, 0x01, 0x02, 0, 0, 0, 0, 0, 0, 0, 0, 3, 0x0A, 0, 0});  // camera: exposure and its mode
-  add(control, {0x24, 5, 2, 1, 0, 0, 2, 0x40, 0x12, 0});                          // white balance and its mode, gain
-  add(control, {0x24, 3, 3, 0x01, 0x01, 0, 2, 0});                                // output to USB
+  add(control, {0x24, 5, 2, 1, 0, 0, 2, 0x40, 0x16, 0});  // white balance and its mode, gain, mains
+  add(control, {0x24, 3, 3, 0x01, 0x01, 0, 2, 0});        // output to USB
   Bytes head{0x24, 1, 0x00, 0x01};
   put(head, static_cast<std::uint32_t>(13 + control.size()), 2);
   put(head, 48'000'000, 4);
@@ -97,11 +97,12 @@ struct Control {
   int bytes;
   std::uint32_t low, high, step, usual, value;
 };
-std::array<Control, 5> controls = {{{1, 0x02, 1, 1, 8, 0x09, 8, 8},            // exposure mode: 1 manual, 8 auto
+std::array<Control, 6> controls = {{{1, 0x02, 1, 1, 8, 0x09, 8, 8},            // exposure mode: 1 manual, 8 auto
                                     {1, 0x04, 4, 1, 5000, 1, 100, 100},        // exposure
                                     {2, 0x04, 2, 0, 255, 1, 16, 16},           // gain
                                     {2, 0x0A, 2, 2800, 6500, 10, 4600, 4600},  // white balance
-                                    {2, 0x0B, 1, 0, 1, 1, 1, 1}}};             // and its mode
+                                    {2, 0x0B, 1, 0, 1, 1, 1, 1},               // and its mode
+                                    {2, 0x05, 1, 0, 2, 1, 2, 2}}};             // mains: 0 off, 1 50 Hz, 2 60 Hz
 
 class Plug {
  public:

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 
 #include "capture/error.h"
@@ -51,8 +52,9 @@ void expect_bars(const Frame& picture, double exposure_us) {
 
 TEST(UsbCamera, DeliversJpegsAtTheExposureThatWasSet) {
   const UsbPlug camera;
-  for (const double exposure_us : {10'000.0, 30'000.0, 5'000.0}) {
-    StreamSpec spec = usb_spec(exposure_us);
+  for (const double wanted_us : {10'000.0, 30'000.0, 5'000.0, 10'040.0}) {
+    const double exposure_us = 100 * std::round(wanted_us / 100);  // the driver's unit
+    StreamSpec spec = usb_spec(wanted_us);
     spec.settings.gain = 99;
     spec.settings.controls = {{"white_balance_temperature", 3500}};
     V4l2Source source(kName, spec);
@@ -60,7 +62,7 @@ TEST(UsbCamera, DeliversJpegsAtTheExposureThatWasSet) {
     ASSERT_TRUE(picture && picture->original);
     expect_bars(*picture, exposure_us);
     EXPECT_EQ(picture->original->format, PixelFormat::mjpeg);
-    EXPECT_EQ(picture->exposure, 2.0);
+    EXPECT_DOUBLE_EQ(picture->exposure, 2.0 * exposure_us / wanted_us);
     EXPECT_TRUE(source.on_host_clock());
     const auto listing = listed_by_name();
     ASSERT_TRUE(listing);
@@ -73,6 +75,7 @@ TEST(UsbCamera, DeliversJpegsAtTheExposureThatWasSet) {
     EXPECT_EQ(value("auto_exposure"), 1.0) << "manual exposure";
     EXPECT_EQ(value("gain"), 99.0);
     EXPECT_EQ(value("white_balance_automatic"), 0.0);
+    EXPECT_EQ(value("power_line_frequency"), 1.0) << "50 Hz: the camera cannot detect it";
     EXPECT_EQ(value("white_balance_temperature"), 3500.0);
     ASSERT_EQ(listing->formats.size(), 1u);
     EXPECT_EQ(listing->formats[0].pixels, "mjpeg");

@@ -177,11 +177,11 @@ TEST(Enclosure, TheSameRoomIsTheSamePointer) {
     }
   }
   EnclosureStage stage;
-  const auto first = stage.close(field, light_with({}));
+  const auto first = stage.close(field, room_points(field), light_with({}));
   ASSERT_TRUE(first);
-  EXPECT_EQ(stage.close(field, light_with({})), first);
+  EXPECT_EQ(stage.close(field, room_points(field), light_with({})), first);
   field.seen_from_m.push_back(Vector3f(0, 0, 2));
-  const auto higher = stage.close(field, light_with({}));
+  const auto higher = stage.close(field, room_points(field), light_with({}));
   ASSERT_TRUE(higher);
   EXPECT_NE(higher, first);
   EXPECT_GT(side_towards(*higher, {0, 0, 1})->offset_m, 2);
@@ -210,7 +210,7 @@ TEST(Enclosure, ObliqueWallInsideTheCamerasBoundingBoxIsASide) {
   field.seen_from_m = {{0, 2, 1}, {2, 0, 1}};
   Illumination light;
   light.probe_position_m = {1.5f, 1.5f, 0.1f};
-  const auto room = EnclosureStage().close(field, light);
+  const auto room = EnclosureStage().close(field, room_points(field), light);
   ASSERT_TRUE(room);
   const Enclosure::Side* wall = side_towards(*room, Vector3f(-1, -1, 0).normalized());
   ASSERT_NE(wall, nullptr);
