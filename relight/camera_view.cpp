@@ -73,15 +73,16 @@ CameraView::CameraView(gpu::Device& device, const capture::ColorCamera& camera)
       live_view_(device),
       still_(camera.model) {}
 
-void CameraView::fit(const Plan& plan, bool glossy) {
+void CameraView::fit(const Plan& plan, int max_lamps, bool glossy) {
   const Quality quality = quality_of(plan);
   // Highlights on glossy surfaces are sharp: not traced at reduced resolution.
   const int shadow_scale = glossy ? 1 : quality.shadow_scale;
   if (screen_ && screen_->scale == plan.trace_scale && screen_->shadow_scale == shadow_scale &&
-      screen_->ambient_scale == quality.ambient_scale && screen_->supersampling == quality.supersampling)
+      screen_->ambient_scale == quality.ambient_scale && screen_->supersampling == quality.supersampling &&
+      screen_->max_lamps == max_lamps)
     return;
   screen_ = std::make_unique<Screen>(device_, model_.width, model_.height, plan.trace_scale, shadow_scale,
-                                     quality.ambient_scale, quality.supersampling);
+                                     quality.ambient_scale, quality.supersampling, max_lamps);
   camera_.upload_rays(device_, *screen_);
   shown_ = Shown::nothing;
 }

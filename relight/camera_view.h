@@ -24,7 +24,7 @@ class CameraView {
   CameraView(gpu::Device& device, const capture::ColorCamera& camera);
 
   /// `glossy`: real surfaces of known material exist.
-  void fit(const Plan& plan, bool glossy);
+  void fit(const Plan& plan, int max_lamps, bool glossy);
   CameraUpload& camera() { return camera_; }
   const CameraUpload& camera() const { return camera_; }
   /// The camera pose to render with; see StaticViewCache.

@@ -20,15 +20,15 @@ struct Plan {
   /// Indirect light is traced at 1/trace_scale of the image size: 1, 2 or 4. 4 is the live setting, which requires
   /// cells = 1; 8 is the live setting of rays.
   int trace_scale = 2;
-  int cells = 0;       ///< 1: indirect light is gathered in cells of the volumes, in rounds of frames; 0: per pixel
-  int rsm = 256;       ///< edge of the reflective shadow maps, texels
-  int max_lights = 8;  ///< number of lamps rendered as lamps, strongest first; at most shader::kMaxLamps
-  int sh_bands = 3;    ///< bands of spherical harmonics for unoccluded light other than the lamps: 1, 2 or 3
-  int bounces = 2;     ///< indirect bounces of the change; the thesis uses 1
-  int lpv_steps = 16;  ///< dlpv: propagation steps of one cell each (two voxels for volumes up to 128)
-  int rays = 20;       ///< rays: per probe on an object, or per gathered pixel
-  int samples = 64;    ///< reference only: camera paths per pixel
-  int adaptive = 1;    ///< 1: values not set by the user follow measures of the scene (planner.h); 0: fixed
+  int cells = 0;        ///< 1: indirect light is gathered in cells of the volumes, in rounds of frames; 0: per pixel
+  int rsm = 256;        ///< edge of the reflective shadow maps, texels
+  int max_lights = 32;  ///< number of lamps rendered as lamps, strongest first; at most shader::kMaxLamps
+  int sh_bands = 3;     ///< bands of spherical harmonics for unoccluded light other than the lamps: 1, 2 or 3
+  int bounces = 2;      ///< indirect bounces of the change; the thesis uses 1
+  int lpv_steps = 16;   ///< dlpv: propagation steps of one cell each (two voxels for volumes up to 128)
+  int rays = 20;        ///< rays: per probe on an object, or per gathered pixel
+  int samples = 64;     ///< reference only: camera paths per pixel
+  int adaptive = 1;     ///< 1: values not set by the user follow measures of the scene (planner.h); 0: fixed
   std::set<std::string> user_set;  ///< keys set by the user; never changed automatically
   /// Replaces the result of quality_of(); no configuration key sets it. Benchmarks use it to render with other
   /// settings.

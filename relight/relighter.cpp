@@ -1,6 +1,7 @@
 #include "relight/relighter.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -84,6 +85,7 @@ struct Relighter::State {
   std::shared_ptr<const reconstruct::Illumination> illumination;
   int illumination_lights = -1;
   LightSet lights;
+  int max_lamps = 1;  ///< for which there is room: a power of two, so that it rarely changes
   const float widest_tangent;
   float brightest = 0;  ///< highest radiance of the environment and of the camera's range, W/sr/m²
 
@@ -113,20 +115,24 @@ struct Relighter::State {
 
   void fit(const Plan& plan) {
     const Quality quality = quality_of(plan);
+    const int lamps = std::max(max_lamps, static_cast<int>(std::bit_ceil(lights.lamps.size())));
+    const bool more_lamps = lamps > max_lamps;
     light.fit(plan, mirrors.outlines());
     if (!quality.cells) {
       lamp_shadows.reset();  // shadows are traced
-    } else if (!lamp_shadows || made_for.rsm != plan.rsm) {
+    } else if (!lamp_shadows || more_lamps || made_for.rsm != plan.rsm) {
       // They cover more than the objects alone.
-      lamp_shadows = std::make_unique<LampShadows>(*device, plan.rsm + plan.rsm / 4);
+      lamp_shadows = std::make_unique<LampShadows>(*device, plan.rsm + plan.rsm / 4, lamps);
       directly_lit.reset();
     }
     const Quality before = quality_of(made_for);
-    if (!lamp_maps || before.lamp_maps != quality.lamp_maps || before.lamp_map_edge != quality.lamp_map_edge) {
-      lamp_maps = std::make_unique<LampMaps>(*device, quality.lamp_map_edge, quality.lamp_maps);
+    if (!lamp_maps || more_lamps || before.lamp_maps != quality.lamp_maps ||
+        before.lamp_map_edge != quality.lamp_map_edge) {
+      lamp_maps = std::make_unique<LampMaps>(*device, quality.lamp_map_edge, quality.lamp_maps, lamps);
       directly_lit.reset();
     }
-    view.fit(plan, !known_surfaces.empty());
+    view.fit(plan, lamps, !known_surfaces.empty());
+    max_lamps = lamps;
     made_for = plan;
   }
 
@@ -271,6 +277,7 @@ RelitPicture Relighter::relight(const capture::FrameSet& frame, const reconstruc
                                    [](const VirtualObject& o) { return o.visible && o.model; });
   std::string missing = what_is_missing(scene, visible);
   if (missing.empty()) {
+    s.take_lights(scene.illumination, asked.max_lights);
     try {
       result.plan = s.fit_what_there_is_room_for(asked, &result.warnings);
     } catch (const gpu::DeviceLost&) {
@@ -294,7 +301,6 @@ RelitPicture Relighter::relight(const capture::FrameSet& frame, const reconstruc
     result.warnings.push_back("relight: " + line);
   }
   if (!s.too_many_surfaces.empty()) result.warnings.push_back("relight: " + s.too_many_surfaces);
-  s.take_lights(scene.illumination, plan.max_lights);
   s.room.follow(scene);
   bool moved = false;
   const float nearest_m = (placement.sphere.centre_m - scene.pose->T_tag_camera.translation().cast<float>()).norm() -

@@ -44,13 +44,45 @@ bool is_reflection(const PointLight& light, const Eigen::Vector3f& probe, const 
   return true;
 }
 
+/// Whether the plane z = 0, on which the tag lies, is known surface on the way to where the light's ray meets it.
+bool plane_on_the_way(const PointLight& light, const Eigen::Vector3f& probe, const DistanceField& field) {
+  const Eigen::Vector3f foot(probe.x(), probe.y(), 0);
+  const Eigen::Vector3f way = probe - probe.z() / light.direction.z() * light.direction - foot;
+  int known = 0;
+  for (int i = 1; i <= kReflections.plane_samples; ++i) {
+    const auto normal = field.normal(foot + static_cast<float>(i) / kReflections.plane_samples * way);
+    known += normal && normal->z() > kReflections.min_up_cosine;
+  }
+  return known >= kReflections.min_up_hits;
+}
+
+/// Whether `image` may be the image of `lamp` in that plane. Probe, lamp and image lie in one vertical plane, and the
+/// image is at least as far below the horizon as the lamp is above: as far if the lamp is infinitely distant.
+bool is_image(const PointLight& image, const PointLight& lamp) {
+  const Eigen::Vector2f to_image = image.direction.head<2>(), to_lamp = lamp.direction.head<2>();
+  if (lamp.direction.z() <= 0 || to_image.dot(to_lamp) <= 0) return false;
+  const float reach = image.angular_radius_rad + kReflections.image_slack_rad;
+  const float aside = (to_lamp.x() * to_image.y() - to_lamp.y() * to_image.x()) / to_lamp.norm();
+  const bool weaker = lamp.clipped || image.irradiance.mean() < lamp.irradiance.mean();
+  return weaker && std::abs(aside) < reach && -image.direction.z() > lamp.direction.z() - reach;
+}
+
+/// Whether the light is the image of another in the plane that the tag lies on, which reaches farther than the field.
+bool is_image_in_plane(const PointLight& light, const Illumination& illumination, const DistanceField& field) {
+  const Eigen::Vector3f& probe = illumination.probe_position_m;
+  return light.direction.z() < 0 && probe.z() > 0 && plane_on_the_way(light, probe, field) &&
+         std::any_of(illumination.lights.begin(), illumination.lights.end(),
+                     [&](const PointLight& lamp) { return is_image(light, lamp); });
+}
+
 }  // namespace
 
 Illumination without_reflections(const Illumination& illumination, const DistanceField& field, const FieldRays& rays) {
   Illumination result = illumination;
   result.lights.clear();
   for (const PointLight& light : illumination.lights) {
-    if (light.lamp_tag < 0 && is_reflection(light, illumination.probe_position_m, field, rays)) {
+    if (light.lamp_tag < 0 && (is_reflection(light, illumination.probe_position_m, field, rays) ||
+                               is_image_in_plane(light, illumination, field))) {
       add_disk(result.environment, light.direction, light.angular_radius_rad, light.irradiance);
     } else {
       result.lights.push_back(light);

@@ -8,7 +8,8 @@ namespace lumigraft::reconstruct {
 
 /// A lamp whose whole disk lies behind known surface that is much darker in the colour image is a reflection; it is
 /// moved into the environment. A real lamp is clipped in the colour image, so the field has no radiance there. So is a
-/// bright place on known surface that faces up, as the tag does: paper or a floor under a lamp, or glare on it.
+/// bright place on known surface that faces up, as the tag does: paper or a floor under a lamp, or glare on it. And so
+/// is the image of another lamp in the plane that the tag lies on, where the field does not reach but the plane does.
 Illumination without_reflections(const Illumination& illumination, const DistanceField& field, const FieldRays& rays);
 
 }  // namespace lumigraft::reconstruct

@@ -94,10 +94,12 @@ struct LampParameters {
 
   struct Reflections {
     float max_ray_m = 10;
-    float min_contrast = 4;      ///< radiance of a lamp over the surface in front of it
-    float disk_reach = 0.7f;     ///< of the lamp's radius, where its disk is sampled
-    float min_up_cosine = 0.7f;  ///< of a normal to the tag's, of a surface that is lit from above
-    int min_up_hits = 3;         ///< of five
+    float min_contrast = 4;         ///< radiance of a lamp over the surface in front of it
+    float disk_reach = 0.7f;        ///< of the lamp's radius, where its disk is sampled
+    float min_up_cosine = 0.7f;     ///< of a normal to the tag's, of a surface that is lit from above
+    int min_up_hits = 3;            ///< of five, and of plane_samples
+    int plane_samples = 32;         ///< on the way over the plane to a reflection
+    float image_slack_rad = 0.02f;  ///< 1°: a rough surface or tiles that are not level turn an image by no more
   } reflections;
 
   struct OutOfView {

@@ -1,6 +1,7 @@
 #include "reconstruct/light/lamp_regions.h"
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <queue>
@@ -167,16 +168,27 @@ Pixels connected_region(const std::vector<std::uint8_t>& mask, const FisheyeView
 }
 
 Pixels ring_around(const Pixels& region, const FisheyeView& view, int from_px, int to_px) {
-  std::vector<std::uint8_t> depth(view.solid_angle_sr.size(), 0);  // 1 + distance, 0 = not reached
+  Eigen::AlignedBox2i around;
+  const auto at = [&](std::uint32_t pixel) {
+    return Eigen::Vector2i(static_cast<int>(pixel) % view.width, static_cast<int>(pixel) / view.width);
+  };
+  for (const std::uint32_t pixel : region) around.extend(at(pixel));
+  const Eigen::Vector2i low = around.min().array() - to_px, size = around.sizes().array() + 2 * to_px + 1;
+  std::vector<bool> reached(static_cast<std::size_t>(size.prod()), false);
+  const auto reach = [&](std::uint32_t pixel) {
+    const Eigen::Vector2i q = at(pixel) - low;
+    const auto index = static_cast<std::size_t>(q.y() * size.x() + q.x());
+    const bool is_new = !reached[index];
+    reached[index] = true;
+    return is_new;
+  };
   Pixels front = region, ring;
-  for (const std::uint32_t pixel : region) depth[pixel] = 1;
+  for (const std::uint32_t pixel : region) reach(pixel);
   for (int distance = 1; distance <= to_px; ++distance) {
     Pixels next;
     for (const std::uint32_t pixel : front) {
       for_neighbours(pixel, view, 1, [&](std::uint32_t other) {
-        if (depth[other]) return;
-        depth[other] = 1;
-        next.push_back(other);
+        if (reach(other)) next.push_back(other);
       });
     }
     if (distance > from_px) ring.insert(ring.end(), next.begin(), next.end());
@@ -185,23 +197,30 @@ Pixels ring_around(const Pixels& region, const FisheyeView& view, int from_px, i
   return ring;
 }
 
-float roundness(const Pixels& region, const FisheyeView& view) {
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  double weight = 0;
+RegionShape shape_of(const Pixels& region, const FisheyeView& view) {
+  Eigen::Vector3f centre = Eigen::Vector3f::Zero();
+  for (const std::uint32_t pixel : region) centre += view.solid_angle_sr[pixel] * view.direction[pixel];
+  centre.normalize();
+  const Eigen::Vector3f x = centre.unitOrthogonal(), y = centre.cross(x);
+  double area = 0;
+  Eigen::Vector2d first = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d second = Eigen::Matrix2d::Zero();
   for (const std::uint32_t pixel : region) {
-    mean += view.solid_angle_sr[pixel] * view.direction[pixel].cast<double>();
-    weight += view.solid_angle_sr[pixel];
+    const Eigen::Vector3f& d = view.direction[pixel];
+    const double depth = std::max(d.dot(centre), 0.1f), weight = view.solid_angle_sr[pixel] / (depth * depth * depth);
+    const Eigen::Vector2d at = Eigen::Vector2d(d.dot(x), d.dot(y)) / depth;
+    area += weight;
+    first += weight * at;
+    second += weight * at * at.transpose();
   }
-  mean /= weight;
-  // The extent of a pixel makes a region of one pixel round.
-  Eigen::Matrix3d spread = Eigen::Matrix3d::Identity() * (weight / region.size() / 12);
-  for (const std::uint32_t pixel : region) {
-    const Eigen::Vector3d d = view.direction[pixel].cast<double>() - mean;
-    spread += view.solid_angle_sr[pixel] / weight * d * d.transpose();
-  }
-  const Eigen::Vector3d widths =
-      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread, Eigen::EigenvaluesOnly).eigenvalues();
-  return static_cast<float>(std::sqrt(widths[1] / widths[2]));
+  first /= area;
+  const double pixel_area = area / static_cast<double>(region.size());
+  const Eigen::Matrix2d spread = second / area - first * first.transpose() +
+                                 pixel_area / 12 * Eigen::Matrix2d::Identity();  // a pixel's own extent
+  const Eigen::Vector2d sides =
+      (12 * Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(spread, Eigen::EigenvaluesOnly).eigenvalues()).cwiseSqrt();
+  const auto outline_px = static_cast<double>(ring_around(region, view, 0, 1).size());
+  return {.filled = area / sides.prod(), .outline = outline_px * std::sqrt(pixel_area) / (2 * sides.sum())};
 }
 
 std::vector<std::vector<PixelEnergy>> variance_cut(std::vector<PixelEnergy> pixels, const FisheyeView& view,

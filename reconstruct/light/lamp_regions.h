@@ -23,8 +23,13 @@ Pixels connected_region(const std::vector<std::uint8_t>& mask, const FisheyeView
 /// Pixels of the view with from_px < chessboard distance to the region <= to_px.
 Pixels ring_around(const Pixels& region, const FisheyeView& view, int from_px, int to_px);
 
-/// Smaller over larger principal width of the region on the sphere; 1 for a disk.
-float roundness(const Pixels& region, const FisheyeView& view);
+/// A region compared with the rectangle of the same second moments, in the plane that touches the sphere at the
+/// region's centre: there tubes and panels are straight.
+struct RegionShape {
+  double filled;   ///< area over the rectangle's: 1 for rectangles however long, 1.05 for ellipses
+  double outline;  ///< length over the rectangle's; long for a ragged region
+};
+RegionShape shape_of(const Pixels& region, const FisheyeView& view);
 
 /// Contribution of a pixel to a lamp: L dω per channel, W/m².
 struct PixelEnergy {

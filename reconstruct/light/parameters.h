@@ -9,7 +9,7 @@ namespace lumigraft::reconstruct {
 constexpr float kDegree = std::numbers::pi_v<float> / 180;  ///< in radians
 
 struct LightParameters {
-  int max_lights = 8;  ///< strongest first
+  int max_lights = 64;  ///< strongest first; bounds the time of one image: about 0.3 ms a lamp
 
   struct Environment {
     int width = 128, height = 64;   ///< cells: 2.8°, far finer than nine harmonics or a diffuse surface resolve
@@ -24,7 +24,7 @@ struct LightParameters {
   } regions;
 
   struct Split {
-    int max_peaks = 64;                  ///< bounds the time of one image
+    int max_other_peaks = 64;            ///< that are no lamps: bounds the time of one image
     int edge_px = 2;                     ///< how far the blurred border of a lamp reaches beyond its outline
     int surround_px = 5;                 ///< the ring from edge_px to here measures the background
     float floor_over_median = 1.5f;      ///< radiance over the image's median, below which no lamp is searched
@@ -36,11 +36,14 @@ struct LightParameters {
     float max_piece_extent_rad = 0.16f;  ///< RMS extent beyond which one lamp is cut into several
     float min_energy_fraction = 0.01f;   ///< of the lamps' energy, and half of it of the image's
     float min_white_ratio = 0.99f;       ///< smallest over largest channel of a clipped pixel: all channels are clipped
+    /// Smallest over largest channel of a clipped pixel, below which the smallest is measured: full scale is 250 of
+    /// 255, 0.956 in linear light.
+    float max_measured_ratio = 0.95f;
     double min_connected_fraction = 0.9;  ///< of a glow's energy in one connected part of it, to be one region
     std::size_t min_clipped_px = 5;
     std::size_t min_white_px = 2;  ///< where all channels clip: the sun is hardly wider than a pixel
-    float min_roundness = 0.1f;    ///< of a clipped region
-    double max_outline_ratio = 3;  ///< a clipped region's outline over a disk's: slanting 10 : 1 rectangles have 2.5
+    double min_filled = 0.6;       ///< of a clipped region, over the rectangle of its moments: tubes and panels have 1,
+    double max_outline_ratio = 2;  ///< and its outline over the rectangle's: slanting 10 : 1 rectangles have 1.3
     double edge_ratio = 0.8;       ///< a pixel of the ring below this fraction of the region's mean is darker,
     std::ptrdiff_t min_darker_tenths = 7;  ///< and so many tenths of the ring must be: a lit surface fades gradually
     std::size_t max_view_end_tenths = 1;   ///< of a clipped region's pixels at the end of the view
@@ -60,7 +63,7 @@ struct LightParameters {
     float max_carried_angle_rad = 0.5f, max_carried_ratio = 2, max_carried_hue = 0.1f;
     float max_still_angle_rad = 0.009f;  ///< about 1.5 pixels of a 512-pixel fish-eye
     float max_still_change = 0.1f;       ///< relative, of a lamp's irradiance
-    std::size_t max_remembered = 64;     ///< lamps whose direction is known when they are switched on again
+    std::size_t max_remembered = 256;    ///< lamps whose direction is known when they are switched on again
     int max_averaged = 10;               ///< frames in the running mean: a third of a second of lag at 30 Hz
     double min_missing_fraction = 0.5;   ///< of a lamp's energy missing in the frame, for the lamp to count as covered
     int held_frames = 3, fade_frames = 4;  ///< of a covered lamp: steps of a quarter (sweep light-covered)

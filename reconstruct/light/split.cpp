@@ -87,10 +87,15 @@ class Splitter {
     const float dimmest =
         std::max(floor, kSplit.min_over_white * static_cast<float>(flux_) / std::numbers::pi_v<float>);
     std::vector<float> search = level_;
-    for (int peaks = 0; peaks < kSplit.max_peaks; ++peaks) {
-      const auto peak = static_cast<std::uint32_t>(std::max_element(search.begin(), search.end()) - search.begin());
+    std::erase_if(in_view, [&](std::uint32_t pixel) {
+      return search[pixel] <= 0 || (search[pixel] < dimmest && !clipped_.data[pixel]);
+    });
+    std::stable_sort(in_view.begin(), in_view.end(),
+                     [&](std::uint32_t a, std::uint32_t b) { return search[a] > search[b]; });
+    int others = 0;
+    for (const std::uint32_t peak : in_view) {
+      if (search[peak] <= 0) continue;  // part of a region
       const bool clipped = clipped_.data[peak] != 0;
-      if (search[peak] <= 0 || (search[peak] < dimmest && !clipped)) break;
       Pixels region = search[peak] >= dimmest ? stable_region(search, view_, peak, floor) : Pixels{};
       bool is_lamp = !region.empty() && contrast(region) >= kSplit.min_contrast;
       if (!is_lamp && clipped) {
@@ -110,18 +115,20 @@ class Splitter {
         sources.push_back(std::move(source));
       }
       for (const std::uint32_t pixel : region) search[pixel] = 0;
+      if (!is_lamp && ++others >= kSplit.max_other_peaks) break;
     }
     return cut_wide(std::move(sources));
   }
 
   /// Cuts regions wider than one lamp; their parts share a region.
-  std::vector<Source> cut_wide(std::vector<Source> sources) const {
+  std::vector<Source> cut_wide(std::vector<Source> sources) {
     std::vector<Source> parts;
-    for (std::size_t i = 0; i < sources.size(); ++i) {
-      const float ratio = extent_rad(sources[i].pixels) / kSplit.max_piece_extent_rad;
+    for (Source& source : sources) {
+      const float ratio = extent_rad(source.pixels) / kSplit.max_piece_extent_rad;
       const int count = ratio > 1 ? static_cast<int>(std::ceil(std::pow(ratio, 2.0f))) : 1;
-      for (auto& pixels : variance_cut(std::move(sources[i].pixels), view_, std::min(count, max_lamps_))) {
-        parts.push_back({std::move(pixels), sources[i].clipped, count > 1 ? static_cast<int>(i) : -1});
+      const int region = count > 1 ? regions_++ : -1;
+      for (auto& pixels : variance_cut(std::move(source.pixels), view_, std::min(count, max_lamps_))) {
+        parts.push_back({std::move(pixels), source.clipped, region});
       }
     }
     return parts;
@@ -135,13 +142,28 @@ class Splitter {
     return static_cast<float>(level / region.size()) / std::max(median_level(ring), 1e-12f);
   }
 
+  /// Whether a clipped region may be as bright as a lamp. A surface lit just enough to clip does not clip in all
+  /// channels: the one that measures it shows its contrast.
+  bool may_be_bright(const Pixels& region) const {
+    const auto median_of_darkest = [&](const Pixels& pixels) {
+      std::vector<float> levels;
+      for (const std::uint32_t pixel : pixels) levels.push_back(colour(pixel).minCoeff());
+      return median(levels);
+    };
+    const auto measured = std::count_if(region.begin(), region.end(), [&](std::uint32_t pixel) {
+      return colour(pixel).minCoeff() < kSplit.max_measured_ratio * colour(pixel).maxCoeff();
+    });
+    if (2 * measured <= static_cast<std::ptrdiff_t>(region.size())) return true;
+    const Pixels ring = ring_around(region, view_, kSplit.edge_px, kSplit.surround_px);
+    return !ring.empty() && median_of_darkest(region) >= kSplit.min_contrast * median_of_darkest(ring);
+  }
+
   /// Whether a clipped region is the image of a lamp: its edge is sharp almost all around. The radiance of a lit
   /// surface fades gradually, and its texture gives the clipped part a ragged outline.
   bool sharply_clipped(const Pixels& region, std::size_t min_px = kSplit.min_clipped_px) const {
-    if (region.size() < min_px || roundness(region, view_) < kSplit.min_roundness) return false;
-    const auto outline = static_cast<double>(ring_around(region, view_, 0, 1).size());
-    if (outline > kSplit.max_outline_ratio * std::sqrt(4 * std::numbers::pi * static_cast<double>(region.size())))
-      return false;
+    if (region.size() < min_px || !may_be_bright(region)) return false;
+    const RegionShape shape = shape_of(region, view_);
+    if (shape.filled < kSplit.min_filled || shape.outline > kSplit.max_outline_ratio) return false;
     if (contrast(region) <
         (region.size() < kSplit.min_clipped_px ? kSplit.min_small_contrast : kSplit.min_clipped_contrast))
       return false;
@@ -230,7 +252,7 @@ class Splitter {
     const int parts =
         std::min(left, 1 + static_cast<int>(std::pow(extent_rad(glow) / kSplit.max_piece_extent_rad, 2.0f)));
     // A window too wide for one lamp is still one object: its parts share a region.
-    const int region = is_connected(glow, glow_flux) ? kSplit.max_peaks : -1;
+    const int region = is_connected(glow, glow_flux) ? regions_ : -1;
     for (auto& pixels : variance_cut(std::move(glow), view_, parts)) {
       sources.push_back({std::move(pixels), false, region});
     }
@@ -325,6 +347,7 @@ class Splitter {
   const capture::Image<std::uint8_t>& clipped_;
   const FisheyeView& view_;
   int max_lamps_;
+  int regions_ = 0;  ///< that were cut
   capture::Image<float> residual_;
   std::vector<float> level_;         ///< mean of the channels of residual_
   std::vector<std::uint8_t> white_;  ///< clipped in all channels

@@ -3,7 +3,7 @@
 // and integer atomics.
 //
 // Shaders are referred to by name; their SPIR-V is built into the program. Every shader uses descriptor set 0 with
-// explicit bindings. Binding 0 is always the uniform block of the pass (std140, at most 4096 bytes, one struct from
+// explicit bindings. Binding 0 is always the uniform block of the pass (std140, at most 8192 bytes, one struct from
 // relight/shaders/common/interop.h shared by C++ and GLSL); the command list copies it at record time. Every slot that
 // a shader reads or writes requires a binding; one that it only declares (in a header) may be left out.
 //

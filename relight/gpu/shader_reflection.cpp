@@ -14,7 +14,7 @@ std::span<const ShaderCode> product_shaders();
 
 namespace {
 
-constexpr std::size_t max_params_bytes = 4096;
+constexpr std::size_t max_params_bytes = 8192;
 
 std::optional<Format> format_of(SpvImageFormat format) {
   constexpr FormatTable<SpvImageFormat> formats{{SpvImageFormatR8, SpvImageFormatRgba8, SpvImageFormatR16f,

@@ -8,6 +8,7 @@ inline constexpr struct PassParameters {
   float min_lamp_radii = 1.1f;      ///< distance of a lamp with maps, in radii of the sphere around the objects
   int fine_picture_px = 480;        ///< width from which shadows are not computed per pixel
   int block_px = 8, margin_px = 3;  ///< of bounds in shadow maps; around objects' outlines, for supersampling, rounding
+  int max_texture_px = 16384;       ///< that every desktop device allows along an edge
   int tested_px = 4, smooth_px = 4, blurred_px = 2;  ///< along each axis per sample, as the bound of the change varies
   float blur_px = 6;  ///< slowly; where all changes are smooth; where gloss blurs reflections by blur_px or more
   int mirror_samples = 5, shadow_cones = 2;  ///< per lamp: each a separate shadow, visible if few; on objects' vertices

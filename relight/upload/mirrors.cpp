@@ -103,7 +103,7 @@ void Mirrors::describe(shader::FrameParams& params) const {
   for (const Image& image : images) {
     int& count = params.mirror_counts.y();
     if (count == shader::kMaxImages || image.brings < kUpload.min_image * direct) break;
-    params.images[count / 4][count % 4] = image.lamp + 8 * image.mirror;
+    params.images[count / 4][count % 4] = image.lamp + shader::kMaxLamps * image.mirror;
     ++count;
   }
 }

@@ -76,7 +76,7 @@ TEST(Plan, RefusesWhatIsNotAllowed) {
                 "8 with \"rays\""},
            Case{"[plan]\ntrace_scale = 3", "session.toml:2: plan.trace_scale: found 3", "1, 2, 4 or 8"},
            Case{"[plan]\nrsm = 300", "session.toml:2: plan.rsm: found 300", "64, 128, 256, 512 or 1024"},
-           Case{"[plan]\nmax_lights = 9", "session.toml:2: plan.max_lights: found 9", "0 to 8"},
+           Case{"[plan]\nmax_lights = 33", "session.toml:2: plan.max_lights: found 33", "0 to 32"},
            Case{"[plan]\nbounces = 0", "session.toml:2: plan.bounces: found 0", "1 to 4"},
            Case{"[plan]\nbounces = 1.5", "session.toml:2: plan.bounces: found 1.5", "1 to 4"},
            Case{"[plan]\nsamples = 0", "session.toml:2: plan.samples: found 0", "1 to 65536"},

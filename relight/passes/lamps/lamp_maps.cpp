@@ -54,12 +54,12 @@ std::array<int, shader::kMaxLamps> map_counts(const shader::FrameParams& params,
 
 }  // namespace
 
-LampMaps::LampMaps(gpu::Device& device, int edge, int max_maps)
+LampMaps::LampMaps(gpu::Device& device, int edge, int max_maps, int max_lamps)
     : edge_(edge),
       max_maps_(max_maps),
       raster_(device.create_raster(map_raster())),
       bound_(device.create_compute("lamp_bounds.comp")) {
-  const int maps = max_maps + shader::kMaxLamps;
+  const int maps = max_maps + max_lamps;
   depths_ = device.create_texture({.name = "lamp maps",
                                    .width = kColumns * edge,
                                    .height = rows_of(maps) * edge,

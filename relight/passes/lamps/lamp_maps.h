@@ -9,8 +9,9 @@ namespace lumigraft::relight {
 
 class LampMaps {
  public:
-  /// About `max_maps` maps of edge² texels (edge a multiple of 32) for all lamps together, at least one each; 0: none.
-  LampMaps(gpu::Device& device, int edge, int max_maps);
+  /// About `max_maps` maps of edge² texels (edge a multiple of 32) for all of at most `max_lamps` lamps together, at
+  /// least one each; 0: none.
+  LampMaps(gpu::Device& device, int edge, int max_maps, int max_lamps);
 
   /// Distributes the maps among the lamps and writes their number to `params`. A lamp inside the sphere around the
   /// objects gets none: no map covers its field of view.

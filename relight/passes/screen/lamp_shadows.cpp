@@ -31,17 +31,17 @@ float half_angle_rad(const shader::FrameParams& frame, const shader::Lamp& lamp)
 
 }  // namespace
 
-LampShadows::LampShadows(gpu::Device& device, int edge_px)
-    : edge_(edge_px),
-      blocks_(edge_px / kPasses.block_px),
+LampShadows::LampShadows(gpu::Device& device, int edge_px, int max_lamps)
+    : edge_(std::min(edge_px, kPasses.max_texture_px / max_lamps / kPasses.block_px * kPasses.block_px)),
+      blocks_(edge_ / kPasses.block_px),
       ground_(device.create_compute("shadow_receiver_map.comp")),
       tiles_(device.create_compute("lamp_tiles.comp")),
       shadow_(device.create_compute("lamp_shadow.comp")),
-      hiding_(device.create_buffer(sizeof(std::uint32_t) * 2 * static_cast<std::size_t>(blocks_ * blocks_) *
-                                       static_cast<std::size_t>(shader::kMaxLamps),
-                                   "maps that hide ground")) {
+      hiding_(device.create_buffer(
+          sizeof(std::uint32_t) * 2 * static_cast<std::size_t>(blocks_ * blocks_) * static_cast<std::size_t>(max_lamps),
+          "maps that hide ground")) {
   const auto make = [&](const char* name, gpu::Format format) {
-    return device.create_texture({.name = name, .width = edge_, .height = edge_ * shader::kMaxLamps, .format = format});
+    return device.create_texture({.name = name, .width = edge_, .height = edge_ * max_lamps, .format = format});
   };
   ground_place_ = make("where lamps' light ends", gpu::Format::rgba32_float);
   ground_normal_ = make("normals there", gpu::Format::rgba16_float);

@@ -11,7 +11,8 @@ namespace lumigraft::relight {
 
 class LampShadows {
  public:
-  LampShadows(gpu::Device& device, int edge_px);
+  /// Images of edge² texels for `max_lamps` lamps; smaller ones if these would exceed the size of a texture.
+  LampShadows(gpu::Device& device, int edge_px, int max_lamps);
 
   /// False if a lamp is too near to the objects for a planar projection of them.
   static bool possible(const shader::FrameParams& params);

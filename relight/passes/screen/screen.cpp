@@ -4,13 +4,14 @@
 
 namespace lumigraft::relight {
 Screen::Screen(gpu::Device& device, int width_px, int height_px, int trace_scale, int coarse_shadows,
-               int coarse_ambient, int samples)
+               int coarse_ambient, int samples, int lamps)
     : width(width_px),
       height(height_px),
       scale(trace_scale),
       shadow_scale(coarse_shadows),
       ambient_scale(coarse_ambient),
-      supersampling(samples) {
+      supersampling(samples),
+      max_lamps(lamps) {
   using gpu::Format;
   const auto make = [&](const char* name, Format format, int w, int h, bool attachment = false) {
     return device.create_texture({.name = name, .width = w, .height = h, .format = format, .attachment = attachment});
@@ -46,7 +47,7 @@ Screen::Screen(gpu::Device& device, int width_px, int height_px, int trace_scale
   object_other = full("other object surface", Format::rgba16_float);
   object_irradiance = coarse("object irradiance", ambient_scale);
   object_mirrored = coarse("object mirrored", ambient_scale);
-  object_open = coarse("object open", ambient_scale, 2);
+  object_open = coarse("object open", ambient_scale, (max_lamps + 3) / 4);
   object_radiance = full("object radiance", Format::rgba16_float);
   real_position = full("real position", Format::rgba32_float);
   real_normal = full("real normal", Format::rgba16_float);

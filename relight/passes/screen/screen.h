@@ -10,6 +10,7 @@ namespace lumigraft::relight {
 
 struct Screen {
   int width = 0, height = 0, scale = 0, shadow_scale = 1, ambient_scale = 1, supersampling = 0;
+  int max_lamps = 0;
   /// Pixels along each axis per sample where lamp shadows change: the shadow images are no finer, and for small pixels
   /// neighbours differ by less.
   int fine_step = 1;
@@ -28,7 +29,7 @@ struct Screen {
   std::unique_ptr<gpu::Texture> object_other;       ///< that surface: normal, tag frame; z
   std::unique_ptr<gpu::Texture> object_irradiance;  ///< without lamps, at 1/ambient_scale
   std::unique_ptr<gpu::Texture> object_mirrored;    ///< radiance of the specular part without lamps, at 1/ambient_scale
-  std::unique_ptr<gpu::Texture> object_open;        ///< visible fraction of lamps 0-3; below it that of lamps 4-7
+  std::unique_ptr<gpu::Texture> object_open;        ///< visible fraction of lamps 0-3; below it of 4-7, ...
   std::unique_ptr<gpu::Texture> object_radiance;
   // Known materials of real surfaces in the camera view.
   std::unique_ptr<gpu::Texture> known_normal, known_base, known_depth, known_z;
@@ -53,7 +54,7 @@ struct Screen {
   std::optional<gpu::Area> object_area() const;
 
   Screen(gpu::Device& device, int width_px, int height_px, int trace_scale, int coarse_shadows, int coarse_ambient,
-         int samples);
+         int samples, int lamps);
 };
 
 }  // namespace lumigraft::relight

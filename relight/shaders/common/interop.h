@@ -14,7 +14,7 @@ using ivec4 = Eigen::Vector4i;
 using mat4 = Eigen::Matrix4f;
 #endif
 
-const int kMaxLamps = 8;
+const int kMaxLamps = 32;
 const int kMaxSurfaces = 32;
 const int kMaxMirrors = 8;
 const int kMaxImages = 8;
@@ -80,12 +80,12 @@ struct FrameParams {
   vec4 sphere;        // bounding sphere of all virtual objects
   ivec4 counts;       // lamps, cones towards the objects, cones over the hemisphere, shadow cones per lamp
   ivec4 counts2;      // cones of a glossy lobe, mips of the environment, surfaces of known material, voxel mips
-  Lamp lamps[8];
-  ShadowView shadow_views[8];
+  Lamp lamps[kMaxLamps];
+  ShadowView shadow_views[kMaxLamps];
   Surface surfaces[kMaxSurfaces];
   Mirror mirrors[8];
   ivec4 mirror_counts;  // mirrors, images of lamps in mirrors
-  ivec4 images[2];      // lamp + 8 × mirror, strongest first
+  ivec4 images[2];      // lamp + kMaxLamps × mirror, strongest first
   vec4 sh[9];           // residual environment of the fish-eye image, spherical harmonics of radiance
   vec4 probe;           // where the environment was captured; a: number of sides of the enclosure, 0: unknown
   vec4 enclosure;       // a point well inside the enclosure, origin of its map of change; a: number of measured sides
@@ -110,7 +110,7 @@ struct DrawParams {
 };
 
 #ifdef __cplusplus
-static_assert(sizeof(FrameParams) <= 4096 && sizeof(FrameParams) % 16 == 0);
+static_assert(sizeof(FrameParams) <= 8192 && sizeof(FrameParams) % 16 == 0);
 }  // namespace lumigraft::relight::shader
 #endif
 #endif

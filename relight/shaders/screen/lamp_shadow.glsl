@@ -10,9 +10,10 @@ float lamp_hidden(int lamp, vec3 p, float slack) {
   ShadowView view = frame.shadow_views[lamp];
   vec3 to = p - frame.lamps[lamp].position_radius.xyz;
   float z = dot(to, view.z_far.xyz), edge = float(textureSize(lamp_shadows, 0).x);
+  float images = float(textureSize(lamp_shadows, 0).y / textureSize(lamp_shadows, 0).x);
   vec2 q = vec2(dot(to, view.x_scale.xyz), dot(to, view.y.xyz)) * (view.x_scale.w / max(z, 1e-4));
   vec2 uv = clamp(0.5 + 0.5 * q, vec2(0.5 / edge), vec2(1.0 - 0.5 / edge));
-  vec2 s = textureLod(lamp_shadows, vec2(uv.x, (uv.y + float(lamp)) / float(kMaxLamps)), 0.0).xy;
+  vec2 s = textureLod(lamp_shadows, vec2(uv.x, (uv.y + float(lamp)) / images), 0.0).xy;
   float inside = z > 0.0 ? clamp(16.0 * (1.0 - max(abs(q.x), abs(q.y))), 0.0, 1.0) : 0.0;
   return inside * s.x * clamp(2.0 - (z - view.z_far.w - s.y) / slack, 0.0, 1.0);
 }

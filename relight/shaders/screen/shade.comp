@@ -13,23 +13,27 @@ layout(binding = 16, rgba16f) uniform writeonly image2D out_radiance;
 
 struct Arriving {
   vec3 irradiance, mirrored;
-  vec4 open, open_more;
 };
 
 Arriving arriving(ivec2 cell) {
-  return Arriving(texelFetch(irradiance, cell, 0).rgb, texelFetch(mirrored_light, cell, 0).rgb,
-                  texelFetch(open_lamps, cell, 0),
-                  texelFetch(open_lamps, cell + ivec2(0, textureSize(irradiance, 0).y), 0));
+  return Arriving(texelFetch(irradiance, cell, 0).rgb, texelFetch(mirrored_light, cell, 0).rgb);
 }
 
 // Joint bilateral upsampling (Kopf et al. 2007) from the surrounding 3 × 3 cells.
-Arriving upsample(ivec2 at, ObjectPixel o, float z) {
+struct Upsampling {
+  float weights[9];
+  float scale;  // 1 / their sum; 0 without any object
+};
+ivec2 cell_around(ivec2 at, int i) { return at / frame.pass_i.x + ivec2(i % 3, i / 3) - 1; }
+
+Upsampling upsampling(ivec2 at, ObjectPixel o, float z) {
   int scale = frame.pass_i.x;
-  Arriving sum = Arriving(vec3(0), vec3(0), vec4(0), vec4(0));
-  float weights = 0.0;
+  Upsampling from_cells;
+  float sum = 0.0;
   ivec2 size = textureSize(irradiance, 0);
   for (int i = 0; i < 9; ++i) {
-    ivec2 q = at / scale + ivec2(i % 3, i / 3) - 1;
+    from_cells.weights[i] = 0.0;
+    ivec2 q = cell_around(at, i);
     if (any(lessThan(q, ivec2(0))) || any(greaterThanEqual(q, size))) continue;
     int block = int(texelFetch(irradiance, q, 0).a) - 1;
     if (block < 0) continue;
@@ -37,16 +41,34 @@ Arriving upsample(ivec2 at, ObjectPixel o, float z) {
     float off = (texelFetch(object_surface, from, 0).x - z) * frame.pinhole.x / (4.0 * z * float(scale));
     vec2 apart = vec2(from - at) / float(scale);
     float turn = max(dot(o.n, normalize(texelFetch(object_normal, from, 0).xyz)), 0.0);
-    float w = exp(-off * off - dot(apart, apart)) * pow(turn, 16.0) + 1e-8;
-    Arriving a = arriving(q);
-    sum.irradiance += w * a.irradiance;
-    sum.mirrored += w * a.mirrored;
-    sum.open += w * a.open;
-    sum.open_more += w * a.open_more;
-    weights += w;
+    from_cells.weights[i] = exp(-off * off - dot(apart, apart)) * pow(turn, 16.0) + 1e-8;
+    sum += from_cells.weights[i];
   }
-  float k = weights > 0.0 ? 1.0 / weights : 0.0;
-  return Arriving(k * sum.irradiance, k * sum.mirrored, k * sum.open, k * sum.open_more);
+  from_cells.scale = sum > 0.0 ? 1.0 / sum : 0.0;
+  return from_cells;
+}
+
+Arriving upsample(ivec2 at, Upsampling from_cells) {
+  Arriving sum = Arriving(vec3(0), vec3(0));
+  for (int i = 0; i < 9; ++i) {
+    if (from_cells.weights[i] == 0.0) continue;
+    Arriving a = arriving(cell_around(at, i));
+    sum.irradiance += from_cells.weights[i] * a.irradiance;
+    sum.mirrored += from_cells.weights[i] * a.mirrored;
+  }
+  return Arriving(from_cells.scale * sum.irradiance, from_cells.scale * sum.mirrored);
+}
+
+// Visible share of the four lamps of a group.
+vec4 open_of(int group, ivec2 at, Upsampling from_cells) {
+  ivec2 image = ivec2(0, group * textureSize(irradiance, 0).y);
+  if (frame.pass_i.x == 1) return texelFetch(open_lamps, at + image, 0);
+  vec4 sum = vec4(0);
+  for (int i = 0; i < 9; ++i) {
+    if (from_cells.weights[i] == 0.0) continue;
+    sum += from_cells.weights[i] * texelFetch(open_lamps, cell_around(at, i) + image, 0);
+  }
+  return from_cells.scale * sum;
 }
 
 void main() {
@@ -57,14 +79,18 @@ void main() {
   if (surface.y > 0.0) {
     ObjectPixel o = object_pixel(at);
     Arriving a;
+    Upsampling from_cells;
     if (frame.pass_i.x == 1) {
       a = arriving(at);
     } else {
-      a = upsample(at, o, surface.x);
+      from_cells = upsampling(at, o, surface.x);
+      a = upsample(at, from_cells);
       if (o.mirror && o.bsdf.alpha < kBroadLobe) a.mirrored = mirrored(o, pixel_turn(at));
     }
     vec3 out_again = through(o.bsdf, dot(o.n, o.v));
+    vec4 open_group = vec4(0);
     for (int l = 0, map = 0; l < frame.counts.x; ++l) {
+      if ((l & 3) == 0) open_group = open_of(l >> 2, at, from_cells);
       vec3 reflected = vec3(0);
       for (int i = 0; i < frame.counts.w; ++i) {
         LampSample s = lamp_sample(frame.lamps[l], o.p, i, frame.counts.w);
@@ -74,7 +100,7 @@ void main() {
         vec3 f = o.bsdf.diffuse * under / kPi + (o.mirror ? ggx_wide(o.bsdf, o.n, o.v, s.w, s.tan_half) : vec3(0));
         reflected += s.irradiance * f * cosine;
       }
-      float open = l < 4 ? a.open[l] : a.open_more[l - 4];
+      float open = open_group[l & 3];
       int maps = int(frame.lamps[l].intensity.a);
       if (maps > 0) open *= map_open(map, maps, o.p, o.n);
       radiance += reflected * open;

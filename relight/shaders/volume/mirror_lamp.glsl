@@ -109,8 +109,8 @@ float mirror_open(MirrorWays ways, bool asked) {
 
 // An image of a lamp: index of its mirror, of the lamp, and of the first of the lamp's maps.
 ivec3 image_of(int i) {
-  int image = frame.images[i >> 2][i & 3], lamp = image & 7;
-  return ivec3(image >> 3, lamp, first_map_of(lamp));
+  int image = frame.images[i >> 2][i & 3], lamp = image % kMaxLamps;
+  return ivec3(image / kMaxLamps, lamp, first_map_of(lamp));
 }
 
 // Irradiance by images of lamps on a virtual surface; and the part of it that objects occlude at a real one.

@@ -181,6 +181,23 @@ TEST(LightSplit, ClippedLampIsFoundAndAClippedWallIsNot) {
   EXPECT_LT(angle_degrees(split.lamps[0].direction, lamp), 0.1);
 }
 
+// A strip of warm wall between two door frames, lit just enough to clip in one channel: the edges are sharp on most of
+// its outline.
+TEST(LightSplit, WallThatClipsInOneChannelIsNoLamp) {
+  const capture::FisheyeCamera camera = fisheye();
+  const FisheyeView view = fisheye_view(camera);
+  for (const bool lamp : {false, true}) {
+    capture::Image<float> picture = render(camera, [&](const Eigen::Vector3f& d) -> Eigen::Vector3f {
+      const double across = std::atan2(d.y(), d.x()) / kDegree, above = std::asin(d.z()) / kDegree - 25;
+      if (std::abs(across) > 2 || d.x() < 0) return Eigen::Vector3f::Constant(0.3f);
+      const double fades = std::exp(-above * above / 144);
+      return (lamp && std::abs(above) < 5 ? 40 : 1.2 * fades) * Eigen::Vector3f(1, 0.9f, 0.75f);
+    });
+    const capture::Image<std::uint8_t> clipped = clip(&picture, 1);
+    EXPECT_EQ(split_lamps(picture, clipped, view, 8).lamps.size(), lamp ? 1u : 0u);
+  }
+}
+
 // A blue bulb close to a wall: around it the wall clips too, in one channel, and farther off in none.
 TEST(LightSplit, ClippedLampInFrontOfAClippedWallIsFound) {
   const capture::FisheyeCamera camera = fisheye();

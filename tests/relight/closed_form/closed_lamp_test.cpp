@@ -1,5 +1,7 @@
 // A known lamp over a plane.
+#include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <numbers>
 
 #include "tests/relight/closed_form/closed_scene.h"
@@ -184,6 +186,35 @@ TEST_P(ClosedLamp, SheetThinnerThanAVoxelCastsAFullShadow) {
     });
     EXPECT_GT(in_shadow, 100);
     EXPECT_GT(in_light, 1000);
+  }
+}
+
+// Light adds up: a lamp in as many parts as are drawn, at one place.
+TEST_P(ClosedLamp, AsManyPartsOfALampAsAreDrawnLookLikeIt) {
+  const reconstruct::PointLight whole = lamp_at({0.1f, 0.5f, 1.0f}, 0.001f, 1);  // no penumbra
+  ClosedScene scene = plane_under(whole);
+  scene.width = 96;
+  scene.height = 72;
+  scene.focal_px = 78;
+  scene.exhibit.objects = {sphere_object(0.1f, {0, 0, 0.2f}, 0.8f)};
+  const int parts = relight::Plan().max_lights;
+  for (const relight::Plan& plan : {careful_plan(), live_plan(64)}) {
+    scene.lamps = {whole};
+    const auto of_whole = relit(scene, plan).srgb;
+    reconstruct::PointLight part = whole;
+    part.irradiance /= static_cast<float>(parts);
+    part.intensity /= static_cast<float>(parts);
+    scene.lamps.assign(static_cast<std::size_t>(parts), part);
+    const auto of_parts = relit(scene, plan).srgb;
+    int worst_codes = 0;
+    double sum = 0;
+    for (std::size_t i = 0; i < of_whole.data.size(); ++i) {
+      const int codes = std::abs(of_whole.data[i] - of_parts.data[i]);
+      worst_codes = std::max(worst_codes, codes);
+      sum += codes;
+    }
+    EXPECT_LE(worst_codes, 12) << plan.trace_scale << ": a texel at the shadow's edge";
+    EXPECT_LT(sum / static_cast<double>(of_whole.data.size()), 0.02) << plan.trace_scale;
   }
 }
 

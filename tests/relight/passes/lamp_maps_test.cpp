@@ -28,7 +28,7 @@ TEST_P(LampMapsTest, BoundsHoldEveryTexelAndNoMore) {
     lamp.intensity << 1, 1, 1, 0;
     lamp.facing.setZero();
   }
-  LampMaps maps(*device_, kMapEdge, 6);
+  LampMaps maps(*device_, kMapEdge, 6, 2);
   maps.choose(*device_, params);
   const int count = static_cast<int>(params.lamps[0].intensity.w() + params.lamps[1].intensity.w());
   ASSERT_GE(count, 4);

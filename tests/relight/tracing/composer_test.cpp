@@ -76,7 +76,7 @@ class Composer : public gpu::DeviceTest {
  protected:
   std::vector<std::uint8_t> composed_on_device(const CameraUpload& camera, const capture::FrameSet& frame,
                                                const Inputs& inputs) {
-    Screen screen(*device_, kWidth, kHeight, 1, 1, 1, 1);
+    Screen screen(*device_, kWidth, kHeight, 1, 1, 1, 1, 1);
     camera.upload(*device_, frame, true, screen);
     shader::FrameParams params{};
     params.exposure.head<3>() = camera.exposure().matrix();
