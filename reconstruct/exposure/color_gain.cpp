@@ -46,8 +46,9 @@ struct CellKeyHash {
 struct Place {
   CellKey key{};
   Vector3f position_m, normal;
-  Array3f radiance;  ///< at gain 1, without vignetting
+  Array3f radiance;  ///< at gain 1, without vignetting; an upper bound if `dark`
   float corner;      ///< (θ / θ_corner)²
+  bool dark;         ///< too dark to be measured
 };
 
 CellKey key_of(const Vector3f& position_m, const Vector3f& normal) {
@@ -57,27 +58,35 @@ CellKey key_of(const Vector3f& position_m, const Vector3f& normal) {
   return {at.x(), at.y(), at.z(), 2 * axis + (normal[axis] < 0 ? 1 : 0)};
 }
 
-/// Mean radiance of 3 × 3 pixels at gain 1; empty where one of them is dark, clipped or outside.
-std::optional<Array3f> radiance_at(const capture::Frame& color, const capture::Response& response, int u, int v) {
+struct PixelRadiance {
+  Array3f radiance = Array3f::Zero();
+  bool dark = false;  ///< see Place
+};
+
+/// Mean radiance of 3 × 3 pixels at gain 1; empty where one of them is clipped or outside.
+std::optional<PixelRadiance> radiance_at(const capture::Frame& color, const capture::Response& response, int u, int v) {
   const bool linear = !color.radiance.empty();
   const int width = linear ? color.radiance.width : color.encoded.width;
   const int height = linear ? color.radiance.height : color.encoded.height;
   if (u < 1 || v < 1 || u + 1 >= width || v + 1 >= height) return std::nullopt;
-  Array3f sum = Array3f::Zero();
+  PixelRadiance result;
   for (int y = v - 1; y <= v + 1; ++y)
     for (int x = u - 1; x <= u + 1; ++x)
       for (int c = 0; c < 3; ++c) {
         if (linear) {
           const float value = color.radiance.at(x, y, c);
-          if (!std::isfinite(value) || value <= 0) return std::nullopt;
-          sum[c] += value;
+          if (!std::isfinite(value)) return std::nullopt;
+          result.dark |= value <= 0;
+          result.radiance[c] += std::max(value, std::numeric_limits<float>::min()) / 9;
           continue;
         }
         const std::uint8_t code = color.encoded.at(x, y, c);
-        if (code < kExposure.min_code || code >= capture::kFullScale) return std::nullopt;
-        sum[c] += static_cast<float>(response.to_linear(code, c) / color.exposure);
+        if (code >= capture::kFullScale) return std::nullopt;
+        result.dark |= code < kExposure.min_code;
+        const std::uint8_t bound = std::max(code, kExposure.min_code);
+        result.radiance[c] += static_cast<float>(response.to_linear(bound, c) / color.exposure) / 9;
       }
-  return Array3f(sum / 9);
+  return result;
 }
 
 std::shared_ptr<const Illumination> without_lamps(const Illumination& light, const std::vector<int>& ids) {
@@ -144,7 +153,9 @@ struct ColorGainStage::State {
   struct Measurement {
     Array3f log_gain;
     float log_sigma;
+    bool agrees;  ///< most places do; else light changed in a way that `light` does not show
   };
+  double evidence_for(const std::vector<Place>& places, const Illumination& off, const Illumination& lit) const;
   HiddenLamps check_hidden(const std::vector<Place>& places, const Illumination& light) const;
   std::optional<Measurement> measured(const std::vector<Place>& places,
                                       const std::shared_ptr<const Illumination>& light) const;
@@ -153,6 +164,9 @@ struct ColorGainStage::State {
   void forget_oldest();
   float match_fisheye(const std::vector<Place>& places, const capture::FrameSet& frame,
                       const Eigen::Isometry3f& T_tag_camera, const Illumination& light);
+  /// Follows the gain of a frame with a pose of its own, and learns its places.
+  void update(const capture::FrameSet& frame, const Eigen::Isometry3f& T_tag_camera,
+              const std::shared_ptr<const Illumination>& light, std::vector<Place> places, Result& result);
   void set_falloff(const Eigen::Array2f& falloff);
   std::vector<std::string> warnings() const;
 
@@ -166,6 +180,7 @@ struct ColorGainStage::State {
   std::shared_ptr<const capture::Image<float>> vignetting;  ///< of both; null: none
   Array3f around = Array3f::Ones();                         ///< irradiance_around_probe of this frame's light
   std::uint64_t frames = 0;
+  std::optional<std::uint64_t> contradicted;  ///< Illumination::version of light with which places disagreed
 };
 
 std::vector<Place> ColorGainStage::State::places_of(const capture::FrameSet& frame,
@@ -177,12 +192,12 @@ std::vector<Place> ColorGainStage::State::places_of(const capture::FrameSet& fra
       const DepthGrid::Point& point = grid.at(c, r);
       if (point.normal.isZero()) continue;
       const int u = grid.step * c + grid.step / 2, v = grid.step * r + grid.step / 2;
-      auto radiance = radiance_at(*frame.color, camera.response, u, v);
-      if (!radiance) continue;
-      if (vignetting) *radiance *= vignetting->at(u, v);
+      auto seen = radiance_at(*frame.color, camera.response, u, v);
+      if (!seen) continue;
+      if (vignetting) seen->radiance *= vignetting->at(u, v);
       const float angle = std::atan2(point.position.head<2>().norm(), point.position.z()) / corner_rad;
       const Vector3f position_m = T_tag_camera * point.position, normal = T_tag_camera.linear() * point.normal;
-      places.push_back({key_of(position_m, normal), position_m, normal, *radiance, angle * angle});
+      places.push_back({key_of(position_m, normal), position_m, normal, seen->radiance, angle * angle, seen->dark});
     }
   return places;
 }
@@ -214,49 +229,60 @@ ColorGainStage::State::LightChange ColorGainStage::State::light_change(
   return change;
 }
 
-/// Tries each hidden lamp, the strongest first, lit and switched off. Surface that the lamp hardly lights says nothing;
-/// the difference must exceed what the errors of the places explain.
+/// How much better the frame fits `off` than `lit`, in σ of what the errors of the places explain.
+double ColorGainStage::State::evidence_for(const std::vector<Place>& places, const Illumination& off,
+                                           const Illumination& lit) const {
+  double lit_minus_off = 0;  // Σ of the places' robust errors
+  int count = 0;
+  for (const Place& place : places) {
+    const auto found = cells.find(place.key);
+    if (found == cells.end() || !found->second.light) continue;
+    const Cell& cell = found->second;
+    const Array3f then = unoccluded_irradiance(*cell.light, cell.position_m, cell.normal);
+    const Array3f seen = (place.radiance / (gain * cell.radiance)).log();
+    const auto error = [&](const Illumination& now) {
+      const Array3f too_bright = (unoccluded_irradiance(now, cell.position_m, cell.normal) / then).log() - seen;
+      const Array3f wrong = too_bright.max(place.dark ? Array3f::Zero().eval() : Array3f(-too_bright));
+      return std::min(wrong.mean(), kExposure.max_hidden_error);
+    };
+    const float difference = error(lit) - error(off);
+    if (!std::isfinite(difference)) continue;
+    lit_minus_off += difference;
+    ++count;
+  }
+  return lit_minus_off / (kExposure.texture_log_sigma *
+                          std::sqrt(std::max(1.0, static_cast<double>(count) * kExposure.independent_matches)));
+}
+
+/// Tries each hidden lamp, the strongest first, lit and switched off. Surface that the lamp hardly lights says nothing.
+/// Where all went out together no lamp alone explains the frame, so the others are supposed lit or off as fits better.
 HiddenLamps ColorGainStage::State::check_hidden(const std::vector<Place>& places, const Illumination& light) const {
   HiddenLamps result;
-  Illumination supposed = light;
+  Illumination supposed = light, off = light;
+  if (std::erase_if(off.lights, [](const PointLight& lamp) { return lamp.hidden > 0; }) == 0) return result;
+  if (evidence_for(places, off, supposed) > 0) supposed = off;
   for (const PointLight& lamp : light.lights) {
     if (lamp.hidden == 0) continue;
-    Illumination without = supposed;
-    std::erase_if(without.lights, [&](const PointLight& other) { return other.id == lamp.id; });
-    double lit_minus_off = 0;  // Σ of the places' robust errors
-    int count = 0;
-    for (const Place& place : places) {
-      const auto found = cells.find(place.key);
-      if (found == cells.end() || !found->second.light) continue;
-      const Cell& cell = found->second;
-      const Array3f then = unoccluded_irradiance(*cell.light, cell.position_m, cell.normal);
-      const Array3f error_at_then = (place.radiance / (gain * cell.radiance)).log();
-      const auto error = [&](const Illumination& now) {
-        const Array3f change = (unoccluded_irradiance(now, cell.position_m, cell.normal) / then).log();
-        return std::min((error_at_then - change).abs().mean(), kExposure.max_hidden_error);
-      };
-      const float lit = error(supposed), off = error(without);
-      if (!std::isfinite(lit) || !std::isfinite(off)) continue;
-      lit_minus_off += lit - off;
-      ++count;
-    }
-    const double sigma =
-        kExposure.texture_log_sigma * std::sqrt(static_cast<double>(count) * kExposure.independent_matches);
-    if (std::abs(lit_minus_off) <= kExposure.step_sigmas * sigma) continue;
-    (lit_minus_off > 0 ? result.off : result.lit).push_back(lamp.id);
-    if (lit_minus_off > 0) supposed = std::move(without);
+    off = supposed;
+    std::erase_if(off.lights, [&](const PointLight& other) { return other.id == lamp.id; });
+    Illumination lit = off;
+    lit.lights.push_back(lamp);
+    const double evidence = evidence_for(places, off, lit);
+    if (std::abs(evidence) <= kExposure.step_sigmas) continue;
+    (evidence > 0 ? result.off : result.lit).push_back(lamp.id);
+    supposed = evidence > 0 ? off : lit;
   }
   return result;
 }
 
-/// Median log gain of the places; empty if too few places match or agree.
+/// Median log gain of the places; empty if too few places match.
 std::optional<ColorGainStage::State::Measurement> ColorGainStage::State::measured(
     const std::vector<Place>& places, const std::shared_ptr<const Illumination>& light) const {
   std::array<std::vector<float>, 3> logs;
   std::vector<float> light_sigmas;
   for (const Place& place : places) {
     const auto cell = cells.find(place.key);
-    if (cell == cells.end()) continue;
+    if (place.dark || cell == cells.end()) continue;
     const LightChange change = light_change(cell->second, light);
     if (!std::isfinite(change.log_sigma)) continue;
     light_sigmas.push_back(change.log_sigma);
@@ -264,14 +290,13 @@ std::optional<ColorGainStage::State::Measurement> ColorGainStage::State::measure
     for (int c = 0; c < 3; ++c) logs[static_cast<std::size_t>(c)].push_back(log_ratio[c]);
   }
   if (light_sigmas.size() < kExposure.min_matches) return std::nullopt;
-  Measurement result;
+  Measurement result{.log_gain = {}, .log_sigma = 0, .agrees = true};
   for (int c = 0; c < 3; ++c) {
     std::vector<float>& values = logs[static_cast<std::size_t>(c)];
     const float middle = median(values);
     const auto inliers = std::count_if(values.begin(), values.end(),
                                        [&](float value) { return std::abs(value - middle) < kExposure.inlier_log; });
-    if (static_cast<float>(inliers) < kExposure.min_inlier_fraction * static_cast<float>(values.size()))
-      return std::nullopt;
+    result.agrees &= static_cast<float>(inliers) >= kExposure.min_inlier_fraction * static_cast<float>(values.size());
     result.log_gain[c] = middle;
   }
   const float count = std::max(1.0f, static_cast<float>(light_sigmas.size()) / kExposure.independent_matches);
@@ -289,6 +314,7 @@ void ColorGainStage::State::follow(const Measurement& measurement) {
 
 void ColorGainStage::State::learn(const std::vector<Place>& places, const std::shared_ptr<const Illumination>& light) {
   for (const Place& place : places) {
+    if (place.dark) continue;
     Cell& cell = cells[place.key];
     const Array3f radiance = place.radiance / gain;
     cell.last_seen = frames;
@@ -299,6 +325,10 @@ void ColorGainStage::State::learn(const std::vector<Place>& places, const std::s
       cell.observations = std::min(cell.observations + 1, kExposure.max_average);
       cell.radiance *= (1 + (error - 1) / static_cast<float>(cell.observations));
       cell.contradictions = 0;
+      if (!cell.light || !light) {
+        cell.light = light;
+        cell.around = around;
+      }
     } else if (cell.observations == 0 || !(change.log_sigma < kExposure.inlier_log) ||
                ++cell.contradictions >= kExposure.replaced_after) {
       cell = {place.position_m, place.normal, radiance, light, around, 1, 0, frames};
@@ -333,6 +363,7 @@ float ColorGainStage::State::match_fisheye(const std::vector<Place>& places, con
                                            const Eigen::Isometry3f& T_tag_camera, const Illumination& light) {
   std::vector<ColorPlace> seen;
   for (const Place& place : places) {
+    if (place.dark) continue;
     const float estimated = std::exp(-(falloff[0] + falloff[1] * place.corner) * place.corner);
     seen.push_back({place.position_m, place.radiance / gain * estimated, place.corner});
   }
@@ -364,6 +395,32 @@ float ColorGainStage::State::match_fisheye(const std::vector<Place>& places, con
   return std::exp(correction) - 1;
 }
 
+void ColorGainStage::State::update(const capture::FrameSet& frame, const Eigen::Isometry3f& T_tag_camera,
+                                   const std::shared_ptr<const Illumination>& light, std::vector<Place> places,
+                                   Result& result) {
+  const std::shared_ptr<const Illumination> shining =
+      result.hidden.off.empty() ? light : without_lamps(*light, result.hidden.off);
+  if (shining) around = irradiance_around_probe(*shining);
+  const auto measurement = measured(places, shining);
+  const bool agrees = measurement && measurement->agrees;
+  if (agrees) follow(*measurement);
+  // Only a frame whose own gain is known tells something of the two cameras.
+  const bool gain_is_known = agrees || cells.empty();
+  if (light && gain_is_known && (frames < kExposure.match.first || frames % kExposure.match.every == 0)) {
+    result.correction = match_fisheye(places, frame, T_tag_camera, *light);
+    if (result.correction > 0) places = places_of(frame, T_tag_camera);
+  }
+  ++frames;
+  if (light && measurement && !agrees) contradicted = light->version;
+  const bool outdated =
+      light && contradicted == light->version && frame.time_ns - light->time_ns > kExposure.stale_light_ns;
+  learn(places, outdated ? nullptr : shining);
+  if (outdated)
+    result.warnings.push_back(
+        "the light in the colour frames changes and the fish-eye delivers no new frame, or the same one again: the "
+        "last light is kept");
+}
+
 std::vector<std::string> ColorGainStage::State::warnings() const {
   std::vector<std::string> result;
   if (std::string warning = gain_warning(gain); !warning.empty()) result.push_back(std::move(warning));
@@ -388,27 +445,19 @@ ColorGainStage::Result ColorGainStage::estimate(const capture::FrameSet& frame, 
                                                 std::shared_ptr<const Illumination> light) {
   State& s = *state_;
   Result result;
-  if (frame.color && frame.depth && pose && pose->age_ns == 0) {
+  if (frame.color && frame.depth && pose) {
     const Eigen::Isometry3f T_tag_camera = pose->T_tag_camera.cast<float>();
     std::vector<Place> places = s.places_of(frame, T_tag_camera);
     if (light) result.hidden = s.check_hidden(places, *light);
-    const std::shared_ptr<const Illumination> shining =
-        result.hidden.off.empty() ? light : without_lamps(*light, result.hidden.off);
-    if (shining) s.around = irradiance_around_probe(*shining);
-    const auto measurement = s.measured(places, shining);
-    if (measurement) s.follow(*measurement);
-    // Only a frame whose own gain is known tells something of the two cameras.
-    const bool gain_is_known = measurement || s.cells.empty();
-    if (light && gain_is_known && (s.frames < kExposure.match.first || s.frames % kExposure.match.every == 0)) {
-      result.correction = s.match_fisheye(places, frame, T_tag_camera, *light);
-      if (result.correction > 0) places = s.places_of(frame, T_tag_camera);
-    }
-    ++s.frames;
-    s.learn(places, shining);
+    if (std::count_if(places.begin(), places.end(), [](const Place& place) { return place.dark; }) >
+        kExposure.max_dark_fraction * static_cast<float>(places.size()))
+      result.warnings.push_back("the colour frame is too dark to show exposure and light");
+    // Gain needs places to the centimetre. What went dark, such as the tag in a room whose lamps are off, does not.
+    if (pose->age_ns == 0) s.update(frame, T_tag_camera, light, std::move(places), result);
   }
   result.gain = s.base * s.gain;
   result.vignetting = s.vignetting;
-  result.warnings = s.warnings();
+  for (std::string& warning : s.warnings()) result.warnings.push_back(std::move(warning));
   return result;
 }
 

@@ -4,13 +4,15 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "reconstruct/light/parameters.h"
+
 namespace lumigraft::reconstruct {
 
 struct ExposureParameters {
-  float cell_m = 0.02f;              ///< edge of a cell of surface, for which one radiance is stored
-  std::size_t max_cells = 20'000;    ///< beyond it those seen longest ago are dropped: 3 MB
-  std::size_t min_matches = 40;      ///< cells that are seen again, for a gain to be determined
-  int min_code = 16;                 ///< rounding changes the light of darker pixel values by more than 4 %
+  float cell_m = 0.02f;            ///< edge of a cell of surface, for which one radiance is stored
+  std::size_t max_cells = 20'000;  ///< beyond it those seen longest ago are dropped: 3 MB
+  std::size_t min_matches = 40;    ///< cells that are seen again, for a gain to be determined
+  std::uint8_t min_code = kLightParameters.occlusion.min_code;
   float texture_log_sigma = 0.05f;   ///< 1σ of a cell's log radiance between views: texture, gloss, pose
   float max_light_change = 4;        ///< ratio of irradiance, then and now, up to which a cell's radiance is predicted
   float inlier_log = 0.15f;          ///< deviation of a cell from the common gain that explains it
@@ -20,9 +22,11 @@ struct ExposureParameters {
   float step_sigmas = 2;             ///< nor is one below so many σ of the median
   float max_hidden_error = 1;        ///< log error of a place at most, when a hidden lamp is tried: other things moved
   int max_average = 16;              ///< observations over which a cell's radiance averages
-  int replaced_after = 8;            ///< observations in a row that contradict a cell until it is learnt anew
-  float warning_log = 0.1f;          ///< mean log gain beyond which a warning reports it
-  float hue_warning_log = 0.05f;     ///< the same for the deviation of a channel from the mean
+  float max_dark_fraction = 0.9f;    ///< of the places
+  std::int64_t stale_light_ns = 500'000'000;  ///< age of the fish-eye's frame: twice the difference of paired times
+  int replaced_after = 8;                     ///< observations in a row that contradict a cell until it is learnt anew
+  float warning_log = 0.1f;                   ///< mean log gain beyond which a warning reports it
+  float hue_warning_log = 0.05f;              ///< the same for the deviation of a channel from the mean
 
   /// Against the fish-eye. Measured: ten path-traced rooms, gain within 1 %, and within 3 % of a wrong white balance.
   struct Match {

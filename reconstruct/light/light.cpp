@@ -25,7 +25,8 @@ using Eigen::Vector3f;
 
 constexpr const LightParameters::Occlusion& kOcclusion = kLightParameters.occlusion;
 
-/// Median radiance of a colour image, mean of the channels; empty if there is no image.
+/// Median radiance of a colour image, mean of the channels; empty if there is no image. Pixel values that are too dark
+/// to be measured count as no light.
 std::optional<float> median_radiance(const capture::Frame* color, const capture::Response& response) {
   if (!color) return std::nullopt;
   const bool linear = !color->radiance.empty();
@@ -36,8 +37,11 @@ std::optional<float> median_radiance(const capture::Frame* color, const capture:
     for (int u = 0; u < width; u += kOcclusion.pixel_step) {
       float sum = 0;
       for (int c = 0; c < 3; ++c) {
-        sum += linear ? color->radiance.at(u, v, c)
-                      : static_cast<float>(response.to_linear(color->encoded.at(u, v, c), c) / color->exposure);
+        if (linear) {
+          sum += color->radiance.at(u, v, c);
+        } else if (const std::uint8_t code = color->encoded.at(u, v, c); code >= kOcclusion.min_code) {
+          sum += static_cast<float>(response.to_linear(code, c) / color->exposure);
+        }
       }
       levels.push_back(sum / 3);
     }
@@ -249,7 +253,8 @@ LightStage::Result LightStage::extract(const capture::FisheyeFrames& fisheye, co
   bool fresh = false;  // a new image was evaluated
   const bool at_rest = s.seen && std::none_of(s.seen->lights.begin(), s.seen->lights.end(),
                                               [](const PointLight& light) { return light.hidden > 0; });
-  if (s.camera && !fisheye.empty() && !(at_rest && same_content(fisheye, s.last_frames))) {
+  const bool repeated = same_content(fisheye, s.last_frames);
+  if (s.camera && !fisheye.empty() && !(at_rest && repeated)) {
     capture::RadianceImage picture = capture::merge_bracket(fisheye, s.camera->response);
     if (picture.radiance.width == s.view.width && picture.radiance.height == s.view.height) {
       if (fisheye.front()->radiance.empty()) {  // else vignetting is removed already
@@ -266,6 +271,7 @@ LightStage::Result LightStage::extract(const capture::FisheyeFrames& fisheye, co
         auto now = std::make_shared<Illumination>(s.illuminate(picture));
         s.tag_matcher.identify(tags, now->lights, now->probe_position_m);
         s.tracker.update(s.seen.get(), *now);
+        now->time_ns = repeated && s.seen ? s.seen->time_ns : fisheye.front()->stamp.time_ns;
         s.seen = std::move(now);
         fresh = true;
         s.last_frames = fisheye;

@@ -78,6 +78,7 @@ struct Illumination {
   Sh9 environment_sh = zero_sh();                              ///< its spherical harmonics
   double clipped_fraction = 0;                                 ///< of the fish-eye's pixels
   bool from_shading = false;  ///< without a fish-eye: an uncertain estimate from what the colour camera sees
+  std::int64_t time_ns = 0;   ///< of the fish-eye frame; frames that repeat it to the bit do not count
   std::uint64_t version = 0;
 };
 

@@ -2,6 +2,7 @@
 // Every number that decides something in this folder. Where no reason is given the value was chosen by hand and not
 // swept. Measured: tests/bench/results/sweeps (light-*), tests/bench/results/real_data.md.
 #include <cstddef>
+#include <cstdint>
 #include <numbers>
 
 namespace lumigraft::reconstruct {
@@ -62,7 +63,7 @@ struct LightParameters {
     /// by its power, which changes with its distance, and its hue.
     float max_carried_angle_rad = 0.5f, max_carried_ratio = 2, max_carried_hue = 0.1f;
     float max_still_angle_rad = 0.009f;  ///< about 1.5 pixels of a 512-pixel fish-eye
-    float max_still_change = 0.1f;       ///< relative, of a lamp's irradiance
+    float max_still_change = 0.1f;       ///< relative, of a lamp's irradiance, and of the environment
     std::size_t max_remembered = 256;    ///< lamps whose direction is known when they are switched on again
     int max_averaged = 10;               ///< frames in the running mean: a third of a second of lag at 30 Hz
     double min_missing_fraction = 0.5;   ///< of a lamp's energy missing in the frame, for the lamp to count as covered
@@ -88,6 +89,7 @@ struct LightParameters {
 
   struct Occlusion {
     int pixel_step = 7;             ///< of the colour image, in u and v; the median needs no more
+    std::uint8_t min_code = 16;     ///< rounding changes the light of darker pixel values by more than 4 %
     double max_flux_ratio = 0.05;   ///< now over before: the fish-eye went dark
     float min_colour_ratio = 0.5f;  ///< now over before: the colour camera still sees a lit room
     double max_returned_ratio = 5;  ///< radiosity over irradiance. Above 1 where surfaces are nearer to a lamp

@@ -247,7 +247,7 @@ class Splitter {
       glow_flux += glow.back().energy.mean();
     }
     const int left = max_lamps_ - static_cast<int>(sources.size());
-    if (glow_flux < kSplit.min_glow_fraction * flux_ || left <= 0) return;
+    if (glow.empty() || glow_flux < kSplit.min_glow_fraction * flux_ || left <= 0) return;
     for (const PixelEnergy& p : glow) add_to_residual(p, -1);
     const int parts =
         std::min(left, 1 + static_cast<int>(std::pow(extent_rad(glow) / kSplit.max_piece_extent_rad, 2.0f)));

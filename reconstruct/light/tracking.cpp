@@ -58,6 +58,16 @@ bool still(const PointLight& now, const PointLight& last) {
          (now.irradiance - last.irradiance).norm() < kTracking.max_still_change * last.irradiance.norm();
 }
 
+/// Whether the environment is still: by its harmonics, as single cells are noisy.
+bool still(const Sh9& now, const Sh9& last) {
+  float change = 0, sum = 0;
+  for (std::size_t i = 0; i < now.size(); ++i) {
+    change += (now[i] - last[i]).squaredNorm();
+    sum += last[i].squaredNorm();
+  }
+  return change <= kTracking.max_still_change * kTracking.max_still_change * sum;
+}
+
 /// ∫ L dω, mean of channels.
 double energy(const Illumination& light) {
   double sum = 0;
@@ -154,7 +164,7 @@ void LightTracker::update(const Illumination* last, Illumination& now) {
   const std::vector<PointLight> none;
   const std::vector<PointLight>& before = last ? last->lights : none;
   const std::vector<int> found = match(now.lights, before);
-  bool all_still = last && now.lights.size() == before.size();
+  bool all_still = last && now.lights.size() == before.size() && still(now.environment_sh, last->environment_sh);
   assign_ids(before, found, now.lights);
   for (std::size_t i = 0; i < now.lights.size(); ++i) {
     all_still = all_still && found[i] >= 0 && still(now.lights[i], before[static_cast<std::size_t>(found[i])]);

@@ -27,6 +27,7 @@ class ColorGain : public testing::Test {
   /// and exp(-falloff) times in the corners.
   ColorGainStage::Result frame(const std::function<double(const Vector3d&)>& radiance, const Array3f& tint = {1, 1, 1},
                                std::shared_ptr<const Illumination> light = nullptr, double falloff = 0) {
+    const std::int64_t time_ns = 100'000'000 * static_cast<std::int64_t>(index_);
     const Eigen::Isometry3d pose = view_from(-1.5 + 0.01 * static_cast<double>(index_));
     capture::FrameSet set = test::frame_of(test::ball_on_table, camera_, pose, index_++, {}, radiance);
     auto picture = std::make_shared<capture::Frame>(*set.color);
@@ -43,6 +44,7 @@ class ColorGain : public testing::Test {
       }
     }
     set.color = picture;
+    set.time_ns = time_ns;
     return stage_.estimate(set, test::pose_at(pose), std::move(light));
   }
 
@@ -122,6 +124,49 @@ TEST_F(ColorGain, TellsALampThatIsOffFromACoveredOne) {
   const ColorGainStage::Result off = frame(darker, {1, 1, 1}, two_lamps(5, 1));
   EXPECT_EQ(off.hidden.off, std::vector{7});
   EXPECT_NEAR(off.gain[1], 1, 0.02) << "not the camera";
+}
+
+TEST_F(ColorGain, LampsThatGoOutTogetherAreOff) {
+  const auto two_lamps = [](std::uint64_t version, int hidden) {
+    auto light = std::make_shared<Illumination>(*lamp_above(2, version));
+    light->lights.push_back(light->lights[0]);
+    light->lights[1].id = 7;
+    for (PointLight& lamp : light->lights) lamp.hidden = hidden;
+    if (hidden > 0) light->environment_sh = zero_sh();
+    return light;
+  };
+  for (std::uint64_t i = 1; i <= 3; ++i) frame(paint, {1, 1, 1}, two_lamps(i, 0));
+  const auto black = [](const Vector3d&) { return 0.0; };
+  const ColorGainStage::Result off = frame(black, {1, 1, 1}, two_lamps(4, 1));
+  EXPECT_EQ(off.hidden.off, (std::vector{0, 7}));
+  EXPECT_EQ(off.gain[1], 1);
+  ASSERT_EQ(off.warnings.size(), 1u);
+  EXPECT_NE(off.warnings[0].find("too dark"), std::string::npos) << off.warnings[0];
+  EXPECT_TRUE(frame(paint, {1, 1, 1}, two_lamps(5, 0)).warnings.empty()) << "on again";
+}
+
+TEST_F(ColorGain, LightThatChangesWithoutANewFisheyeFrameIsReported) {
+  const auto light = lamp_above(3, 1);
+  const auto moved = [](const Vector3d& p) { return 0.5 * std::exp(3 * p.x()) * paint(p); };
+  for (int i = 0; i < 20; ++i) EXPECT_TRUE(frame(paint, {1, 1, 1}, light).warnings.empty()) << "nothing changes";
+  for (int i = 0; i < 20; ++i) {
+    const ColorGainStage::Result result = frame(moved, {1, 1, 1}, light);
+    EXPECT_NEAR(result.gain[1], 1, 0.05);
+    ASSERT_EQ(result.warnings.size(), 1u) << i;
+    EXPECT_NE(result.warnings[0].find("no new frame"), std::string::npos) << result.warnings[0];
+  }
+  const auto newest = std::make_shared<Illumination>(*lamp_above(2, 2));
+  newest->time_ns = 4'000'000'000;
+  const ColorGainStage::Result result = frame(moved, {1, 1, 1}, newest);
+  EXPECT_TRUE(result.warnings.empty());
+  EXPECT_NEAR(result.gain[1], 1, 0.05) << "the change was before";
+}
+
+TEST_F(ColorGain, PlacesSeenBeforeTheFirstFisheyeFrameFollowItsLight) {
+  for (int i = 0; i < 3; ++i) frame(paint);
+  for (std::uint64_t i = 0; i < 3; ++i) frame(paint, {1, 1, 1}, lamp_above(3, 1));
+  const auto brighter = [](const Vector3d& p) { return 1.4 * paint(p); };
+  EXPECT_NEAR(frame(brighter, {1, 1, 1}, lamp_above(1.4f * 3, 2)).gain[1], 1, 0.015);
 }
 
 TEST_F(ColorGain, ALampWhoseDistanceIsNotKnownYetIsNotTheCamera) {

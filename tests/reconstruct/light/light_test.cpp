@@ -51,6 +51,14 @@ capture::FrameSet frame_with_lamps(const capture::Session& session, float streng
   return frame;
 }
 
+capture::FrameSet frame_without_lamp_a(const capture::Session& session) {
+  capture::FrameSet frame = frame_with_lamps(session);
+  auto picture = std::make_shared<capture::Frame>(*frame.fisheye[0]);
+  for (float& value : picture->radiance.data) value = value > 30 ? 0.02f : value;
+  frame.fisheye = {picture};
+  return frame;
+}
+
 TEST(LightStage, LampsKeepTheirIdsAndAnEqualImageChangesNothing) {
   const capture::Session session = session_with_fisheye();
   LightStage stage(session);
@@ -74,6 +82,21 @@ TEST(LightStage, LampsKeepTheirIdsAndAnEqualImageChangesNothing) {
   EXPECT_EQ(dimmed.illumination->lights[0].id, first.illumination->lights[1].id);
   EXPECT_EQ(dimmed.illumination->lights[1].id, first.illumination->lights[0].id);
   EXPECT_NEAR(dimmed.illumination->lights[1].irradiance.x() / first.illumination->lights[0].irradiance.x(), 0.25, 0.01);
+}
+
+TEST(LightStage, ARepeatedImageIsAsOldAsTheFirst) {
+  const capture::Session session = session_with_fisheye();
+  LightStage stage(session);
+  const auto at = [](capture::FrameSet frame, std::int64_t time_ns) {
+    auto picture = std::make_shared<capture::Frame>(*frame.fisheye[0]);
+    picture->stamp.time_ns = time_ns;
+    frame.fisheye = {picture};
+    return frame;
+  };
+  EXPECT_EQ(stage.extract(at(frame_with_lamps(session), 1)).illumination->time_ns, 1);
+  EXPECT_EQ(stage.extract(at(frame_with_lamps(session), 2)).illumination->time_ns, 1);
+  EXPECT_EQ(stage.extract(at(frame_without_lamp_a(session), 3)).illumination->time_ns, 3);
+  EXPECT_EQ(stage.extract(at(frame_without_lamp_a(session), 4)).illumination->time_ns, 3) << "while a lamp fades";
 }
 
 TEST(LightStage, SmallChangesAreAveraged) {
@@ -141,14 +164,6 @@ std::shared_ptr<const capture::Frame> room_picture(float radiance) {
   auto picture = std::make_shared<capture::Frame>();
   picture->radiance = capture::Image<float>(64, 48, 3, radiance);
   return picture;
-}
-
-capture::FrameSet frame_without_lamp_a(const capture::Session& session) {
-  capture::FrameSet frame = frame_with_lamps(session);
-  auto picture = std::make_shared<capture::Frame>(*frame.fisheye[0]);
-  for (float& value : picture->radiance.data) value = value > 30 ? 0.02f : value;
-  frame.fisheye = {picture};
-  return frame;
 }
 
 TEST(LightStage, LampCoveredForOneFrameStaysAndOneThatWentOutFades) {
@@ -229,6 +244,12 @@ TEST(LightStage, CoveredFisheyeGivesAWarningAndTheLightStays) {
   dark.color = room_picture(0.001f);
   const auto out = stage.extract(dark);
   EXPECT_NE(out.illumination, before.illumination);
+  // Its noise is no light.
+  auto noise = std::make_shared<capture::Frame>();
+  noise->encoded = capture::Image<std::uint8_t>(64, 48, 3, 12);
+  dark.color = noise;
+  for (const std::string& warning : stage.extract(dark).warnings)
+    EXPECT_EQ(warning.find("far less light"), std::string::npos) << warning;
   // A fish-eye that has been dark from the start, in a lit room.
   dark.color = room_picture(0.3f);
   const auto from_the_start = LightStage(session).extract(dark);

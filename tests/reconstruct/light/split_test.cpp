@@ -65,6 +65,14 @@ TEST(LightSplit, OneLampInClosedForm) {
   }
 }
 
+TEST(LightSplit, ABlackImageHasNoLamp) {
+  const capture::FisheyeCamera camera = fisheye();
+  const auto picture = render(camera, [](const Eigen::Vector3f&) { return Eigen::Vector3f(0, 0, 0); });
+  const LightSplit split = split_lamps(picture, unclipped(picture), fisheye_view(camera), 8);
+  EXPECT_TRUE(split.lamps.empty());
+  EXPECT_EQ(split.residual.data, picture.data);
+}
+
 TEST(LightSplit, LampsAndResidualIntegrateToTheImage) {
   const capture::FisheyeCamera camera = fisheye();
   const FisheyeView view = fisheye_view(camera);

@@ -68,5 +68,17 @@ TEST_F(Tracking, ALampThatIsSwitchedOnAgainHasItsIdentity) {
   EXPECT_EQ(see({lamp_at(0, kWarm), lamp_at(2, kCool)}), first);
 }
 
+TEST_F(Tracking, AChangedEnvironmentIsNotAveraged) {
+  const auto see_sky = [&](float radiance) {
+    Illumination now;
+    now.environment_sh[0].setConstant(radiance);
+    tracker_.update(last_ ? &*last_ : nullptr, now);
+    last_ = now;
+    return now.environment_sh[0][0];
+  };
+  for (const float radiance : {0.0f, 1.0f, 0.5f}) EXPECT_EQ(see_sky(radiance), radiance);
+  EXPECT_NEAR(see_sky(0.52f), 0.51f, 1e-6f) << "noise is";
+}
+
 }  // namespace
 }  // namespace lumigraft::reconstruct
