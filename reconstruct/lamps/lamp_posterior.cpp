@@ -349,29 +349,32 @@ void add_wide_rows(const ShadingModel& model, LinearRows& rows) {
   }
 }
 
-/// Clipped lamps of one kind in a room usually have equal radiance. Where shading determines their sum but not each of
-/// them, this divides it.
+/// Clipped lamps of one kind in a room usually have equal radiance, and all of them radiance of one order. Where
+/// shading determines their sum but not each of them, this divides it.
 void add_alike_rows(const ShadingModel& model, const std::vector<LampShape>& shapes, LinearRows& rows) {
   const auto log_radiance = [&](std::size_t lamp) {
     const PointLight& light = model.light(lamp);
     return (log_irradiance(light, 0) + log_irradiance(light, 1) + log_irradiance(light, 2)) / 3 -
            2 * std::log(static_cast<double>(light.angular_radius_rad));
   };
-  for (const bool flat : {false, true}) {
-    std::vector<std::size_t> kind;
+  std::vector<std::size_t> all, flat, round;
+  for (std::size_t lamp = 0; lamp < model.lamps(); ++lamp) {
+    const PointLight& light = model.light(lamp);
+    if (!light.clipped || light.visibility != PointLight::Visibility::visible) continue;
+    all.push_back(lamp);
+    (shapes[lamp].flat ? flat : round).push_back(lamp);
+  }
+  for (const auto& [kind, sigma] :
+       {std::pair(flat, kPosterior.alike_log_sigma), std::pair(round, kPosterior.alike_log_sigma),
+        std::pair(all, kPosterior.any_log_sigma)}) {
     double mean = 0;
-    for (std::size_t lamp = 0; lamp < model.lamps(); ++lamp) {
-      const PointLight& light = model.light(lamp);
-      if (!light.clipped || light.visibility != PointLight::Visibility::visible || shapes[lamp].flat != flat) continue;
-      kind.push_back(lamp);
-      mean += log_radiance(lamp);
-    }
-    const double count = static_cast<double>(kind.size());
-    for (const std::size_t lamp : kind) {  // its log gain, less the mean of the kind
+    for (const std::size_t lamp : kind) mean += log_radiance(lamp) / static_cast<double>(kind.size());
+    for (const std::size_t lamp : kind) {  // its log radiance, less the mean of the kind
       Eigen::RowVectorXd row = rows.zero();
-      for (const std::size_t other : kind) row.segment<3>(first_of(other) + 3).array() -= 1 / (3 * count);
+      for (const std::size_t other : kind)
+        row.segment<3>(first_of(other) + 3).array() -= 1 / (3 * static_cast<double>(kind.size()));
       row.segment<3>(first_of(lamp) + 3).array() += 1.0 / 3;
-      rows.add(row, mean / count - log_radiance(lamp), kPosterior.alike_log_sigma);
+      rows.add(row, mean - log_radiance(lamp), sigma);
     }
   }
 }

@@ -80,8 +80,9 @@ struct LampParameters {
     /// Drawn to white instead, the blue of a bulb was 26 % too strong.
     double warm[3] = {0.631, 0.134, -0.765};
     double usual_warmth = 0.8, warmth_sigma = 2.4, hue_sigma = 0.6;
-    double alike_log_sigma = 0.3;       ///< of log radiance of clipped lamps of a kind: luminaires age by about this
-    double log_dim = 3.4;               ///< log gain at which an unseen lamp is dim but matters: 3 % of all light
+    double alike_log_sigma = 0.3;  ///< of log radiance of clipped lamps of a kind: luminaires age by about this
+    double any_log_sigma = 1.5;    ///< the same of clipped lamps of any kind: tubes and frosted bulbs differ by 5 to 10
+    double log_dim = 3.4;          ///< log gain at which an unseen lamp is dim but matters: 3 % of all light
     double contradiction_sigmas = 4.7;  ///< of the earlier solutions: 0.1 % of six normal variates exceed it
   } posterior;
 
