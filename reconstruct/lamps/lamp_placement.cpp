@@ -75,6 +75,7 @@ class LampSearch {
         paper_(evidence_.paper),
         shapes_(model_.lamps()),
         near_(model_.lamps(), 0.0),
+        centre_(model_.lamps(), 0.0),
         powers_(model_.lamps()),
         facing_(model_.lamps()),
         factors_(model_.lamps()) {
@@ -98,18 +99,16 @@ class LampSearch {
   /// From what was found on fewer samples.
   LampPosterior solve_from(const std::vector<LampShape>& shapes, LampMemory& memory) {
     shapes_ = shapes;
-    return finish(memory);
+    const std::optional<LampPosterior> found = solve_within_reach(memory);
+    return with_distant(found ? *found : solve(memory), memory);
   }
 
   /// From earlier estimates; empty if a lamp moved out of the range searched around them.
   std::optional<LampPosterior> solve_near(const std::vector<std::optional<LampEstimate>>& before, LampMemory& memory) {
     for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) start_at(lamp, *before[lamp]);
-    const std::vector<LampShape> start = shapes_;
-    const LampMemory kept = memory;
-    LampPosterior found = finish(memory);
-    if (within_reach(start, found.shapes)) return found;
-    memory = kept;
-    return std::nullopt;
+    std::optional<LampPosterior> found = solve_within_reach(memory);
+    if (!found) return std::nullopt;
+    return with_distant(*std::move(found), memory);
   }
 
   /// From earlier estimates, of which those that did not change are held.
@@ -120,15 +119,10 @@ class LampSearch {
       shapes_[lamp].far = before[lamp].far;
       if (before[lamp].far) shapes_[lamp].inverse_distance = kSearch.distant_inverse[0];
     }
-    for (int round = 1;; ++round) {
-      for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) tabulate_near(lamp);
-      LampPosterior found = solve_lamps(model_, pairs_, paper_, shapes_, Search::fine);
-      if (round == kSearch.follow_rounds || within_reach(shapes_, found.shapes)) return found;
-      shapes_ = std::move(found.shapes);
-    }
+    const std::optional<LampPosterior> found = solve_within_reach({});
+    return found ? *found : solve_lamps(model_, pairs_, paper_, shapes_, Search::fine);
   }
 
-  /// `near`: finite distances of lamps that count as infinitely far; may be empty.
   std::vector<LampEstimate> estimates(const LampPosterior& found) const {
     std::vector<LampEstimate> result;
     for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
@@ -165,12 +159,27 @@ class LampSearch {
       shape.log_gain[c] = std::max<double>(min_gain, std::log(before.gain[static_cast<Eigen::Index>(c)]));
   }
 
-  bool within_reach(const std::vector<LampShape>& start, const std::vector<LampShape>& found) const {
-    for (std::size_t lamp = 0; lamp < start.size(); ++lamp) {
-      const double from = start[lamp].inverse_distance, moved = found[lamp].inverse_distance - from;
-      if (!model_.placed(lamp) && !found[lamp].far && std::abs(moved) > kSearch.fine_limit * reach(from)) return false;
+  LampPosterior solve(const LampMemory& memory) const {
+    const std::optional<LampPrior> prior = memory.prior(model_, shapes_);
+    return solve_lamps(model_, pairs_, paper_, shapes_, Search::fine, prior ? &*prior : nullptr);
+  }
+
+  /// From shapes_, with visibility tabulated anew around lamps that leave its reach. Empty if they go on and on;
+  /// shapes_ are then the last ones.
+  std::optional<LampPosterior> solve_within_reach(const LampMemory& memory) {
+    std::vector<bool> left(model_.lamps(), true);
+    for (int round = 0; round < kSearch.follow_rounds; ++round) {
+      for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp)
+        if (left[lamp]) tabulate_near(lamp);
+      LampPosterior found = solve(memory);
+      for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
+        const double from = centre_[lamp], moved = found.shapes[lamp].inverse_distance - from;
+        left[lamp] = !model_.placed(lamp) && std::abs(moved) > kSearch.fine_limit * reach(from);
+      }
+      if (std::count(left.begin(), left.end(), true) == 0) return found;
+      shapes_ = std::move(found.shapes);
     }
-    return true;
+    return std::nullopt;
   }
   static double reach(double inverse_distance) {
     return std::max(kSearch.fine_reach * inverse_distance, kSearch.min_fine_reach);
@@ -209,24 +218,18 @@ class LampSearch {
   }
   bool shape_known(std::size_t lamp) const { return model_.placed(lamp) && model_.light(lamp).flat; }
 
-  /// The last solution, on all pairs and with finer visibility.
-  LampPosterior finish(LampMemory& memory) {
-    const auto solve = [&] {
-      const std::optional<LampPrior> prior = memory.prior(model_, shapes_);
-      return solve_lamps(model_, pairs_, paper_, shapes_, Search::fine, prior ? &*prior : nullptr);
-    };
-    for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) tabulate_near(lamp);
-    LampPosterior found = solve();
+  /// Solves once more if lamps are as good as infinitely far, and remembers the solution.
+  LampPosterior with_distant(LampPosterior found, LampMemory& memory) {
+    shapes_ = found.shapes;
     const std::vector<std::optional<double>> far = find_distant(found);
     if (std::any_of(far.begin(), far.end(), [](const auto& lamp) { return lamp.has_value(); })) {
-      shapes_ = found.shapes;
       for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
         near_[lamp] = std::max(shapes_[lamp].inverse_distance, kMinInverse);
         if (far[lamp])
           shapes_[lamp] = {.inverse_distance = *far[lamp], .log_gain = shapes_[lamp].log_gain, .far = true};
         tabulate_near(lamp);
       }
-      found = solve();
+      found = solve(memory);
     }
     memory.keep(model_, found);
     return found;
@@ -284,7 +287,7 @@ class LampSearch {
 
   void tabulate_near(std::size_t lamp) {
     const LampShape& shape = shapes_[lamp];
-    const double at = shape.inverse_distance;
+    const double at = centre_[lamp] = shape.inverse_distance;
     if (model_.placed(lamp) || shape.far || shape.held)
       model_.tabulate(lamp, {at}, kSearch.fine_rays);
     else
@@ -445,7 +448,8 @@ class LampSearch {
   const std::vector<SamplePair>& pairs_;
   int paper_;
   std::vector<LampShape> shapes_;
-  std::vector<double> near_;  ///< inverse distances that lamps would have if they were not infinitely far
+  std::vector<double> near_;    ///< inverse distances that lamps would have if they were not infinitely far
+  std::vector<double> centre_;  ///< of the tabulated inverse distances
   double variance_ = kLampParameters.posterior.usual_pair_variance;
   std::vector<Eigen::Array3f> powers_;
   std::vector<std::vector<Eigen::Vector3f>> facing_;

@@ -26,11 +26,11 @@ struct LampParameters {
     int grid_steps = 18;
     double fine_reach = 0.22;      ///< of an inverse distance, either way: one step of the grid at 1.5 m and a little,
     double min_fine_reach = 0.08;  ///< 1/m, at least
-    double fine_limit = 0.7;       ///< of that reach: an earlier estimate that moves farther is searched anew
+    double fine_limit = 0.7;       ///< of that reach: beyond it visibility is tabulated anew
     int fine_steps = 7;
     /// 1/m, of lamps that are as good as infinitely far; the likeliest is compared with the lamp's best distance.
-    double distant_inverse[3] = {0, 1 / 24.0, 1 / 12.0};
-    int follow_rounds = 4;       ///< of the search around a lamp that moved: a factor of 1.8 of distance in one image
+    double distant_inverse[2] = {0, 1 / 12.0};
+    int follow_rounds = 4;       ///< of the search around earlier estimates: a factor of 1.8 of distance
     int fine_rays = 5;           ///< over a lamp's disk
     double max_gain = 1 << 18;   ///< of a clipped lamp: the sun over the level of a well-exposed sky
     int gain_steps = 19;         ///< one per power of two
