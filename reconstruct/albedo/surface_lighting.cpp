@@ -256,7 +256,8 @@ std::vector<PointAlbedo> SurfaceLighting::albedo(const std::vector<SampleAlbedo>
     result[i].albedo = ((w_direct * direct + w_around * around.albedo.array()) / (w_direct + w_around)).matrix();
     // Errors of the model and of lamps are common to the point and its surroundings: averaging does not reduce them.
     const float total = std::max(irradiance.mean(), 1e-9f);
-    const float common = std::hypot(misfit_, lamp_error / total, around.texture_sigma);
+    const float common =
+        std::hypot(std::hypot(misfit_, kLighting.scale_error), lamp_error / total, around.texture_sigma);
     result[i].sigma = std::hypot(1 / std::sqrt(w_direct + w_around), common * result[i].albedo.mean());
   }
   return result;

@@ -442,7 +442,7 @@ ColorGainStage::ColorGainStage(const capture::Session& session) : state_(std::ma
 ColorGainStage::~ColorGainStage() = default;
 
 ColorGainStage::Result ColorGainStage::estimate(const capture::FrameSet& frame, const std::optional<Pose>& pose,
-                                                std::shared_ptr<const Illumination> light) {
+                                                const std::shared_ptr<const Illumination>& light) {
   State& s = *state_;
   Result result;
   if (frame.color && frame.depth && pose) {

@@ -52,7 +52,7 @@ class ColorGainStage {
   };
   /// `light`: newest known, with distances of lamps where they are known; may be null.
   Result estimate(const capture::FrameSet& frame, const std::optional<Pose>& pose,
-                  std::shared_ptr<const Illumination> light);
+                  const std::shared_ptr<const Illumination>& light);
 
  private:
   struct State;

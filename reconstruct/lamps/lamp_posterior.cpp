@@ -73,6 +73,12 @@ class Evaluation : public ceres::EvaluationCallback {
     return kChannelScale *
            (log_albedo[static_cast<std::size_t>(pair.a)] - log_albedo[static_cast<std::size_t>(pair.b)]);
   }
+  /// What a pair tells of the light, 0 to 1: nothing below the noise floor.
+  float information_weight(const SamplePair& pair) const {
+    const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
+    const float of_a = model_.information_weight(a, powers_, factors_);
+    return b < model_.samples() ? std::min(of_a, model_.information_weight(b, powers_, factors_)) : of_a;
+  }
   const ShadingModel& model() const { return model_; }
   std::size_t lamps() const { return shapes_.size(); }
   Eigen::Index size() const { return static_cast<Eigen::Index>(unknowns_.size()); }
@@ -126,8 +132,10 @@ struct NormalEquations {
   Eigen::VectorXd gradient;   ///< Jᵀ W r
 };
 
-/// w = (a / (a + |r|²))², the slope of the robust cost, squared.
-NormalEquations normal_equations(const Evaluation& evaluation, const std::vector<SamplePair>& pairs, double level) {
+/// w = (a / (a + |r|²))², the slope of the robust cost, squared, times a factor per pair.
+template <typename Factor>
+NormalEquations normal_equations(const Evaluation& evaluation, const std::vector<SamplePair>& pairs, double level,
+                                 const Factor& factor_of) {
   constexpr Eigen::Index kPairsAtOnce = 128;  // a product of matrices is faster than one of vectors
   const std::vector<std::size_t>& free = evaluation.free();
   const auto size = static_cast<Eigen::Index>(free.size()), count = static_cast<Eigen::Index>(pairs.size());
@@ -138,7 +146,7 @@ NormalEquations normal_equations(const Evaluation& evaluation, const std::vector
     const SamplePair& pair = pairs[static_cast<std::size_t>(i)];
     const Eigen::Vector3f r = evaluation.residual(pair);
     const double s = r.squaredNorm();
-    roots[i] = static_cast<float>(std::sqrt(pair.weight) * level / (level + s));
+    roots[i] = static_cast<float>(std::sqrt(pair.weight * factor_of(pair)) * level / (level + s));
     residuals.col(i) = roots[i] * r;
   }
   for (Eigen::Index c = 0; c < 3; ++c) {
@@ -168,11 +176,16 @@ NormalEquations normal_equations(const Evaluation& evaluation, const std::vector
   return sum;
 }
 
+double information_of(const Evaluation& evaluation, const SamplePair& pair) {
+  return std::pow(evaluation.information_weight(pair), 2.0f);
+}
+
 /// Mean squared residual of the pairs that agree.
 double mean_square(const Evaluation& evaluation, const std::vector<SamplePair>& pairs) {
   double squares = 0, weights = 0;
   for (const SamplePair& pair : pairs) {
-    const double s = evaluation.residual(pair).squaredNorm(), weight = pair.weight / ((1 + s) * (1 + s));
+    const double s = evaluation.residual(pair).squaredNorm();
+    const double weight = pair.weight * information_of(evaluation, pair) / ((1 + s) * (1 + s));
     squares += weight * s;
     weights += weight;
   }
@@ -222,7 +235,7 @@ class PairsCost : public LampCost {
     reduced.setZero();
     const double cost = robust_cost(evaluation_.log_albedo, pairs_, level_) / variance_;
     if (jacobians) {
-      const NormalEquations sum = normal_equations(evaluation_, pairs_, level_);
+      const NormalEquations sum = normal_equations(evaluation_, pairs_, level_, [](const SamplePair&) { return 1.0; });
       // Jᵀ J = V D Vᵀ: the reduced Jacobian is √D Vᵀ.
       const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(sum.curvature / variance_);
       const Eigen::VectorXd root = eigen.eigenvalues().cwiseMax(0).cwiseSqrt();
@@ -494,7 +507,8 @@ LampPosterior solve_lamps(const ShadingModel& model, const std::vector<SamplePai
   result.cost = robust_cost(evaluation.log_albedo, pairs) +
                 result.pair_variance * albedo_scale_cost(model, evaluation.log_albedo, paper);
   result.misfit = kPosterior.pair_scale * std::sqrt(mean_square(evaluation, pairs));
-  const NormalEquations sum = normal_equations(evaluation, pairs, 1);
+  const NormalEquations sum =
+      normal_equations(evaluation, pairs, 1, [&](const SamplePair& pair) { return information_of(evaluation, pair); });
   result.information = Eigen::MatrixXd::Zero(evaluation.size(), evaluation.size());
   result.information(evaluation.free(), evaluation.free()) = sum.curvature / variance_of(evaluation, pairs);
   if (with_scale) {
