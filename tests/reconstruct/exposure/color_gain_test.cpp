@@ -26,7 +26,7 @@ class ColorGain : public testing::Test {
   /// One frame from a camera that moves, whose room shines as `radiance` and whose picture is `tint` times as bright,
   /// and exp(-falloff) times in the corners.
   ColorGainStage::Result frame(const std::function<double(const Vector3d&)>& radiance, const Array3f& tint = {1, 1, 1},
-                               std::shared_ptr<const Illumination> light = nullptr, double falloff = 0) {
+                               const std::shared_ptr<const Illumination>& light = nullptr, double falloff = 0) {
     const std::int64_t time_ns = 100'000'000 * static_cast<std::int64_t>(index_);
     const Eigen::Isometry3d pose = view_from(-1.5 + 0.01 * static_cast<double>(index_));
     capture::FrameSet set = test::frame_of(test::ball_on_table, camera_, pose, index_++, {}, radiance);
@@ -45,7 +45,7 @@ class ColorGain : public testing::Test {
     }
     set.color = picture;
     set.time_ns = time_ns;
-    return stage_.estimate(set, test::pose_at(pose), std::move(light));
+    return stage_.estimate(set, test::pose_at(pose), light);
   }
 
   static std::shared_ptr<const Illumination> lamp_above(float irradiance, std::uint64_t version) {

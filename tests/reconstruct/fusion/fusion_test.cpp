@@ -313,7 +313,7 @@ TEST(Fusion, AConvergedFieldDoesNotChange) {
   for (unsigned i = 0; i < 30; ++i) fuse(table, i);
   std::size_t republished = 0;
   for (unsigned i = 30; i < 50; ++i) {
-    const auto before = field;
+    const auto before = std::exchange(field, nullptr);
     fuse(table, i);
     for (const auto& [key, brick] : field->bricks) republished += before->brick(key) != brick.get();
   }
