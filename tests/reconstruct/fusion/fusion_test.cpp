@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <utility>
+
 #include "reconstruct/math/depth_noise.h"
 #include "tests/reconstruct/fusion/fusion_views.h"
 
