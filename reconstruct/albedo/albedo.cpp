@@ -16,6 +16,7 @@
 #include "reconstruct/lamps/lamp_reflections.h"
 #include "reconstruct/lamps/out_of_view_lamps.h"
 #include "reconstruct/light/extrinsics_check.h"
+#include "reconstruct/light/fluence.h"
 #include "reconstruct/light/lamp_merge.h"
 #include "reconstruct/math/tag_family.h"
 #include "reconstruct/room/enclosure.h"
@@ -300,13 +301,19 @@ std::optional<AlbedoStage::Result> AlbedoStage::State::solve_incremental(const D
   return last;
 }
 
-/// The last solution becomes prior knowledge of those under another light. Errors common to all, of the lamps' light
-/// for one, limit it.
+/// The last solution becomes prior knowledge of those under another light. Errors common to all samples limit it: of
+/// the fish-eye, and of the power of clipped lamps. What was solved in a guessed light is no knowledge.
 void AlbedoStage::State::remember_albedo() {
+  known.clear();
+  if (solved_light.from_shading) return;
+  float power_error = 0;  // W/m² at the probe
+  for (const PointLight& lamp : last.illumination->lights)
+    power_error += lamp.power_log_sigma * lamp.irradiance.mean() / 4;
+  const float all_light = mean_irradiance(*last.illumination, last.illumination->probe_position_m).mean();
+  const float common = std::hypot(kAlbedoParameters.lighting.lamp_error, power_error / std::max(all_light, 1e-9f));
   known = incremental.albedo();
   for (auto& [cell, sample] : known)
-    sample.sigma = std::hypot(sample.sigma, kAlbedoParameters.lighting.lamp_error * sample.albedo.mean()) /
-                   std::sqrt(kStage.kept_information);
+    sample.sigma = std::hypot(sample.sigma, common * sample.albedo.mean()) / std::sqrt(kStage.kept_information);
 }
 
 void AlbedoStage::State::add_warnings(const Illumination& lit) {
@@ -361,7 +368,9 @@ std::optional<AlbedoStage::State::Followed> AlbedoStage::State::known_lamps(cons
 bool AlbedoStage::State::search_changed(const DistanceField& field, const IrradianceModel& room,
                                         const Illumination& merged, Followed& follow) {
   const std::vector<SurfaceSample> samples = known_surface.in(field);
-  if (static_cast<float>(samples.size()) < kFollowing.min_samples_fraction * known_surface.size()) return false;
+  if (samples.empty() ||
+      static_cast<float>(samples.size()) < kFollowing.min_samples_fraction * static_cast<float>(known_surface.size()))
+    return false;
   floor_grid = room.lamp_irradiance_on_floor(placed(merged, follow.lamps));
   std::vector<Eigen::Vector3f> gathered;
   for (const SurfaceSample& sample : samples) {

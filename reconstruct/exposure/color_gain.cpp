@@ -13,6 +13,7 @@
 #include "capture/message_text.h"
 #include "reconstruct/exposure/camera_match.h"
 #include "reconstruct/exposure/parameters.h"
+#include "reconstruct/light/fluence.h"
 #include "reconstruct/math/median.h"
 #include "reconstruct/pose/depth_points.h"
 
@@ -28,7 +29,7 @@ struct Cell {
   Vector3f normal = Vector3f::Zero();
   Array3f radiance = Array3f::Zero();         ///< W/sr/m², under `light`
   std::shared_ptr<const Illumination> light;  ///< null: unknown
-  Array3f around = Array3f::Ones();           ///< its irradiance_around_probe
+  Array3f around = Array3f::Ones();           ///< its mean_irradiance at the probe
   int observations = 0;
   int contradictions = 0;  ///< in a row
   std::uint64_t last_seen = 0;
@@ -125,16 +126,6 @@ Array3f unoccluded_irradiance(const Illumination& light, const Vector3f& positio
   return sum;
 }
 
-Array3f irradiance_around_probe(const Illumination& light) {
-  // π Y₀₀ of the first coefficient; the other harmonics have mean 0.
-  Array3f sum = 0.5f * std::sqrt(std::numbers::pi_v<float>) * light.environment_sh[0].array();
-  // A lamp's irradiance on all sides of a small sphere is a quarter of that facing it.
-  for (const PointLight& lamp : light.lights) {
-    if (lamp.visibility != PointLight::Visibility::dark) sum += lamp.irradiance.array() / 4;
-  }
-  return sum;
-}
-
 struct ColorGainStage::State {
   State(const capture::Session& session)
       : camera(session.color),
@@ -178,7 +169,7 @@ struct ColorGainStage::State {
   Array3f base = Array3f::Ones();                   ///< of the first frames, against the fish-eye
   Eigen::Array2f falloff = Eigen::Array2f::Zero();  ///< CameraMatch::falloff; zero if the session states vignetting
   std::shared_ptr<const capture::Image<float>> vignetting;  ///< of both; null: none
-  Array3f around = Array3f::Ones();                         ///< irradiance_around_probe of this frame's light
+  Array3f around = Array3f::Ones();                         ///< mean_irradiance at the probe in this frame's light
   std::uint64_t frames = 0;
   std::optional<std::uint64_t> contradicted;  ///< Illumination::version of light with which places disagreed
 };
@@ -400,11 +391,11 @@ void ColorGainStage::State::update(const capture::FrameSet& frame, const Eigen::
                                    Result& result) {
   const std::shared_ptr<const Illumination> shining =
       result.hidden.off.empty() ? light : without_lamps(*light, result.hidden.off);
-  if (shining) around = irradiance_around_probe(*shining);
+  if (shining) around = mean_irradiance(*shining, shining->probe_position_m);
   const auto measurement = measured(places, shining);
   const bool agrees = measurement && measurement->agrees;
   if (agrees) follow(*measurement);
-  // Only a frame whose own gain is known tells something of the two cameras.
+  // Only a frame whose own gain is known can be compared with the fish-eye.
   const bool gain_is_known = agrees || cells.empty();
   if (light && gain_is_known && (frames < kExposure.match.first || frames % kExposure.match.every == 0)) {
     result.correction = match_fisheye(places, frame, T_tag_camera, *light);

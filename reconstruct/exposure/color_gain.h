@@ -29,9 +29,6 @@ namespace lumigraft::reconstruct {
 Eigen::Array3f unoccluded_irradiance(const Illumination& light, const Eigen::Vector3f& position_m,
                                      const Eigen::Vector3f& normal);
 
-/// Mean irradiance over all sides of a small sphere at the probe, W/m² per channel.
-Eigen::Array3f irradiance_around_probe(const Illumination& light);
-
 class ColorGainStage {
  public:
   explicit ColorGainStage(const capture::Session& session);

@@ -52,7 +52,7 @@ struct Evidence {
       gathered.push_back(all_gathered[i]);
     }
     pairs = choose_pairs(samples);
-    for (SamplePair& pair : pairs) pair.weight = static_cast<float>(stride);  // it stands for so many of all
+    for (SamplePair& pair : pairs) pair.weight = static_cast<float>(stride);  // it represents so many of all
   }
   void add_paper(const SurfaceSample& white, const Eigen::Vector3f& light) {
     paper = static_cast<int>(samples.size());

@@ -3,8 +3,8 @@
 //
 // The fish-eye gives a lamp's direction and its irradiance at the probe; the lamp is then at probe + d · direction with
 // intensity irradiance · d². Surfaces of equal albedo must shade alike: for a pair of samples the difference of
-// log B - log E must vanish. d, and the normal of a panel, minimise the robust (Geman-McClure) sum of these differences
-// over many pairs: shading falls off with distance, and shadows move with the lamp.
+// log B - log E must vanish. This searches the inverse distance 1/d and the normal of a panel that are most probable
+// (lamp_posterior.h): shading falls off with distance, and shadows move with the lamp.
 #include <Eigen/Core>
 #include <optional>
 #include <vector>

@@ -73,7 +73,7 @@ class Evaluation : public ceres::EvaluationCallback {
     return kChannelScale *
            (log_albedo[static_cast<std::size_t>(pair.a)] - log_albedo[static_cast<std::size_t>(pair.b)]);
   }
-  /// What a pair tells of the light, 0 to 1: nothing below the noise floor.
+  /// Information of a pair about the light, 0 to 1: none below the noise floor.
   float information_weight(const SamplePair& pair) const {
     const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
     const float of_a = model_.information_weight(a, powers_, factors_);

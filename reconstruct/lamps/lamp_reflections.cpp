@@ -44,7 +44,8 @@ bool is_reflection(const PointLight& light, const Eigen::Vector3f& probe, const 
   return true;
 }
 
-/// Whether the plane z = 0, on which the tag lies, is known surface on the way to where the light's ray meets it.
+/// Whether the plane z = 0, on which the tag lies, is known surface between the probe and the intersection with the
+/// light's ray.
 bool plane_on_the_way(const PointLight& light, const Eigen::Vector3f& probe, const DistanceField& field) {
   const Eigen::Vector3f foot(probe.x(), probe.y(), 0);
   const Eigen::Vector3f way = probe - probe.z() / light.direction.z() * light.direction - foot;

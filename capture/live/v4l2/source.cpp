@@ -141,7 +141,7 @@ class V4l2Source::Camera : public Source {
   std::deque<SourceItem> ready_;
   std::vector<Frame> bracket_;  ///< incomplete bracket
   ReportedExposure reported_;
-  double exposure_ = 1.0;  ///< of frames from now on: V4L2 tells what is set, not what a frame was taken with
+  double exposure_ = 1.0;  ///< of frames from now on: V4L2 reports what is set, not what a frame was taken with
   int old_exposures_ = 0;  ///< frames still to drop, which may have the previous exposure
   std::string fault_;      ///< in addition to the stream's
   bool monotonic_ = false;

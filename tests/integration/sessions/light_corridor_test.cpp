@@ -59,7 +59,7 @@ capture::CameraModel lens(double& off_px) {
 constexpr std::array kSpots = {std::pair{981, 154}, std::pair{921, 281}, std::pair{1152, 231}, std::pair{797, 478},
                                std::pair{1380, 504}};
 constexpr int kFloorBelow = 960;
-// Where the corridor goes on, with lamps of its own: a corner of this image.
+// The far end of the corridor, with lamps of its own: a corner of this image.
 constexpr int kFarEndRightOf = 1440, kFarEndBelow = 600;
 
 TEST(LightCorridor, SpotsInTheCeiling) {

@@ -51,7 +51,7 @@ TEST(FollowLight, CarriedLampKeepsItsDistanceAndAlbedoStays) {
     EXPECT_LT(distance_error(*followed, room, 0), 0.05f) << step;
     EXPECT_EQ(followed->illumination->lights[1].position_m, solved.illumination->lights[1].position_m);
     EXPECT_EQ(followed->albedo, solved.albedo);
-    EXPECT_TRUE(followed->due) << "another light tells more of albedo";
+    EXPECT_TRUE(followed->due) << "another light adds information about albedo";
   }
 }
 
@@ -82,6 +82,23 @@ TEST(FollowLight, LampThatGoesIsGoneAndANewOneNeedsASearch) {
   Moment with = moment(room, 3);
   with.light.lights[1].id = 9;
   EXPECT_FALSE(stage.follow_light(with.field, with.light));
+}
+
+// Light that was guessed without a fish-eye leaves no prior of albedo to the light that the fish-eye measures later.
+TEST(FollowLight, GuessedLightLeavesNoPrior) {
+  const TestRoom room = striped_room();
+  const Moment now = moment(room, 2);
+  Illumination guess = now.light;
+  guess.version = 1;
+  guess.from_shading = true;
+  for (PointLight& lamp : guess.lights) lamp.irradiance *= 0.4f;
+  AlbedoStage stage{capture::Session()};
+  stage.solve_complete(now.field, guess);
+  const AlbedoStage::Result after = stage.solve_complete(now.field, now.light);
+  const AlbedoStage::Result fresh = AlbedoStage{capture::Session()}.solve_complete(now.field, now.light);
+  for (float x = -0.4f; x < 0.4f; x += 0.1f)
+    EXPECT_NEAR(albedo_at(*after.albedo, {x, -0.2f, 0}).first.x(), albedo_at(*fresh.albedo, {x, -0.2f, 0}).first.x(),
+                0.02f);
 }
 
 // With one lamp after the other at several places the albedo of a solution under all of them is nearer to the truth

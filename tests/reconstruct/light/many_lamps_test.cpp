@@ -57,7 +57,7 @@ constexpr int kRows = 2, kTubes = 14;
 constexpr float kCeiling_m = 2.2f, kHalfLength_m = 0.6f, kHalfWidth_m = 0.03f;
 Vector3f tube(int i) { return {1.5f * static_cast<float>(i / kRows - 3), i % kRows ? 1.1f : -1.3f, kCeiling_m}; }
 
-/// The tube that a ray meets, or -1.
+/// The tube that a ray hits, or -1.
 int tube_at(const Vector3f& d) {
   if (d.z() <= 0) return -1;
   const Vector3f p = d * (kCeiling_m / d.z());
