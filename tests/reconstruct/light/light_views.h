@@ -4,14 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <numbers>
 
 #include "capture/image.h"
 #include "capture/session/session.h"
+#include "reconstruct/light/parameters.h"
 
 namespace lumigraft::reconstruct {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 inline capture::FisheyeCamera fisheye(double fov_degrees = 190, int size = 300) {
   capture::FisheyeCamera camera;

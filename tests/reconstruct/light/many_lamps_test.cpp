@@ -14,6 +14,7 @@
 #include "reconstruct/light/environment.h"
 #include "reconstruct/light/lamp_merge.h"
 #include "reconstruct/light/light.h"
+#include "reconstruct/light/parameters.h"
 #include "reconstruct/light/split.h"
 #include "tests/reconstruct/light/light_views.h"
 
@@ -40,7 +41,7 @@ TEST(ManyLamps, AllOnADomeAreFound) {
         if (within(d, lamps[i], 1.5)) return Vector3f::Constant(radiance(i));
       return Vector3f::Constant(kRoom);
     });
-    const LightSplit split = split_lamps(picture, unclipped(picture), view, 64);
+    const LightSplit split = split_lamps(picture, unclipped(picture), view, kLightParameters.max_lights);
     ASSERT_EQ(split.lamps.size(), static_cast<std::size_t>(count));
     for (int i = 0; i < count; ++i) {
       const auto found = std::min_element(split.lamps.begin(), split.lamps.end(), [&](const auto& a, const auto& b) {
