@@ -89,9 +89,10 @@ class LampSearch {
       start_gains();
       adopt(solve_lamps(model_, pairs_, paper_, shapes_, Search::rough));
     }
+    mark_weak();
     for (int round = 0; round < kSearch.rounds; ++round) {
       bool changed = false;
-      for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) changed |= descend(lamp);
+      for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) changed |= !shapes_[lamp].weak && descend(lamp);
       if (!changed) break;
     }
     return solve_shapes();
@@ -99,6 +100,7 @@ class LampSearch {
   /// From what was found on fewer samples.
   LampPosterior solve_from(const std::vector<LampShape>& shapes, LampMemory& memory) {
     shapes_ = shapes;
+    mark_weak_here();
     const std::optional<LampPosterior> found = solve_within_reach(memory);
     return with_distant(found ? *found : solve(memory), memory);
   }
@@ -106,6 +108,7 @@ class LampSearch {
   /// From earlier estimates; empty if a lamp moved out of the range searched around them.
   std::optional<LampPosterior> solve_near(const std::vector<std::optional<LampEstimate>>& before, LampMemory& memory) {
     for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) start_at(lamp, *before[lamp]);
+    mark_weak_here();
     std::optional<LampPosterior> found = solve_within_reach(memory);
     if (!found) return std::nullopt;
     return with_distant(*std::move(found), memory);
@@ -164,17 +167,37 @@ class LampSearch {
     return solve_lamps(model_, pairs_, paper_, shapes_, Search::fine, prior ? &*prior : nullptr);
   }
 
+  /// Of lamps that give the samples less light than the error of the model shading tells nothing. They stay where they
+  /// were, or where the prior has them; their powers follow those of their kind.
+  void mark_weak() {
+    const std::vector<Eigen::Array3f> all = model_.irradiance(powers_, factors_);
+    for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
+      float sum = 0;
+      for (std::size_t i = 0; i < all.size(); ++i)
+        sum += (powers_[lamp] * factors_[lamp][i]).mean() / std::max(all[i].mean(), 1e-9f);
+      shapes_[lamp].weak =
+          !unseen(lamp) && sum < kLampParameters.posterior.model_error * static_cast<float>(all.size());
+    }
+  }
+  void mark_weak_here() {
+    for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
+      model_.tabulate(lamp, {shapes_[lamp].inverse_distance}, 1);
+      update(lamp);
+    }
+    mark_weak();
+  }
+
   /// From shapes_, with visibility tabulated anew around lamps that leave its reach. Empty if they go on and on;
   /// shapes_ are then the last ones.
   std::optional<LampPosterior> solve_within_reach(const LampMemory& memory) {
     std::vector<bool> left(model_.lamps(), true);
     for (int round = 0; round < kSearch.follow_rounds; ++round) {
       for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp)
-        if (left[lamp]) tabulate_near(lamp);
+        if (left[lamp] && !shapes_[lamp].weak) tabulate_near(lamp);
       LampPosterior found = solve(memory);
       for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
         const double from = centre_[lamp], moved = found.shapes[lamp].inverse_distance - from;
-        left[lamp] = !model_.placed(lamp) && std::abs(moved) > kSearch.fine_limit * reach(from);
+        left[lamp] = !model_.placed(lamp) && !shapes_[lamp].weak && std::abs(moved) > kSearch.fine_limit * reach(from);
       }
       if (std::count(left.begin(), left.end(), true) == 0) return found;
       shapes_ = std::move(found.shapes);
@@ -185,7 +208,7 @@ class LampSearch {
     return std::max(kSearch.fine_reach * inverse_distance, kSearch.min_fine_reach);
   }
 
-  /// Lamps at the usual distance; a panel faces the probe, the floor or the tag.
+  /// Lamps at the usual height; a panel faces the probe, the floor or the tag.
   void start(const Eigen::Vector3f& probe) {
     for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
       if (model_.placed(lamp))
@@ -200,7 +223,7 @@ class LampSearch {
       if (to_tag.dot(direction) < -kSearch.facing_cosine) facing_[lamp].push_back(to_tag);
       LampShape& shape = shapes_[lamp];
       shape = {};
-      shape.inverse_distance = 1 / kLampParameters.usual_distance_m;
+      shape.inverse_distance = usual_inverse_distance(model_.light(lamp));
       shape.flat = model_.light(lamp).squareness > kSearch.quadrilateral;
       if (shape.flat) shape.tilt = model_.tilt_of(lamp, facing_[lamp].back());
       if (model_.placed(lamp)) set_from_tag(lamp);
@@ -225,8 +248,8 @@ class LampSearch {
     if (std::any_of(far.begin(), far.end(), [](const auto& lamp) { return lamp.has_value(); })) {
       for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
         near_[lamp] = std::max(shapes_[lamp].inverse_distance, kMinInverse);
-        if (far[lamp])
-          shapes_[lamp] = {.inverse_distance = *far[lamp], .log_gain = shapes_[lamp].log_gain, .far = true};
+        if (!far[lamp]) continue;
+        shapes_[lamp] = {.inverse_distance = *far[lamp], .log_gain = shapes_[lamp].log_gain, .far = true};
         tabulate_near(lamp);
       }
       found = solve(memory);
@@ -235,10 +258,9 @@ class LampSearch {
     return found;
   }
 
-  /// Inverse distances of lamps with which the room is explained as well if they are as good as infinitely far; empty
-  /// for the others. A minimum at a finite distance does not tell: that of the sun may be anywhere. Doubtful lamps,
-  /// with which it is explained worse by less than 1σ, are far if that holds for all of them at once: lamps that share
-  /// the evidence may each be uncertain although they cannot all be far.
+  /// Inverse distances of lamps that are more probably as good as infinitely far than where they were found; empty for
+  /// the others. A minimum at a finite distance does not tell: that of the sun may be anywhere. Lamps that share the
+  /// evidence cannot all be far: the likeliest go first, each is judged with those before it.
   std::vector<std::optional<double>> find_distant(const LampPosterior& found) {
     std::vector<Eigen::Array3f> powers;
     std::vector<std::vector<float>> factors(model_.lamps()), distant(model_.lamps());
@@ -246,43 +268,44 @@ class LampSearch {
       powers.push_back(model_.power(lamp, found.shapes[lamp]));
       model_.factors(lamp, found.shapes[lamp], factors[lamp]);
     }
-    const auto cost = [&] {
+    // In pairs: 2v (-log p), with the prior.
+    const auto cost_of = [&](std::size_t lamp) {
+      std::swap(factors[lamp], distant[lamp]);
       model_.log_albedo(powers, factors, log_albedo_);
-      return robust_cost(log_albedo_, pairs_, 1);
+      std::swap(factors[lamp], distant[lamp]);
+      return robust_cost(log_albedo_, pairs_, 1) +
+             2 * found.pair_variance * found.log_ceiling_prior(model_.light(lamp), lamp);
     };
-    const auto exchange = [&](std::size_t lamp) { std::swap(factors[lamp], distant[lamp]); };
-    const double now = cost(), limit = now + found.pair_variance;
-    std::vector<std::optional<double>> doubtful(model_.lamps());
-    std::vector<bool> no_worse(model_.lamps(), false);
+    model_.log_albedo(powers, factors, log_albedo_);
+    double now = robust_cost(log_albedo_, pairs_, 1);
+    std::vector<std::pair<double, std::size_t>> likeliest;
+    std::vector<double> inverses(model_.lamps());
     for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
-      if (model_.placed(lamp)) continue;
-      double least = limit;
+      if (model_.placed(lamp) || shapes_[lamp].weak) continue;
+      double least = std::numeric_limits<double>::infinity();
       std::vector<float> best;
       for (const double inverse : kSearch.distant_inverse) {
         model_.tabulate(lamp, {inverse}, kSearch.fine_rays);
         model_.factors(lamp, {.inverse_distance = inverse}, distant[lamp]);
-        exchange(lamp);
-        const double alone = cost();
-        exchange(lamp);
-        if (alone >= least) continue;
-        least = alone;
-        best = distant[lamp];
-        doubtful[lamp] = inverse;
+        if (const double alone = cost_of(lamp); alone < least) {
+          least = alone;
+          best = distant[lamp];
+          inverses[lamp] = inverse;
+        }
       }
       distant[lamp] = std::move(best);
+      likeliest.emplace_back(least, lamp);
     }
-    for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp)  // one after the other
-      if (doubtful[lamp]) {
-        exchange(lamp);
-        no_worse[lamp] = cost() <= now;
-        if (!no_worse[lamp]) exchange(lamp);
-      }
-    for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp)  // and all
-      if (doubtful[lamp] && !no_worse[lamp]) exchange(lamp);
-    if (cost() >= limit)
-      for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp)
-        if (!no_worse[lamp]) doubtful[lamp].reset();
-    return doubtful;
+    std::sort(likeliest.begin(), likeliest.end());
+    std::vector<std::optional<double>> result(model_.lamps());
+    for (const auto& [alone, lamp] : likeliest) {
+      const double cost = cost_of(lamp);
+      if (cost > now) continue;
+      std::swap(factors[lamp], distant[lamp]);
+      now = cost - 2 * found.pair_variance * found.log_ceiling_prior(model_.light(lamp), lamp);
+      result[lamp] = inverses[lamp];
+    }
+    return result;
   }
 
   void tabulate_near(std::size_t lamp) {

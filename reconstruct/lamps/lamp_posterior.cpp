@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <numbers>
 
 namespace lumigraft::reconstruct {
 namespace {
@@ -62,8 +63,9 @@ class Evaluation : public ceres::EvaluationCallback {
   std::vector<int> fixed(std::size_t lamp) const {
     if (shapes_[lamp].held) return {0, 1, 2, 3, 4, 5};
     std::vector<int> result;
-    if (model_.placed(lamp) || shapes_[lamp].far) result = {0};
-    if (!shapes_[lamp].flat || (model_.placed(lamp) && model_.light(lamp).flat)) result.insert(result.end(), {1, 2});
+    if (model_.placed(lamp) || shapes_[lamp].far || shapes_[lamp].weak) result = {0};
+    if (!shapes_[lamp].flat || shapes_[lamp].weak || (model_.placed(lamp) && model_.light(lamp).flat))
+      result.insert(result.end(), {1, 2});
     if (!model_.light(lamp).clipped) result.insert(result.end(), {3, 4, 5});
     return result;
   }
@@ -337,16 +339,16 @@ double log_irradiance(const PointLight& light, int channel) {
 /// Distance, a panel that faces the probe, and level and colour of a lamp whose power is unknown.
 void add_wide_rows(const ShadingModel& model, LinearRows& rows) {
   for (std::size_t lamp = 0; lamp < model.lamps(); ++lamp) {
+    const PointLight& light = model.light(lamp);
     const Eigen::Index at = first_of(lamp);
     const auto unit = [&](Eigen::Index unknown) {
       Eigen::RowVectorXd row = rows.zero();
       row[at + unknown] = 1;
       return row;
     };
-    rows.add(unit(0), 1 / kLampParameters.usual_distance_m, kPosterior.inverse_distance_sigma);
+    rows.add(unit(0), usual_inverse_distance(light), kPosterior.inverse_distance_sigma);
     rows.add(unit(1), 0, kPosterior.tilt_sigma);
     rows.add(unit(2), 0, kPosterior.tilt_sigma);
-    const PointLight& light = model.light(lamp);
     const Eigen::Vector3d measured(log_irradiance(light, 0), log_irradiance(light, 1), log_irradiance(light, 2));
     const Eigen::Vector3d level = Eigen::Vector3d::Constant(1 / 3.0),
                           warm(kPosterior.warm[0], kPosterior.warm[1], kPosterior.warm[2]);
@@ -362,34 +364,73 @@ void add_wide_rows(const ShadingModel& model, LinearRows& rows) {
   }
 }
 
-/// Clipped lamps of one kind in a room usually have equal radiance, and all of them radiance of one order. Where
-/// shading determines their sum but not each of them, this divides it.
-void add_alike_rows(const ShadingModel& model, const std::vector<LampShape>& shapes, LinearRows& rows) {
-  const auto log_radiance = [&](std::size_t lamp) {
-    const PointLight& light = model.light(lamp);
-    return (log_irradiance(light, 0) + log_irradiance(light, 1) + log_irradiance(light, 2)) / 3 -
-           2 * std::log(static_cast<double>(light.angular_radius_rad));
-  };
+/// Visible clipped lamps, of any kind and of each.
+struct ClippedKinds {
   std::vector<std::size_t> all, flat, round;
-  for (std::size_t lamp = 0; lamp < model.lamps(); ++lamp) {
-    const PointLight& light = model.light(lamp);
-    if (!light.clipped || light.visibility != PointLight::Visibility::visible) continue;
-    all.push_back(lamp);
-    (shapes[lamp].flat ? flat : round).push_back(lamp);
-  }
-  for (const auto& [kind, sigma] :
-       {std::pair(flat, kPosterior.alike_log_sigma), std::pair(round, kPosterior.alike_log_sigma),
-        std::pair(all, kPosterior.any_log_sigma)}) {
-    double mean = 0;
-    for (const std::size_t lamp : kind) mean += log_radiance(lamp) / static_cast<double>(kind.size());
-    for (const std::size_t lamp : kind) {  // its log radiance, less the mean of the kind
-      Eigen::RowVectorXd row = rows.zero();
-      for (const std::size_t other : kind)
-        row.segment<3>(first_of(other) + 3).array() -= 1 / (3 * static_cast<double>(kind.size()));
-      row.segment<3>(first_of(lamp) + 3).array() += 1.0 / 3;
-      rows.add(row, mean - log_radiance(lamp), sigma);
+
+  ClippedKinds(const ShadingModel& model, const std::vector<LampShape>& shapes) {
+    for (std::size_t lamp = 0; lamp < model.lamps(); ++lamp) {
+      const PointLight& light = model.light(lamp);
+      if (!light.clipped || light.visibility != PointLight::Visibility::visible) continue;
+      all.push_back(lamp);
+      (shapes[lamp].flat ? flat : round).push_back(lamp);
     }
   }
+};
+
+/// Clipped lamps of one kind in a room usually have equal radiance and colour, and all of them radiance of one order.
+/// Where shading determines their sum but not each of them, this divides it.
+void add_alike_rows(const ShadingModel& model, const std::vector<LampShape>& shapes, LinearRows& rows) {
+  const auto log_radiance = [&](std::size_t lamp, int channel) {
+    const PointLight& light = model.light(lamp);
+    return log_irradiance(light, channel) - 2 * std::log(static_cast<double>(light.angular_radius_rad));
+  };
+  const ClippedKinds kinds(model, shapes);
+  for (const auto& [kind, sigma] :
+       {std::pair(kinds.flat, kPosterior.alike_log_sigma), std::pair(kinds.round, kPosterior.alike_log_sigma),
+        std::pair(kinds.all, kPosterior.any_log_sigma)}) {
+    const double part = 1 / static_cast<double>(kind.size());
+    for (int c = 0; c < 3; ++c) {
+      double mean = 0;
+      for (const std::size_t lamp : kind) mean += part * log_radiance(lamp, c);
+      for (const std::size_t lamp : kind) {  // its log radiance, less the mean of the kind
+        Eigen::RowVectorXd row = rows.zero();
+        for (const std::size_t other : kind) row[first_of(other) + 3 + c] -= part;
+        row[first_of(lamp) + 3 + c] += 1;
+        rows.add(row, mean - log_radiance(lamp, c), sigma);
+      }
+    }
+  }
+}
+
+/// Rows of heights, each of which may be far off: a lamp at the usual height over the probe, and a clipped lamp at the
+/// height of its kind.
+std::vector<LinearRows> height_rows(const ShadingModel& model, const std::vector<LampShape>& shapes) {
+  std::vector<LinearRows> result;
+  const auto add = [&](const Eigen::RowVectorXd& row, double value, double scale) {
+    result.emplace_back(row.size());
+    result.back().add(row, value, scale);
+  };
+  const auto size = static_cast<Eigen::Index>(kUnknownsPerLamp * model.lamps());
+  const auto inverse_distance = [&](std::size_t lamp) { return Eigen::RowVectorXd::Unit(size, first_of(lamp)); };
+  for (std::size_t lamp = 0; lamp < model.lamps(); ++lamp)
+    add(inverse_distance(lamp), usual_inverse_distance(model.light(lamp)), kPosterior.inverse_height_scale);
+  const ClippedKinds kinds(model, shapes);
+  for (const std::vector<std::size_t>& kind : {kinds.flat, kinds.round}) {
+    // Least squares of w = ω_z / height.
+    Eigen::RowVectorXd inverse_height = Eigen::RowVectorXd::Zero(size);
+    double squares = 1e-9;
+    for (const std::size_t lamp : kind) {
+      const double up = std::max(0.0f, model.light(lamp).direction.z());
+      inverse_height += up * inverse_distance(lamp);
+      squares += up * up;
+    }
+    inverse_height /= squares;
+    for (const std::size_t lamp : kind)
+      if (const double up = model.light(lamp).direction.z(); up > 0 && kind.size() > 1)
+        add(inverse_distance(lamp) - up * inverse_height, 0, kPosterior.alike_inverse_height);
+  }
+  return result;
 }
 
 LinearRows prior_rows(const LampPrior& prior) {
@@ -444,6 +485,15 @@ void scale_dim_lamps(const Evaluation& evaluation, Eigen::MatrixXd& information)
 
 }  // namespace
 
+double usual_inverse_distance(const PointLight& light) {
+  return kPosterior.inverse_height * std::max(0.0f, light.direction.z());
+}
+
+double LampPosterior::log_ceiling_prior(const PointLight& light, std::size_t lamp) const {
+  const double away = (shapes[lamp].inverse_distance - usual_inverse_distance(light)) / kPosterior.inverse_height_scale;
+  const double width = inverse_distance_sigma(lamp) * std::sqrt(2 / std::numbers::pi) / kPosterior.inverse_height_scale;
+  return kPosterior.ceiling_log_odds + std::log(width / (1 + away * away));
+}
 double LampPosterior::inverse_distance_sigma(std::size_t lamp) const {
   return std::sqrt(std::max(0.0, covariance(first_of(lamp), first_of(lamp))));
 }
@@ -495,6 +545,9 @@ LampPosterior solve_lamps(const ShadingModel& model, const std::vector<SamplePai
   add_wide_rows(model, linear);
   add_alike_rows(model, start, linear);
   problem.AddResidualBlock(new LinearCost(evaluation, linear), nullptr, blocks);
+  const std::vector<LinearRows> heights = height_rows(model, start);
+  for (const LinearRows& row : heights)
+    problem.AddResidualBlock(new LinearCost(evaluation, row), new ceres::CauchyLoss(1), blocks);
   // What contradicts the earlier solutions wins in the end: their weight falls with the difference.
   if (prior)
     problem.AddResidualBlock(new LinearCost(evaluation, prior_rows(*prior)),
@@ -517,6 +570,8 @@ LampPosterior solve_lamps(const ShadingModel& model, const std::vector<SamplePai
   }
   scale_dim_lamps(evaluation, result.information);
   result.information += linear.a.transpose() * linear.a;
+  for (const LinearRows& row : heights)
+    result.information += row.a.transpose() * row.a / (1 + (row.a * evaluation.unknowns() - row.b).squaredNorm());
   result.covariance = result.information.inverse();
   result.with_prior = result.information;
   if (prior) {

@@ -20,6 +20,9 @@ namespace lumigraft::reconstruct {
 double robust_cost(const std::vector<Eigen::Array3f>& log_albedo, const std::vector<SamplePair>& pairs,
                    double level = kLampParameters.posterior.wide_level);
 
+/// 1/m, of a lamp on a ceiling of usual height; 0 for a light below the horizon.
+double usual_inverse_distance(const PointLight& light);
+
 /// Normal distribution of all unknowns, kUnknownsPerLamp per lamp. Zero information: unknown.
 struct LampPrior {
   Eigen::VectorXd mean;
@@ -36,7 +39,10 @@ struct LampPosterior {
   double cost = 0;              ///< in pairs, to compare solutions: 2v (-log p), ρ of the wide level
 
   double inverse_distance_sigma(std::size_t lamp) const;  ///< 1σ, 1/m
-  double gain_log_sigma(std::size_t lamp) const;          ///< 1σ of log gain, RMS of the channels
+  /// Log of the prior probability that the lamp's distance lies where the solution found it, over that of an infinitely
+  /// far lamp (Laplace's method: MacKay 2003, section 28.1).
+  double log_ceiling_prior(const PointLight& light, std::size_t lamp) const;
+  double gain_log_sigma(std::size_t lamp) const;  ///< 1σ of log gain, RMS of the channels
 };
 
 /// `paper`: index of the sample that is white paper, or -1: then, if lamps are clipped, the mean of a room determines

@@ -73,6 +73,14 @@ struct LampParameters {
     /// of a room.
     double paper_albedo = 0.8, paper_log_sigma = 0.07;
     double room_albedo = kShadingParameters.typical_albedo, room_log_sigma = 0.5;
+    /// Lamps hang 1 m (over a table) to 3 m (under a ceiling) above a fish-eye, and at the end of a hall farther:
+    /// inverse distance over the sine of elevation, and its scale. Lamps on desks and in hands are nearer: the tail is
+    /// that of a Cauchy distribution, down to inverse_distance_sigma.
+    double inverse_height = 0.5, inverse_height_scale = 0.4;
+    double alike_inverse_height = 0.1;  ///< scale of the same for clipped lamps of a kind: a fifth of their height
+    /// Log odds of a lamp in the room against one that is infinitely far, as the sun: 20 to 1. Windows and the end of a
+    /// hall stand low, and so does not matter which of the two they are.
+    double ceiling_log_odds = 3;
     /// 1σ of wide priors: of inverse distance (1/m), of tilt (tangent), and of log gain, a factor of 25.
     double inverse_distance_sigma = 1, tilt_sigma = 1, gain_log_sigma = 3.2;
     /// A clipped lamp's log colour lies near the line of black bodies from 6500 K (white) to 2700 K, in linear Rec. 709
@@ -80,9 +88,10 @@ struct LampParameters {
     /// Drawn to white instead, the blue of a bulb was 26 % too strong.
     double warm[3] = {0.631, 0.134, -0.765};
     double usual_warmth = 0.8, warmth_sigma = 2.4, hue_sigma = 0.6;
-    double alike_log_sigma = 0.3;  ///< of log radiance of clipped lamps of a kind: luminaires age by about this
-    double any_log_sigma = 1.5;    ///< the same of clipped lamps of any kind: tubes and frosted bulbs differ by 5 to 10
-    double log_dim = 3.4;          ///< log gain at which an unseen lamp is dim but matters: 3 % of all light
+    /// Of log radiance of a channel. Clipped lamps of a kind: luminaires age by 0.3, and 3000 K is 0.5 redder than 4000
+    /// K. Of any kind: tubes and frosted bulbs differ by a factor of 5 to 10.
+    double alike_log_sigma = 0.5, any_log_sigma = 2.5;
+    double log_dim = 3.4;               ///< log gain at which an unseen lamp is dim but matters: 3 % of all light
     double contradiction_sigmas = 4.7;  ///< of the earlier solutions: 0.1 % of six normal variates exceed it
   } posterior;
 

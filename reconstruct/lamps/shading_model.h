@@ -20,6 +20,7 @@ struct LampShape {
   std::array<double, 3> log_gain{};  ///< of a clipped lamp: true over measured irradiance
   bool beam = false;                 ///< then also flat: emission falls with cosine⁴
   bool far = false;                  ///< infinitely; its distance is fixed,
+  bool weak = false;                 ///< and so is that of a lamp that hardly lights the samples, and its tilt;
   bool held = false;                 ///< or all of it
 };
 
