@@ -154,10 +154,6 @@ struct AlbedoStage::State {
                    const FieldRays& rays);
   void add_warnings(const Illumination& lit);
   void remember_albedo();
-  /// Relative 1σ of modelled irradiance, as the samples' own disagreement shows it.
-  float misfit() const {
-    return lamp_memory.misfit() > 0 ? static_cast<float>(lamp_memory.misfit()) : kAlbedoParameters.lighting.model_error;
-  }
 
   /// Enclosure, irradiance model, gathered light of the samples and lamp positions of a complete solution. `merged`:
   /// the lamps of `lit` with pieces merged; `lit` gets its clipped walls raised; `surface` its usable samples.
@@ -195,6 +191,7 @@ struct AlbedoStage::State {
   std::shared_ptr<const Enclosure> closed;  ///< in which gather_cache was filled,
   bool rough = false;                       ///< and whether with few rays
   IncrementalSolver incremental;
+  float model_error = 0;                       ///< of the last complete solution
   std::map<SampleCell, SampleAlbedo> known;    ///< albedo as solved under earlier light
   Illumination solved_light;                   ///< measured, of the last complete solution,
   Illumination followed_light;                 ///< and of the last one of any kind
@@ -290,8 +287,9 @@ std::optional<AlbedoStage::Result> AlbedoStage::State::solve_incremental(const D
   last.due = due;
   const IrradianceModel room(field, rays, metal, closed.get(), surroundings);
   auto albedo = std::make_shared<AlbedoField>(*last.albedo);
-  last.samples = incremental.solve(
-      field, rays, metal, {room, *last.illumination, floor_grid, kStage.gather_rays, misfit()}, change, albedo->bricks);
+  last.samples =
+      incremental.solve(field, rays, metal, {room, *last.illumination, floor_grid, kStage.gather_rays, model_error},
+                        change, albedo->bricks);
   if (!change.bricks.empty()) {
     albedo->version = ++version;
     last.albedo = albedo;
@@ -406,8 +404,8 @@ std::optional<AlbedoStage::Result> AlbedoStage::State::follow_light(const Distan
   place_lamps(lit, merged, follow->lamps, unseen, field, rays);
   if (!grown.bricks.empty()) {
     auto albedo = std::make_shared<AlbedoField>(*last.albedo);
-    last.samples = incremental.solve(field, rays, metal, {*room, *lit, floor_grid, kStage.gather_rays, misfit()}, grown,
-                                     albedo->bricks);
+    last.samples = incremental.solve(field, rays, metal, {*room, *lit, floor_grid, kStage.gather_rays, model_error},
+                                     grown, albedo->bricks);
     albedo->version = ++version;
     last.albedo = albedo;
   }
@@ -453,7 +451,7 @@ std::vector<PointLight> AlbedoStage::State::light_surface(const DistanceField& f
     const auto add_floor = [&] {
       floor_grid = room->lamp_irradiance_on_floor(lamps);
       for (std::size_t i = 0; i < light.size(); ++i)
-        gathered[i] = light[i].irradiance + room->irradiance_from_floor(light[i], floor_grid);
+        gathered[i] = gathered_light(*room, light[i], floor_grid, surface.samples[i]);
     };
     bool floor = false;
     for (std::size_t i = 0; i < light.size(); ++i) {
@@ -497,7 +495,8 @@ AlbedoStage::Result AlbedoStage::solve_complete(const DistanceField& field, cons
   unseen.resolve(*lit, s.tagged_lamps, warnings);
 
   const float noise_floor = noise_floor_radiance(surface.samples);
-  const SurfaceLighting points(surface, *room, *lit, gathered, noise_floor, s.misfit());
+  s.model_error = model_error(surface.samples, noise_floor, s.lamp_memory.misfit());
+  const SurfaceLighting points(surface, *room, *lit, gathered, noise_floor, s.model_error);
   const std::vector<SampleAlbedo> albedo =
       solve_albedo(surface.samples, points.sample_light(), points.neighbours(), noise_floor);
   const std::vector<PointAlbedo> of_points = points.albedo(albedo);

@@ -224,7 +224,7 @@ IncrementalSolver::Part IncrementalSolver::part_of(const std::set<SampleCell>& c
     SurfaceSample sample = patch(near, of_cell, cell, sample_m_);
     if (const auto was = before.find(cell); was != before.end()) sample.known = was->second.surface.known;
     const IrradianceModel::Gathered own = light.room.gather(sample.position, sample.normal, light.rays);
-    gathered.push_back(own.irradiance + light.room.irradiance_from_floor(own, light.floor_grid));
+    gathered.push_back(gathered_light(light.room, own, light.floor_grid, sample));
     sample_of[cell] = static_cast<int>(part.samples.size());
     part.samples.push_back(sample);
     part.cells.push_back(cell);
@@ -270,7 +270,7 @@ std::size_t IncrementalSolver::solve(const DistanceField& field, const FieldRays
   const auto [part, gathered, held] = part_of(cells, changed, light);
   const std::size_t open = part.samples.size() - held.size();
 
-  const SurfaceLighting lit(part, light.room, light.illumination, gathered, noise_floor_, light.misfit, held);
+  const SurfaceLighting lit(part, light.room, light.illumination, gathered, noise_floor_, light.model_error, held);
   const std::vector<SampleAlbedo> albedo =
       solve_albedo(part.samples, lit.sample_light(), lit.neighbours(), noise_floor_, held);
   const std::vector<PointAlbedo> points = lit.albedo(albedo);

@@ -40,7 +40,7 @@ class IncrementalSolver {
     const Illumination& illumination;
     const std::vector<Eigen::Vector3f>& floor_grid;  ///< IrradianceModel::lamp_irradiance_on_floor
     int rays;                                        ///< gathered per sample
-    float misfit;                                    ///< as for SurfaceLighting
+    float model_error;                               ///< as for SurfaceLighting
   };
   /// Solves the samples of the changed bricks with the samples around them fixed, and writes the albedo of their points
   /// into `bricks`. Returns the number of samples.

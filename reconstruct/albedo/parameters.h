@@ -50,10 +50,8 @@ struct AlbedoParameters {
     int sample_rays = 8, point_rays = 4;  ///< to a lamp's disk; twice as many make no difference
     float neighbour_reach = 2.5f;         ///< in edges of a sample's cell
     float model_error = 0.08f;            ///< 1σ of modelled irradiance of a sample, away from shadow edges
-    float point_error = 0.01f;            ///< the part of it that differs from point to point
     float scale_error = 0.01f;            ///< 1σ of the two cameras' scale, which no misfit shows
     float lamp_error = 0.02f;             ///< 1σ of the fish-eye's radiance, which all solutions share
-    float texture_factor = 2.5f;          ///< 1σ of a point over a patch's texture: voxels blur less than patches
     float edge_error = 0.35f;             ///< of a lamp's light, times the variation of its visibility around a sample
     float max_distance_slope = 4;         ///< of log irradiance by log distance: beyond it surface is grazed
     float metal_sigma = 0.02f;            ///< absolute, of albedo 0: metal is configured

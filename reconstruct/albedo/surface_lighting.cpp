@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <unordered_map>
 
 #include "reconstruct/albedo/parameters.h"
 #include "reconstruct/albedo/unobserved_occluders.h"
+#include "reconstruct/lamps/parameters.h"
 #include "reconstruct/light/light.h"
 #include "reconstruct/shading/noise_floor.h"
 
@@ -80,26 +82,48 @@ std::vector<IrradianceModel::Gathered> GatherCache::gather(const IrradianceModel
   return result;
 }
 
+Eigen::Vector3f gathered_light(const IrradianceModel& room, const IrradianceModel::Gathered& gathered,
+                               const std::vector<Eigen::Vector3f>& floor_grid, SurfaceSample& sample) {
+  const Eigen::Vector3f of_lamps = room.irradiance_from_floor(gathered, floor_grid);
+  const float floor_fraction = gathered.floor_weight * static_cast<float>(gathered.floor_hits.size());
+  sample.floor_light = (of_lamps + floor_fraction * room.surroundings().floor_irradiance).mean();
+  return gathered.irradiance + of_lamps;
+}
+
+float model_error(const std::vector<SurfaceSample>& samples, float noise_floor, double misfit) {
+  if (misfit <= 0) return kLighting.model_error;
+  double sum = 0, weights = 1e-9;
+  for (const SurfaceSample& sample : samples) {
+    if (!sample.usable) continue;
+    const double noise = noise_floor_sigma(noise_floor) / (std::numbers::pi * std::max(sample.radiance.mean(), 1e-9f));
+    const double variance = std::pow(sample.texture, 2) + noise * noise;
+    // As that of a pair of such samples in the misfit.
+    const double weight = std::pow(1 + 2 * variance / std::pow(kLampParameters.posterior.pair_scale, 2), -2);
+    sum += weight * variance;
+    weights += weight;
+  }
+  return static_cast<float>(std::sqrt(std::max(0.0, misfit * misfit / 2 - sum / weights)));
+}
+
 SurfaceLighting::SurfaceLighting(const Surface& surface, const IrradianceModel& room, const Illumination& illumination,
-                                 const std::vector<Eigen::Vector3f>& gathered, float noise_floor, float misfit,
+                                 const std::vector<Eigen::Vector3f>& gathered, float noise_floor, float model_error,
                                  const std::vector<SampleAlbedo>& held)
     : surface_(surface),
       room_(room),
       illumination_(illumination),
       gathered_(gathered),
       noise_floor_(noise_floor),
-      misfit_(misfit),
+      model_error_(model_error),
       neighbours_(lumigraft::reconstruct::neighbours(surface.samples, kLighting.neighbour_reach)) {
   const std::vector<SurfaceSample>& samples = surface.samples;
   for (std::size_t i = 0; i < samples.size(); ++i) sample_light_.push_back({gathered[i], 0});
   std::vector<Eigen::Vector3f> edge_error(samples.size(), Eigen::Vector3f::Zero());
   for (std::size_t lamp = 0; lamp < illumination.lights.size(); ++lamp) {
     const PointLight& light = illumination.lights[lamp];
+    const float distance = lamp_distance(lamp);
     std::vector<float> visible(samples.size());
     std::vector<Eigen::Vector3f> irradiance(samples.size());
     for (std::size_t i = 0; i < samples.size(); ++i) {
-      const float distance =
-          light.distance_known ? (light.position_m - illumination.probe_position_m).norm() : kInfinitelyFar;
       visible[i] = room.visibility(light, distance, samples[i].position, samples[i].normal, kLighting.sample_rays);
       irradiance[i] = lamp_irradiance(lamp, samples[i].position, samples[i].normal, visible[i]);
       sample_light_[i].irradiance += irradiance[i];
@@ -109,6 +133,8 @@ SurfaceLighting::SurfaceLighting(const Surface& surface, const IrradianceModel& 
   }
   left_ = unobserved_shadows(samples, room, illumination.lights, sample_light_, from_lamp_, noise_floor, held);
   for (std::size_t lamp = 0; lamp < illumination.lights.size(); ++lamp) {
+    const PointLight& light = illumination.lights[lamp];
+    const float distance = lamp_distance(lamp);
     std::vector<float>& visible = visible_[lamp];
     std::vector<float> contrast(samples.size(), 0.0f);
     for (std::size_t i = 0; i < samples.size(); ++i) {
@@ -117,6 +143,10 @@ SurfaceLighting::SurfaceLighting(const Surface& surface, const IrradianceModel& 
     }
     for (std::size_t i = 0; i < samples.size(); ++i) {
       contrast[i] = std::min(visible[i], 1 - visible[i]);
+      for (const Eigen::Vector3f& beside : unmeasured_beside(i)) {
+        const float there = left_[lamp][i] * room.visibility(light, distance, beside, samples[i].normal, 1);
+        contrast[i] = std::max(contrast[i], std::abs(visible[i] - there));
+      }
       for (const int j : neighbours_[i]) {
         contrast[i] = std::max(contrast[i], std::abs(visible[i] - visible[static_cast<std::size_t>(j)]));
       }
@@ -129,6 +159,26 @@ SurfaceLighting::SurfaceLighting(const Surface& surface, const IrradianceModel& 
     const float edge = edge_error[i].mean() / std::max(sample_light_[i].irradiance.mean(), 1e-9f);
     sample_light_[i].relative_sigma = std::hypot(kLighting.model_error, edge);
   }
+}
+
+float SurfaceLighting::lamp_distance(std::size_t lamp) const {
+  const PointLight& light = illumination_.lights[lamp];
+  return light.distance_known ? (light.position_m - illumination_.probe_position_m).norm() : kInfinitelyFar;
+}
+
+std::vector<Eigen::Vector3f> SurfaceLighting::unmeasured_beside(std::size_t i) const {
+  const SurfaceSample& sample = surface_.samples[i];
+  const Eigen::Vector3f x = sample.size_m * sample.normal.unitOrthogonal(), y = sample.normal.cross(x);
+  std::vector<Eigen::Vector3f> result;
+  for (int k = 0; k < 8; ++k) {
+    const float angle = static_cast<float>(k) * std::numbers::pi_v<float> / 4;
+    const Eigen::Vector3f beside = sample.position + std::cos(angle) * x + std::sin(angle) * y;
+    const bool measured = std::any_of(neighbours_[i].begin(), neighbours_[i].end(), [&](int j) {
+      return (surface_.samples[static_cast<std::size_t>(j)].position - beside).norm() < 0.75f * sample.size_m;
+    });
+    if (!measured) result.push_back(beside);
+  }
+  return result;
 }
 
 std::vector<ObservedShadow> SurfaceLighting::shadows() const {
@@ -162,10 +212,8 @@ Eigen::Vector3f SurfaceLighting::lamp_irradiance(std::size_t lamp, const Eigen::
 float SurfaceLighting::visibility(std::size_t lamp, const SurfacePoint& point) const {
   const auto sample = static_cast<std::size_t>(point.sample);
   if (contrast_[lamp][sample] == 0) return visible_[lamp][sample];
-  const PointLight& light = illumination_.lights[lamp];
-  const float distance =
-      light.distance_known ? (light.position_m - illumination_.probe_position_m).norm() : kInfinitelyFar;
-  return left_[lamp][sample] * room_.visibility(light, distance, point.position, point.normal, kLighting.point_rays);
+  return left_[lamp][sample] * room_.visibility(illumination_.lights[lamp], lamp_distance(lamp), point.position,
+                                                point.normal, kLighting.point_rays);
 }
 
 SurfaceLighting::Interpolated SurfaceLighting::interpolate(const SurfacePoint& point,
@@ -199,7 +247,7 @@ SurfaceLighting::Interpolated SurfaceLighting::interpolate(const SurfacePoint& p
   if (!result.known) return result;
   result.albedo = around / known_weights;
   result.known_ratio /= known_weights;
-  result.texture_sigma = kLighting.texture_factor * texture / known_weights;  // texture continues within voxels
+  result.texture = texture / known_weights;
   // With texture the surroundings say less about a point.
   result.sigma = std::hypot(sigma / known_weights, spread / known_weights * result.albedo.mean());
   return result;
@@ -247,17 +295,21 @@ std::vector<PointAlbedo> SurfaceLighting::albedo(const std::vector<SampleAlbedo>
       lamp_error = std::hypot(lamp_error, power_error[lamp], distance_error[lamp]);
     const Eigen::Array3f direct =
         (around.known_ratio.exp() * lambertian_albedo(point.radiance, irradiance, noise_floor_)).min(1.0f);
-    const float relative = std::hypot(kLighting.point_error, edge_error / std::max(irradiance.mean(), 1e-9f));
-    const float direct_sigma =
-        std::hypot(relative * direct.mean(), noise_floor_sigma(noise_floor_) / std::max(irradiance.mean(), 1e-9f));
     if (!around.known) continue;
+    const float total = std::max(irradiance.mean(), 1e-9f);
+    const float direct_albedo = direct.mean();
+    // Half the noise floor, but no less than what it moves albedo towards 1.
+    const float noise = noise_floor_sigma(noise_floor_) * std::max(1.0f, 2 * (1 - direct_albedo));
+    const float direct_sigma = std::hypot(edge_error * direct_albedo, noise) / total;
     const float w_direct = 1 / (direct_sigma * direct_sigma + 1e-8f);
     const float w_around = 1 / (around.sigma * around.sigma + 1e-8f);
     result[i].albedo = ((w_direct * direct + w_around * around.albedo.array()) / (w_direct + w_around)).matrix();
-    // Errors of the model and of lamps are common to the point and its surroundings: averaging does not reduce them.
-    const float total = std::max(irradiance.mean(), 1e-9f);
-    const float common =
-        std::hypot(std::hypot(misfit_, kLighting.scale_error), lamp_error / total, around.texture_sigma);
+    // Errors of the model, of lamps and of the unseen floor are common to the point and its surroundings: averaging
+    // does not reduce them. Texture goes on within a voxel as between those of a patch.
+    const float floor_error =
+        static_cast<float>(kLampParameters.posterior.room_log_sigma) * surface_.samples[own].floor_light;
+    const float common = std::hypot(std::hypot(model_error_, kLighting.scale_error),
+                                    std::hypot(lamp_error, floor_error, edge_error) / total, around.texture);
     result[i].sigma = std::hypot(1 / std::sqrt(w_direct + w_around), common * result[i].albedo.mean());
   }
   return result;

@@ -34,13 +34,23 @@ class GatherCache {
   std::size_t points_ = 0;
 };
 
+/// All gathered light of a sample, with the lamps' from the unseen floor (IrradianceModel::lamp_irradiance_on_floor);
+/// the sample gets its floor_light.
+Eigen::Vector3f gathered_light(const IrradianceModel& room, const IrradianceModel::Gathered& gathered,
+                               const std::vector<Eigen::Vector3f>& floor_grid, SurfaceSample& sample);
+
+/// Relative 1σ of a sample's modelled irradiance, from the misfit of pairs of samples (LampPosterior::misfit). Half of
+/// its square is the variance of one sample. What texture and noise explain is known of each sample and not the
+/// model's; the rest is of far pairs, as neighbours share the model's error.
+float model_error(const std::vector<SurfaceSample>& samples, float noise_floor, double misfit);
+
 class SurfaceLighting {
  public:
   /// `gathered`: IrradianceModel::gather of each sample; points interpolate it. Rays to lamps are cast for samples, and
   /// for points between samples of different visibility. `noise_floor`: noise_floor_radiance of the room's samples.
-  /// `misfit`: relative 1σ of modelled irradiance over a whole surface. `held`: known albedo of the last samples.
+  /// `model_error`: as the function's. `held`: known albedo of the last samples.
   SurfaceLighting(const Surface& surface, const IrradianceModel& room, const Illumination& illumination,
-                  const std::vector<Eigen::Vector3f>& gathered, float noise_floor, float misfit,
+                  const std::vector<Eigen::Vector3f>& gathered, float noise_floor, float model_error,
                   const std::vector<SampleAlbedo>& held = {});
 
   const std::vector<SampleLight>& sample_light() const { return sample_light_; }
@@ -60,8 +70,12 @@ class SurfaceLighting {
     Eigen::Vector3f albedo;
     float sigma = 0;                                      ///< absolute,
     Eigen::Array3f known_ratio = Eigen::Array3f::Zero();  ///< log of it over π B / E, where earlier light changed it
-    float texture_sigma = 0;                              ///< relative
+    float texture = 0;                                    ///< relative 1σ
   };
+  float lamp_distance(std::size_t lamp) const;  ///< from the probe
+  /// Places beside a sample, one size away, where no other is: clipped in all pictures, or a rim. The edge of a shadow
+  /// may lie there.
+  std::vector<Eigen::Vector3f> unmeasured_beside(std::size_t sample) const;
   Interpolated interpolate(const SurfacePoint& point, const std::vector<SampleAlbedo>& samples) const;
   Eigen::Vector3f lamp_irradiance(std::size_t lamp, const Eigen::Vector3f& position, const Eigen::Vector3f& normal,
                                   float visible) const;
@@ -72,7 +86,7 @@ class SurfaceLighting {
   const IrradianceModel& room_;
   const Illumination& illumination_;
   const std::vector<Eigen::Vector3f>& gathered_;
-  float noise_floor_, misfit_;
+  float noise_floor_, model_error_;
   std::vector<std::vector<int>> neighbours_;
   std::vector<std::vector<Eigen::Vector3f>> from_lamp_;  ///< irradiance if only known surface occludes it
   std::vector<std::vector<float>> visible_;              ///< per lamp, per sample

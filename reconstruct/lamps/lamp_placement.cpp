@@ -134,7 +134,10 @@ class LampSearch {
       const double inverse = shape.far ? near_[lamp] : std::max(shape.inverse_distance, kMinInverse);
       estimate.distance_m = static_cast<float>(1 / inverse);
       estimate.log_sigma = static_cast<float>(found.inverse_distance_sigma(lamp) / inverse);
-      estimate.gain_log_sigma = clipped(lamp) ? static_cast<float>(found.gain_log_sigma(lamp)) : 0.0f;
+      // Light that no pair shows to be wrong, of which the lamp's power is measured.
+      if (clipped(lamp))
+        estimate.gain_log_sigma =
+            static_cast<float>(std::hypot(found.gain_log_sigma(lamp), kLampParameters.posterior.model_error));
       estimate.flat = shape.flat;
       estimate.beam = shape.beam;
       estimate.far = shape.far;

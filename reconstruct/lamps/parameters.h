@@ -27,7 +27,7 @@ struct LampParameters {
     double fine_reach = 0.22;      ///< of an inverse distance, either way: one step of the grid at 1.5 m and a little,
     double min_fine_reach = 0.08;  ///< 1/m, at least
     double fine_limit = 0.7;       ///< of that reach: beyond it visibility is tabulated anew
-    int fine_steps = 7;
+    int fine_steps = 11;           ///< distances found with 15 differ by less than 1 %, with 7 by 4 %
     /// 1/m, of lamps that are as good as infinitely far; the likeliest is compared with the lamp's best distance.
     double distant_inverse[2] = {0, 1 / 12.0};
     int follow_rounds = 4;       ///< of the search around earlier estimates: a factor of 1.8 of distance

@@ -36,6 +36,7 @@ struct SurfaceSample {
   float spread = 0;          ///< standard deviation of log luminance over the patch
   float texture = 0;         ///< the same after a linear slope is removed: texture or a shadow edge
   bool usable = true;        ///< one smooth piece of surface, no rim
+  float floor_light = 0;     ///< irradiance from the unseen floor, whose albedo is a guess; mean of the channels
   SampleAlbedo known = {};   ///< as solved under earlier, other light
 };
 
