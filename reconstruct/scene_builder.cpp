@@ -69,6 +69,10 @@ struct LampTags {
 /// difference of times at which images still belong together. A later image replaces the estimate.
 constexpr std::int64_t kFisheyeAwaited_ns = 500'000'000;
 
+/// Of the brightest irradiance so far: colours of surface follow the light down to it, and are there again when the
+/// light of a black room is.
+constexpr float kNoLight = 1e-6f;
+
 }  // namespace
 
 struct SceneBuilder::State {
@@ -83,6 +87,7 @@ struct SceneBuilder::State {
   FusionStage fusion;
   /// When the light last changed while radiance was fused: as measured, and with what is known of its lamps.
   std::shared_ptr<const Illumination> fused_light, lit_then;
+  float brightest = 1e-9f;  ///< mean irradiance at the fish-eye so far, W/m²
   AlbedoStage albedo;
   EnclosureStage enclosure;
   LightFromShading light_from_shading;
@@ -187,9 +192,11 @@ void SceneBuilder::fuse_depth(const capture::FrameSet& frame, const Pose& pose) 
   const double change = std::max<double>(light_change, s.color_correction.exchange(0));
   const std::shared_ptr<const Illumination> now = s.store.newest().illumination, then = s.lit_then;
   const auto light_ratio = [&](const Eigen::Vector3f& position_m) -> Eigen::Array3f {
-    return mean_irradiance(*now, position_m) / mean_irradiance(*then, position_m).max(1e-9f);
+    const float no_light = kNoLight * s.brightest;
+    return mean_irradiance(*now, position_m).max(no_light) / mean_irradiance(*then, position_m).max(no_light);
   };
   const bool follow = light_change > 0 && now && then;
+  if (now) s.brightest = std::max(s.brightest, mean_irradiance(*now, now->probe_position_m).mean());
   s.store.publish_field(follow ? s.fusion.fuse(frame, pose, change, light_ratio) : s.fusion.fuse(frame, pose, change));
   if (follow || !then) s.lit_then = now;
   if (s.first_fused_ns < 0) s.first_fused_ns = frame.time_ns;
