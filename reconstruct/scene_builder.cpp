@@ -97,7 +97,7 @@ struct SceneBuilder::State {
   AlbedoSchedule schedule;
   std::atomic<bool> learning = true;
   Shared<LampTags> newest_lamp_tags;
-  Shared<HiddenLamps> hidden_lamps;  ///< what the colour camera showed of them, until the light stage takes it
+  Shared<SeenByColor> seen_by_color;  ///< until the light stage takes it
   SceneStore store;
 
   State(const capture::Session& session, SceneOverrides the_overrides, std::unique_ptr<AlbedoPace> pace)
@@ -153,7 +153,7 @@ LampTagStage::Result SceneBuilder::locate_lamp_tags(const capture::FrameSet& fra
 
 void SceneBuilder::extract_light(const capture::FisheyeFrames& fisheye, const capture::Frame* color) {
   State& s = *state_;
-  s.light.resolve_hidden(s.hidden_lamps.take());
+  s.light.resolve(s.seen_by_color.take());
   LampTags tags = s.newest_lamp_tags.get();
   // The colour camera may be disconnected: then for as long as a hidden tag's pose is kept.
   if (!fisheye.empty() && fisheye.front()->stamp.time_ns - tags.time_ns > LampTagStage::kHeldNs) tags.poses.clear();
@@ -174,7 +174,7 @@ ColorGainStage::Result SceneBuilder::estimate_color_gain(const capture::FrameSet
   ColorGainStage::Result result = s.color_gain.estimate(frame, pose, light);
   s.color_brightness = result.gain.mean();
   if (result.correction > 0) s.color_correction = result.correction;
-  s.hidden_lamps.put(result.hidden);
+  s.seen_by_color.put(result.light);
   return result;
 }
 
@@ -291,9 +291,9 @@ BuildResult SceneBuilder::build(const capture::FrameSet& sensed) {
     built.frame.color_gain = {result.gain[0], result.gain[1], result.gain[2]};
     built.frame.color_vignetting = result.vignetting;
     append_warnings(built.warnings, result.warnings);
-    if (!s.overrides.light && !result.hidden.off.empty()) extract_light({}, nullptr);
+    if (!s.overrides.light && (!result.light.off.empty() || result.light.dimming)) extract_light({}, nullptr);
   });
-  if (pose && pose->age_ns == 0 && frame.depth) run_stage(built, "fuse", [&] { fuse_depth(frame, *pose); });
+  if (pose && frame.depth) run_stage(built, "fuse", [&] { fuse_depth(frame, *pose); });
   run_if_due(built, "albedo", [&] { return solve_albedo(); });
   if (const auto field = s.store.newest().field; s.overrides.albedo && pose && field) {
     run_stage(built, "true albedo", [&] { s.store.publish_albedo(s.overrides.albedo(frame, *pose, *field)); });
