@@ -69,6 +69,10 @@ struct LampTags {
 /// difference of times at which images still belong together. A later image replaces the estimate.
 constexpr std::int64_t kFisheyeAwaited_ns = 500'000'000;
 
+/// Of the brightest irradiance so far: colours of surface follow the light down to it, and are there again when the
+/// light of a black room is.
+constexpr float kNoLight = 1e-6f;
+
 }  // namespace
 
 struct SceneBuilder::State {
@@ -83,6 +87,7 @@ struct SceneBuilder::State {
   FusionStage fusion;
   /// When the light last changed while radiance was fused: as measured, and with what is known of its lamps.
   std::shared_ptr<const Illumination> fused_light, lit_then;
+  float brightest = 1e-9f;  ///< mean irradiance at the fish-eye so far, W/m²
   AlbedoStage albedo;
   EnclosureStage enclosure;
   LightFromShading light_from_shading;
@@ -92,7 +97,7 @@ struct SceneBuilder::State {
   AlbedoSchedule schedule;
   std::atomic<bool> learning = true;
   Shared<LampTags> newest_lamp_tags;
-  Shared<HiddenLamps> hidden_lamps;  ///< what the colour camera showed of them, until the light stage takes it
+  Shared<SeenByColor> seen_by_color;  ///< until the light stage takes it
   SceneStore store;
 
   State(const capture::Session& session, SceneOverrides the_overrides, std::unique_ptr<AlbedoPace> pace)
@@ -148,7 +153,7 @@ LampTagStage::Result SceneBuilder::locate_lamp_tags(const capture::FrameSet& fra
 
 void SceneBuilder::extract_light(const capture::FisheyeFrames& fisheye, const capture::Frame* color) {
   State& s = *state_;
-  s.light.resolve_hidden(s.hidden_lamps.take());
+  s.light.resolve(s.seen_by_color.take());
   LampTags tags = s.newest_lamp_tags.get();
   // The colour camera may be disconnected: then for as long as a hidden tag's pose is kept.
   if (!fisheye.empty() && fisheye.front()->stamp.time_ns - tags.time_ns > LampTagStage::kHeldNs) tags.poses.clear();
@@ -169,7 +174,7 @@ ColorGainStage::Result SceneBuilder::estimate_color_gain(const capture::FrameSet
   ColorGainStage::Result result = s.color_gain.estimate(frame, pose, light);
   s.color_brightness = result.gain.mean();
   if (result.correction > 0) s.color_correction = result.correction;
-  s.hidden_lamps.put(result.hidden);
+  s.seen_by_color.put(result.light);
   return result;
 }
 
@@ -187,9 +192,11 @@ void SceneBuilder::fuse_depth(const capture::FrameSet& frame, const Pose& pose) 
   const double change = std::max<double>(light_change, s.color_correction.exchange(0));
   const std::shared_ptr<const Illumination> now = s.store.newest().illumination, then = s.lit_then;
   const auto light_ratio = [&](const Eigen::Vector3f& position_m) -> Eigen::Array3f {
-    return mean_irradiance(*now, position_m) / mean_irradiance(*then, position_m).max(1e-9f);
+    const float no_light = kNoLight * s.brightest;
+    return mean_irradiance(*now, position_m).max(no_light) / mean_irradiance(*then, position_m).max(no_light);
   };
   const bool follow = light_change > 0 && now && then;
+  if (now) s.brightest = std::max(s.brightest, mean_irradiance(*now, now->probe_position_m).mean());
   s.store.publish_field(follow ? s.fusion.fuse(frame, pose, change, light_ratio) : s.fusion.fuse(frame, pose, change));
   if (follow || !then) s.lit_then = now;
   if (s.first_fused_ns < 0) s.first_fused_ns = frame.time_ns;
@@ -284,9 +291,9 @@ BuildResult SceneBuilder::build(const capture::FrameSet& sensed) {
     built.frame.color_gain = {result.gain[0], result.gain[1], result.gain[2]};
     built.frame.color_vignetting = result.vignetting;
     append_warnings(built.warnings, result.warnings);
-    if (!s.overrides.light && !result.hidden.off.empty()) extract_light({}, nullptr);
+    if (!s.overrides.light && (!result.light.off.empty() || result.light.dimming)) extract_light({}, nullptr);
   });
-  if (pose && pose->age_ns == 0 && frame.depth) run_stage(built, "fuse", [&] { fuse_depth(frame, *pose); });
+  if (pose && frame.depth) run_stage(built, "fuse", [&] { fuse_depth(frame, *pose); });
   run_if_due(built, "albedo", [&] { return solve_albedo(); });
   if (const auto field = s.store.newest().field; s.overrides.albedo && pose && field) {
     run_stage(built, "true albedo", [&] { s.store.publish_albedo(s.overrides.albedo(frame, *pose, *field)); });

@@ -65,7 +65,7 @@ class SceneBuilder {
   void extract_light(const capture::FisheyeFrames& fisheye, const capture::Frame* color);
   /// Changes of the colour camera's exposure and white balance: FrameSet::color_gain of this frame.
   ColorGainStage::Result estimate_color_gain(const capture::FrameSet& frame, const std::optional<Pose>& pose);
-  /// The frame must have depth and its own pose; an extrapolated pose would blur the field.
+  /// The frame must have depth. If its pose is not its own, which would blur the field, only the light is followed.
   void fuse_depth(const capture::FrameSet& frame, const Pose& pose);
   /// False if no solution was due.
   bool solve_albedo();

@@ -302,6 +302,7 @@ std::optional<AlbedoStage::Result> AlbedoStage::State::solve_incremental(const D
 /// The last solution becomes prior knowledge of those under another light. Errors common to all samples limit it: of
 /// the fish-eye, and of the power of clipped lamps. What was solved in a guessed light is no knowledge.
 void AlbedoStage::State::remember_albedo() {
+  if (solved_light.dimmed) return;  // it follows from what is known
   known.clear();
   if (solved_light.from_shading) return;
   float power_error = 0;  // W/m² at the probe

@@ -12,6 +12,7 @@
 #include "capture/camera/vignetting.h"
 #include "capture/message_text.h"
 #include "reconstruct/exposure/camera_match.h"
+#include "reconstruct/exposure/dimming.h"
 #include "reconstruct/exposure/parameters.h"
 #include "reconstruct/light/fluence.h"
 #include "reconstruct/math/median.h"
@@ -97,6 +98,20 @@ std::shared_ptr<const Illumination> without_lamps(const Illumination& light, con
   return result;
 }
 
+Array3f environment_irradiance(const Illumination& light, const Vector3f& normal) {
+  return sh_irradiance(light.environment_sh, normal).array().max(0.0f);
+}
+
+Array3f lamp_irradiance(const PointLight& lamp, const Vector3f& position_m, const Vector3f& normal) {
+  if (lamp.visibility == PointLight::Visibility::dark) return Array3f::Zero();
+  if (!lamp.distance_known) return lamp.irradiance.array() * std::max(0.0f, normal.dot(lamp.direction));
+  const Vector3f to_lamp = lamp.position_m - position_m;
+  const float squared = std::max(to_lamp.squaredNorm(), lamp.radius_m * lamp.radius_m);
+  if (!(squared > 0)) return Array3f::Zero();
+  const Vector3f direction = to_lamp.normalized();
+  return lamp.intensity.array() * (lamp.emission(-direction) * std::max(0.0f, normal.dot(direction)) / squared);
+}
+
 std::string gain_warning(const Array3f& gain) {
   const Array3f logs = gain.log();
   const float level = logs.mean(), hue = (logs - level).abs().maxCoeff();
@@ -110,19 +125,8 @@ std::string gain_warning(const Array3f& gain) {
 }  // namespace
 
 Array3f unoccluded_irradiance(const Illumination& light, const Vector3f& position_m, const Vector3f& normal) {
-  Array3f sum = sh_irradiance(light.environment_sh, normal).array().max(0.0f);
-  for (const PointLight& lamp : light.lights) {
-    if (lamp.visibility == PointLight::Visibility::dark) continue;
-    if (!lamp.distance_known) {
-      sum += lamp.irradiance.array() * std::max(0.0f, normal.dot(lamp.direction));
-      continue;
-    }
-    const Vector3f to_lamp = lamp.position_m - position_m;
-    const float squared = std::max(to_lamp.squaredNorm(), lamp.radius_m * lamp.radius_m);
-    if (!(squared > 0)) continue;
-    const Vector3f direction = to_lamp.normalized();
-    sum += lamp.intensity.array() * (lamp.emission(-direction) * std::max(0.0f, normal.dot(direction)) / squared);
-  }
+  Array3f sum = environment_irradiance(light, normal);
+  for (const PointLight& lamp : light.lights) sum += lamp_irradiance(lamp, position_m, normal);
   return sum;
 }
 
@@ -147,17 +151,18 @@ struct ColorGainStage::State {
     bool agrees;  ///< most places do; else light changed in a way that `light` does not show
   };
   double evidence_for(const std::vector<Place>& places, const Illumination& off, const Illumination& lit) const;
-  HiddenLamps check_hidden(const std::vector<Place>& places, const Illumination& light) const;
+  SeenByColor check_hidden(const std::vector<Place>& places, const Illumination& light) const;
   std::optional<Measurement> measured(const std::vector<Place>& places,
                                       const std::shared_ptr<const Illumination>& light) const;
+  std::optional<Dimming> dimming(const std::vector<Place>& places) const;
   void follow(const Measurement& measurement);
   void learn(const std::vector<Place>& places, const std::shared_ptr<const Illumination>& light);
   void forget_oldest();
   float match_fisheye(const std::vector<Place>& places, const capture::FrameSet& frame,
                       const Eigen::Isometry3f& T_tag_camera, const Illumination& light);
-  /// Follows the gain of a frame with a pose of its own, and learns its places.
-  void update(const capture::FrameSet& frame, const Eigen::Isometry3f& T_tag_camera,
-              const std::shared_ptr<const Illumination>& light, std::vector<Place> places, Result& result);
+  /// Compares the frame with the light; follows the gain of a frame with a pose of its own, and learns its places.
+  void update(const capture::FrameSet& frame, const Pose& pose, const std::shared_ptr<const Illumination>& light,
+              std::vector<Place> places, Result& result);
   void set_falloff(const Eigen::Array2f& falloff);
   std::vector<std::string> warnings() const;
 
@@ -171,6 +176,8 @@ struct ColorGainStage::State {
   std::shared_ptr<const capture::Image<float>> vignetting;  ///< of both; null: none
   Array3f around = Array3f::Ones();                         ///< mean_irradiance at the probe in this frame's light
   std::uint64_t frames = 0;
+  /// The newest light that the fish-eye measured and a frame agreed with.
+  std::shared_ptr<const Illumination> agreed;
   std::optional<std::uint64_t> contradicted;  ///< Illumination::version of light with which places disagreed
 };
 
@@ -247,8 +254,8 @@ double ColorGainStage::State::evidence_for(const std::vector<Place>& places, con
 
 /// Tries each hidden lamp, the strongest first, lit and switched off. Surface that the lamp hardly lights says nothing.
 /// Where all went out together no lamp alone explains the frame, so the others are supposed lit or off as fits better.
-HiddenLamps ColorGainStage::State::check_hidden(const std::vector<Place>& places, const Illumination& light) const {
-  HiddenLamps result;
+SeenByColor ColorGainStage::State::check_hidden(const std::vector<Place>& places, const Illumination& light) const {
+  SeenByColor result;
   Illumination supposed = light, off = light;
   if (std::erase_if(off.lights, [](const PointLight& lamp) { return lamp.hidden > 0; }) == 0) return result;
   if (evidence_for(places, off, supposed) > 0) supposed = off;
@@ -296,6 +303,24 @@ std::optional<ColorGainStage::State::Measurement> ColorGainStage::State::measure
   return result;
 }
 
+/// How the light changed since it agreed with a frame; empty if the places do not tell.
+std::optional<Dimming> ColorGainStage::State::dimming(const std::vector<Place>& places) const {
+  std::vector<DimmedPlace> seen_again;
+  for (const Place& place : places) {
+    const auto found = cells.find(place.key);
+    if (found == cells.end() || !found->second.light) continue;
+    const Cell& cell = found->second;
+    const Array3f then = unoccluded_irradiance(*cell.light, cell.position_m, cell.normal);
+    if (!(then > 0).all()) continue;
+    DimmedPlace& seen =
+        seen_again.emplace_back(place.radiance / (gain * cell.radiance), std::vector<Array3f>(), place.dark);
+    for (const PointLight& lamp : agreed->lights)
+      seen.parts.push_back(lamp_irradiance(lamp, cell.position_m, cell.normal) / then);
+    seen.parts.push_back(environment_irradiance(*agreed, cell.normal) / then);
+  }
+  return fit_dimming(seen_again, *agreed);
+}
+
 /// Changes within the noise are ignored: renderers reuse results as long as the gain is equal.
 void ColorGainStage::State::follow(const Measurement& measurement) {
   const Array3f step = (measurement.log_gain - gain.log()).abs();
@@ -309,6 +334,7 @@ void ColorGainStage::State::learn(const std::vector<Place>& places, const std::s
     Cell& cell = cells[place.key];
     const Array3f radiance = place.radiance / gain;
     cell.last_seen = frames;
+    if (cell.observations > 0 && light && light->dimmed) continue;  // that light follows from the cells
     const LightChange change = cell.observations == 0 ? LightChange() : light_change(cell, light);
     const Array3f error = radiance / (cell.radiance * change.ratio);
     if (cell.observations > 0 && change.log_sigma < kExposure.inlier_log &&
@@ -386,30 +412,37 @@ float ColorGainStage::State::match_fisheye(const std::vector<Place>& places, con
   return std::exp(correction) - 1;
 }
 
-void ColorGainStage::State::update(const capture::FrameSet& frame, const Eigen::Isometry3f& T_tag_camera,
+void ColorGainStage::State::update(const capture::FrameSet& frame, const Pose& pose,
                                    const std::shared_ptr<const Illumination>& light, std::vector<Place> places,
                                    Result& result) {
   const std::shared_ptr<const Illumination> shining =
-      result.hidden.off.empty() ? light : without_lamps(*light, result.hidden.off);
+      result.light.off.empty() ? light : without_lamps(*light, result.light.off);
   if (shining) around = mean_irradiance(*shining, shining->probe_position_m);
   const auto measurement = measured(places, shining);
   const bool agrees = measurement && measurement->agrees;
+  if (light && measurement && !agrees) contradicted = light->version;
+  const bool outdated = light && (light->dimmed || contradicted == light->version) &&
+                        frame.time_ns - light->time_ns > kExposure.stale_light_ns;
+  if (agrees && light && !light->dimmed) agreed = shining;
+  if (!agrees && light && agreed && agreed->time_ns == light->time_ns) result.light.dimming = dimming(places);
+  if (outdated)
+    result.warnings.push_back(
+        std::string("the light in the colour frames changes and the fish-eye delivers no new frame, or the same one "
+                    "again: ") +
+        (light->dimmed ? "its lamps are as bright as the colour frames show" : "the last light is kept"));
+  // Gain needs places to the centimetre. What went dark, such as the tag in a room whose lamps are off, does not.
+  if (pose.age_ns > 0) return;
   if (agrees) follow(*measurement);
   // Only a frame whose own gain is known can be compared with the fish-eye.
   const bool gain_is_known = agrees || cells.empty();
-  if (light && gain_is_known && (frames < kExposure.match.first || frames % kExposure.match.every == 0)) {
+  if (light && !light->dimmed && gain_is_known &&
+      (frames < kExposure.match.first || frames % kExposure.match.every == 0)) {
+    const Eigen::Isometry3f T_tag_camera = pose.T_tag_camera.cast<float>();
     result.correction = match_fisheye(places, frame, T_tag_camera, *light);
     if (result.correction > 0) places = places_of(frame, T_tag_camera);
   }
   ++frames;
-  if (light && measurement && !agrees) contradicted = light->version;
-  const bool outdated =
-      light && contradicted == light->version && frame.time_ns - light->time_ns > kExposure.stale_light_ns;
-  learn(places, outdated ? nullptr : shining);
-  if (outdated)
-    result.warnings.push_back(
-        "the light in the colour frames changes and the fish-eye delivers no new frame, or the same one again: the "
-        "last light is kept");
+  learn(places, outdated && !light->dimmed ? nullptr : shining);
 }
 
 std::vector<std::string> ColorGainStage::State::warnings() const {
@@ -439,12 +472,11 @@ ColorGainStage::Result ColorGainStage::estimate(const capture::FrameSet& frame, 
   if (frame.color && frame.depth && pose) {
     const Eigen::Isometry3f T_tag_camera = pose->T_tag_camera.cast<float>();
     std::vector<Place> places = s.places_of(frame, T_tag_camera);
-    if (light) result.hidden = s.check_hidden(places, *light);
+    if (light) result.light = s.check_hidden(places, *light);
     if (std::count_if(places.begin(), places.end(), [](const Place& place) { return place.dark; }) >
         kExposure.max_dark_fraction * static_cast<float>(places.size()))
       result.warnings.push_back("the colour frame is too dark to show exposure and light");
-    // Gain needs places to the centimetre. What went dark, such as the tag in a room whose lamps are off, does not.
-    if (pose->age_ns == 0) s.update(frame, T_tag_camera, light, std::move(places), result);
+    s.update(frame, *pose, light, std::move(places), result);
   }
   result.gain = s.base * s.gain;
   result.vignetting = s.vignetting;

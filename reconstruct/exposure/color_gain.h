@@ -10,7 +10,8 @@
 // balance, level and vignetting of these follow from places that the fish-eye sees too (camera_match.h).
 //
 // A lamp that vanished from the fish-eye's image is either covered there or switched off. The same places decide: they
-// are predicted under its light and without it, and what fits the frame better is true.
+// are predicted under its light and without it, and what fits the frame better is true. Where the fish-eye delivers no
+// image and the places contradict its last one, they tell how the light changed since (dimming.h).
 #include <Eigen/Core>
 #include <memory>
 #include <optional>
@@ -42,9 +43,9 @@ class ColorGainStage {
     /// By how much gain and vignetting are estimated otherwise than before for the same light, as a ratio minus 1: what
     /// was measured with the earlier estimate is wrong by it.
     float correction = 0;
-    /// Lamps that the fish-eye does not see (PointLight::hidden), by id: those whose light is missing in this frame
-    /// too, and those whose light is still there. Neither: the frame does not show it.
-    HiddenLamps hidden;
+    /// Lamps that the fish-eye does not see (PointLight::hidden): those whose light is missing in this frame too are
+    /// off, those whose light is still there are lit; of others the frame does not show it.
+    SeenByColor light;
     std::vector<std::string> warnings;
   };
   /// `light`: newest known, with distances of lamps where they are known; may be null.

@@ -24,6 +24,7 @@ struct ExposureParameters {
   int max_average = 16;              ///< observations over which a cell's radiance averages
   float max_dark_fraction = 0.9f;    ///< of the places
   std::int64_t stale_light_ns = 500'000'000;  ///< age of the fish-eye's frame: twice the difference of paired times
+  int dimming_rounds = 20;                    ///< of the fit of powers, and of its solver in each
   int replaced_after = 8;                     ///< observations in a row that contradict a cell until it is learnt anew
   float warning_log = 0.1f;                   ///< mean log gain beyond which a warning reports it
   float hue_warning_log = 0.05f;              ///< the same for the deviation of a channel from the mean

@@ -290,7 +290,13 @@ std::shared_ptr<const DistanceField> FusionStage::fuse(
     const std::function<Eigen::Array3f(const Eigen::Vector3f&)>& light_ratio) {
   State& s = *state_;
   s.light_variance += light_change * light_change;
-  if (!frame.depth || pose.age_ns != 0) return s.field;
+  if (!frame.depth || pose.age_ns != 0) {
+    if (s.field && light_change > 0 && light_ratio) {
+      s.relight_unseen(light_ratio);
+      s.publish();
+    }
+    return s.field;
+  }
   if (frame.depth->depth_m.width != s.camera.width || frame.depth->depth_m.height != s.camera.height) return s.field;
   const bool same_pose = (pose.T_tag_camera.matrix() - s.last_pose.matrix()).cwiseAbs().maxCoeff() < kSamePose;
   if (s.field && same_pose && same_depth(frame.depth, s.last_depth) && same_frame(frame.color, s.last_color))

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "capture/camera/radiance.h"
@@ -144,6 +145,23 @@ std::string clipped_warning(const Illumination& illumination) {
                             100 * illumination.clipped_fraction);
 }
 
+/// Lamps without power are removed.
+void dim(const Dimming& dimming, Illumination& light) {
+  light.dimmed = true;
+  std::erase_if(light.lights, [&](PointLight& lamp) {
+    const auto found = dimming.lamps.find(lamp.id);
+    // A lamp that was found to be a reflection is part of the environment.
+    const Eigen::Array3f factor = found == dimming.lamps.end() ? dimming.environment : found->second;
+    lamp.irradiance.array() *= factor;
+    lamp.intensity.array() *= factor;
+    return lamp.irradiance.isZero();
+  });
+  capture::Image<float>& radiance = light.environment.radiance;
+  for (std::size_t i = 0; i < radiance.data.size(); ++i)
+    radiance.data[i] *= dimming.environment[static_cast<Eigen::Index>(i % 3)];
+  for (Vector3f& coefficient : light.environment_sh) coefficient.array() *= dimming.environment;
+}
+
 /// Irradiance at the probe per channel, as the columns of three vectors towards the lamp; zero for no lamp.
 Eigen::Matrix3f irradiance_vectors(const PointLight* lamp) {
   return lamp ? Eigen::Matrix3f(lamp->direction * lamp->irradiance.transpose()) : Eigen::Matrix3f::Zero();
@@ -183,6 +201,9 @@ struct LightStage::State {
   std::shared_ptr<const Illumination> seen;  ///< from the last image alone,
   std::shared_ptr<const Illumination> last;  ///< and with the positions of lamp tags
   std::vector<std::string> tag_warnings;
+  std::vector<PointLight> placed;  ///< lamps of `last`, before dimming
+  std::optional<Dimming> dimming;
+  bool dimming_is_new = false;
   std::uint64_t version = 0;
 };
 
@@ -219,29 +240,35 @@ void LightStage::State::place(const std::vector<LampTagPose>& tags, bool fresh) 
     tag_matcher.identify(tags, known->lights, known->probe_position_m);
     seen = std::move(known);
   }
-  LampTagMatcher::Result placed =
+  if (dimming && dimming->since_ns != seen->time_ns) dimming.reset();
+  LampTagMatcher::Result found =
       tag_matcher.place(*seen, tags, [this](int tag) { return tracker.id_of_tag(tag, seen->lights); });
-  tag_warnings = std::move(placed.warnings);
-  if (!fresh && last && same_places(placed.lights, last->lights)) return;
+  tag_warnings = std::move(found.warnings);
+  if (!fresh && last && same_places(found.lights, placed)) return;
+  placed = std::move(found.lights);
   auto now = std::make_shared<Illumination>(*seen);
-  now->lights = std::move(placed.lights);
+  now->lights = placed;
+  if (dimming) dim(*dimming, *now);
   now->version = ++version;
   last = std::move(now);
 }
 
-void LightStage::resolve_hidden(const HiddenLamps& hidden) {
+void LightStage::resolve(const SeenByColor& light) {
   State& s = *state_;
+  if (light.dimming) {
+    s.dimming = light.dimming;
+    s.dimming_is_new = true;
+  }
   const auto among = [](const std::vector<int>& ids, const PointLight& lamp) {
     return lamp.hidden > 0 && std::find(ids.begin(), ids.end(), lamp.id) != ids.end();
   };
-  if (!s.seen || std::none_of(s.seen->lights.begin(), s.seen->lights.end(), [&](const PointLight& lamp) {
-        return among(hidden.off, lamp) || among(hidden.lit, lamp);
-      }))
+  if (!s.seen || std::none_of(s.seen->lights.begin(), s.seen->lights.end(),
+                              [&](const PointLight& lamp) { return among(light.off, lamp) || among(light.lit, lamp); }))
     return;
   auto now = std::make_shared<Illumination>(*s.seen);
-  std::erase_if(now->lights, [&](const PointLight& lamp) { return among(hidden.off, lamp); });
+  std::erase_if(now->lights, [&](const PointLight& lamp) { return among(light.off, lamp); });
   for (PointLight& lamp : now->lights) {
-    if (among(hidden.lit, lamp)) lamp.hidden = 1;
+    if (among(light.lit, lamp)) lamp.hidden = 1;
   }
   s.seen = std::move(now);
 }
@@ -280,7 +307,7 @@ LightStage::Result LightStage::extract(const capture::FisheyeFrames& fisheye, co
       result.warnings.push_back("the fish-eye picture is not of the size of its camera: skipped");
     }
   }
-  if (s.seen) s.place(tags, fresh);
+  if (s.seen) s.place(tags, std::exchange(s.dimming_is_new, false) || fresh);
   result.illumination = s.last;
   if (!s.last) {
     result.warnings.push_back(kLightUnknown);

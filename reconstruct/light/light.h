@@ -3,7 +3,9 @@
 // environment integrates to the image; no energy is counted twice.
 #include <Eigen/Core>
 #include <cstdint>
+#include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -37,7 +39,7 @@ struct PointLight {
   /// occluded from it or switched off. Their irradiance is that of an unoccluded lamp, a prior value with
   /// power_log_sigma (kUnknownPowerLogSigma: none); shading of the room determines it better.
   enum class Visibility { visible, outside_view, dark } visibility = Visibility::visible;
-  /// Frames since it was last seen, or shown to be lit by what the colour camera sees (LightStage::resolve_hidden). It
+  /// Frames since it was last seen, or shown to be lit by what the colour camera sees (LightStage::resolve). It
   /// is held, then faded out. 0 if the newest frame shows it.
   int hidden = 0;
 
@@ -49,9 +51,17 @@ struct PointLight {
 /// Null if none has this id.
 const PointLight* lamp_with_id(const std::vector<PointLight>& lights, int id);
 
-/// What the colour camera shows of lamps that the fish-eye no longer sees, by id.
-struct HiddenLamps {
-  std::vector<int> off, lit;
+/// Power of the light over that in the fish-eye's newest image, per channel.
+struct Dimming {
+  std::int64_t since_ns = 0;            ///< Illumination::time_ns of that image
+  std::map<int, Eigen::Array3f> lamps;  ///< by id
+  Eigen::Array3f environment;
+};
+
+/// What the colour camera shows of light that the fish-eye does not see.
+struct SeenByColor {
+  std::vector<int> off, lit;       ///< lamps that the fish-eye no longer sees, by id
+  std::optional<Dimming> dimming;  ///< of all light, while the fish-eye delivers no image
 };
 
 float angle_between(const Eigen::Vector3f& a, const Eigen::Vector3f& b);  ///< in radians; a and b unit
@@ -78,6 +88,7 @@ struct Illumination {
   Sh9 environment_sh = zero_sh();                              ///< its spherical harmonics
   double clipped_fraction = 0;                                 ///< of the fish-eye's pixels
   bool from_shading = false;  ///< without a fish-eye: an uncertain estimate from what the colour camera sees
+  bool dimmed = false;        ///< changed since the fish-eye's image as the colour camera shows (Dimming)
   std::int64_t time_ns = 0;   ///< of the fish-eye frame; frames that repeat it to the bit do not count
   std::uint64_t version = 0;
 };
@@ -100,9 +111,9 @@ class LightStage {
   /// lamps that carry tags, at that moment.
   Result extract(const capture::FisheyeFrames& fisheye, const capture::Frame* color,
                  const std::vector<LampTagPose>& tags, float color_gain = 1);
-  /// Call with ColorGainStage::Result::hidden: lamps that are off go at once, those that are lit are held on. The next
-  /// `extract` returns the new light, if it has no new image, too.
-  void resolve_hidden(const HiddenLamps& hidden);
+  /// Call with ColorGainStage::Result::light: lamps that are off go at once, those that are lit are held on, dimming
+  /// holds until an image of the fish-eye. The next `extract` returns the new light, if it has no new image, too.
+  void resolve(const SeenByColor& light);
   Result extract(const capture::FrameSet& frame, const std::vector<LampTagPose>& tags = {}) {
     return extract(frame.fisheye, frame.color.get(), tags);
   }

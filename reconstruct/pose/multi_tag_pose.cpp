@@ -15,12 +15,6 @@ using Eigen::Isometry3d;
 
 using Step = Eigen::Matrix<double, 6, 1>;
 
-/// Whether a difference is larger than allowed.
-bool contradicts(const Step& step, const Step& sigma) {
-  return step.head<3>().norm() > kTagMap.moved_m + kTagMap.moved_sigmas * sigma.head<3>().norm() ||
-         step.tail<3>().norm() > kTagMap.moved_rad + kTagMap.moved_sigmas * sigma.tail<3>().norm();
-}
-
 /// A candidate as a pose of the camera in the world.
 struct EvidenceTerm {
   Isometry3d T_world_camera;
@@ -68,6 +62,18 @@ void average(const std::vector<EvidenceTerm>& evidence_terms, MultiTagPose& resu
 
 }  // namespace
 
+bool contradicts(const Step& step, const Step& sigma) {
+  return step.head<3>().norm() > kTagMap.moved_m + kTagMap.moved_sigmas * sigma.head<3>().norm() ||
+         step.tail<3>().norm() > kTagMap.moved_rad + kTagMap.moved_sigmas * sigma.tail<3>().norm();
+}
+
+void TagMapEntry::move(const Isometry3d& T_world_tag) {
+  moved_m_ += (T_world_tag.translation() - T_world_tag_->translation()).norm();
+  T_world_tag_ = mean_ = T_world_tag;
+  squares_.setZero();
+  count_ = contradicting_ = 0;
+}
+
 PoseCovariance TagMapEntry::uncertainty(const Isometry3d& T_camera_tag) const {
   PoseCovariance of_tag = PoseCovariance::Zero();  // rotation, translation
   if (first_) return of_tag;
@@ -113,6 +119,8 @@ void TagMapEntry::add_sighting(const Isometry3d& T_world_tag) {
 
 std::string TagMapEntry::warning(int id) const {
   if (!T_world_tag_) return capture::formatted("tag %d: not used until it is seen together with others", id);
+  if (moved_m_ > 0)
+    return capture::formatted("tag %d: it was moved by %.0f mm, objects stay where they were", id, 1e3 * moved_m_);
   if (!configured_ || count_ < kTagMap.min_sightings) return {};
   const Step difference = step_between(*configured_, mean_);
   if (!contradicts(difference, (squares_ / (count_ - 1.0) / count_).cwiseSqrt())) return {};

@@ -9,6 +9,7 @@
 #include "reconstruct/pose/depth_tracking.h"
 #include "reconstruct/pose/filter.h"
 #include "reconstruct/pose/multi_tag_pose.h"
+#include "reconstruct/pose/parameters.h"
 #include "reconstruct/pose/tag.h"
 #include "reconstruct/pose/tag_pose_estimator.h"
 #include "reconstruct/pose/tag_search.h"
@@ -55,6 +56,8 @@ struct PoseStage::State {
   bool measure(const capture::FrameSet& frame, const DistanceField* field, std::vector<std::string>& warnings);
   bool track(const capture::FrameSet& frame, const DistanceField& field);
   bool track_unsharp(const capture::FrameSet& frame, const DistanceField& field, const MultiTagPose& tag);
+  bool tag_was_moved(const capture::FrameSet& frame, const DistanceField& field, const TagReading& reading,
+                     const MultiTagPose& tag);
   void use_tracked(const capture::FrameSet& frame, const PoseEstimate& tracked);
   void add_tag_warnings(std::vector<std::string>& warnings) const;
 
@@ -70,6 +73,7 @@ struct PoseStage::State {
   int measured = 0;                         ///< frames with a tag
   double sharp_sigma_m = 0;                 ///< running mean of the position's 1σ while the print was sharp
   std::int64_t sharp_ns = 0;                ///< the last time it was
+  int moved_alone = 0;                      ///< frames in a row in which the only tag had moved
 };
 
 bool PoseStage::State::recent(const capture::FrameSet& frame) const {
@@ -166,7 +170,8 @@ void PoseStage::State::check_size(const capture::FrameSet& frame, const TagReadi
 /// Adds the poses of extra tags in frames that also show the first tag.
 void PoseStage::State::update_tag_map(const std::vector<TagReading>& readings, const MultiTagPose& pose) {
   if (readings.empty() || readings.front().tag != 0) return;
-  const Isometry3d T_world_camera = readings.front().candidates[pose.choice.front()].T_camera_tag.inverse();
+  const Isometry3d T_world_camera =
+      *tag_map[0].T_world_tag() * readings.front().candidates[pose.choice.front()].T_camera_tag.inverse();
   for (std::size_t r = 1; r < readings.size(); ++r) {
     const std::vector<PoseCandidate>& candidates = readings[r].candidates;
     TagMapEntry& entry = tag_map[readings[r].tag];
@@ -215,6 +220,10 @@ bool PoseStage::State::measure(const capture::FrameSet& frame, const DistanceFie
     warnings.push_back("tag " + std::to_string(tags[tag].id) + ": contradicts the others, left out");
 
   seen_ns = frame.time_ns;
+  if (field && recent(frame) && readings.size() == 1 && tag_was_moved(frame, *field, readings.front(), *chosen)) {
+    warnings.push_back("tag: it moves and the room does not, the pose is tracked by depth");
+    return true;
+  }
   if (field && recent(frame) && track_unsharp(frame, *field, *chosen)) {
     warnings.push_back("tag: its print is blurred or partly covered, the pose is tracked by depth");
     return true;
@@ -245,6 +254,28 @@ bool PoseStage::State::track_unsharp(const capture::FrameSet& frame, const Dista
   if (!tracked || position_sigma_m(tracked->covariance) > position_sigma_m(of_tag)) return false;
   const Eigen::Matrix<double, 6, 1> difference = step_between(tracked->T_tag_camera, tag.T_tag_camera);
   if (squared_mahalanobis(difference, of_tag + tracked->covariance) > kPose.max_disagreement) return false;
+  use_tracked(frame, *tracked);
+  return true;
+}
+
+/// Uses depth if the tag jumped and the camera rests. After some frames the tag is known at its new place.
+bool PoseStage::State::tag_was_moved(const capture::FrameSet& frame, const DistanceField& field,
+                                     const TagReading& reading, const MultiTagPose& tag) {
+  using Step = Eigen::Matrix<double, 6, 1>;
+  const int before = std::exchange(moved_alone, 0);
+  const Step noise = (tag.noise + tag.bias).diagonal().cwiseSqrt();
+  if (!contradicts(step_between(last->T_tag_camera, tag.T_tag_camera), noise)) return false;
+  const auto tracked = tracking.track(frame, field);
+  if (!tracked) return false;
+  const Step difference = step_between(tracked->T_tag_camera, tag.T_tag_camera);
+  if (contradicts(step_between(last->T_tag_camera, tracked->T_tag_camera), Step::Zero()) ||
+      !contradicts(difference, Step::Zero()) ||
+      squared_mahalanobis(difference, tag.noise + tag.bias + tracked->covariance) <
+          kTagMap.moved_sigmas * kTagMap.moved_sigmas)
+    return false;
+  moved_alone = before + 1;
+  if (moved_alone == kTagMap.moved_alone)
+    tag_map[reading.tag].move(tracked->T_tag_camera * reading.candidates[tag.choice.front()].T_camera_tag);
   use_tracked(frame, *tracked);
   return true;
 }

@@ -214,7 +214,7 @@ void Pipeline::State::pose_turn(std::uint64_t& round) {
   const auto posed = std::make_shared<const PosedFrame>(pose_of(*played));
   just_in_time.pose_took(Clock::now() - begin);
   const std::optional<reconstruct::Pose>& where = posed->located.pose;
-  if (where && where->age_ns == 0 && posed->played.frame->depth &&
+  if (where && posed->played.frame->depth &&
       geometry_rest.over(builder.learning() ? kPipeline.rest : kPipeline.geometry_rest_later)) {
     put(to_geometry, posed);
   }

@@ -116,13 +116,13 @@ TEST_F(ColorGain, TellsALampThatIsOffFromACoveredOne) {
   };
   steady();
   const ColorGainStage::Result covered = frame(paint, {1, 1, 1}, two_lamps(4, 1));
-  EXPECT_EQ(covered.hidden.lit, std::vector{7});
-  EXPECT_TRUE(covered.hidden.off.empty());
+  EXPECT_EQ(covered.light.lit, std::vector{7});
+  EXPECT_TRUE(covered.light.off.empty());
   // Of 3 W/m² of the lamps and the environment's, one is missing.
   const double all = unoccluded_irradiance(*two_lamps(1, 0), {0, 0, 0}, {0, 0, 1})[1];
   const auto darker = [&](const Vector3d& p) { return (all - 1) / all * paint(p); };
   const ColorGainStage::Result off = frame(darker, {1, 1, 1}, two_lamps(5, 1));
-  EXPECT_EQ(off.hidden.off, std::vector{7});
+  EXPECT_EQ(off.light.off, std::vector{7});
   EXPECT_NEAR(off.gain[1], 1, 0.02) << "not the camera";
 }
 
@@ -138,7 +138,7 @@ TEST_F(ColorGain, LampsThatGoOutTogetherAreOff) {
   for (std::uint64_t i = 1; i <= 3; ++i) frame(paint, {1, 1, 1}, two_lamps(i, 0));
   const auto black = [](const Vector3d&) { return 0.0; };
   const ColorGainStage::Result off = frame(black, {1, 1, 1}, two_lamps(4, 1));
-  EXPECT_EQ(off.hidden.off, (std::vector{0, 7}));
+  EXPECT_EQ(off.light.off, (std::vector{0, 7}));
   EXPECT_EQ(off.gain[1], 1);
   ASSERT_EQ(off.warnings.size(), 1u);
   EXPECT_NE(off.warnings[0].find("too dark"), std::string::npos) << off.warnings[0];
@@ -160,6 +160,53 @@ TEST_F(ColorGain, LightThatChangesWithoutANewFisheyeFrameIsReported) {
   const ColorGainStage::Result result = frame(moved, {1, 1, 1}, newest);
   EXPECT_TRUE(result.warnings.empty());
   EXPECT_NEAR(result.gain[1], 1, 0.05) << "the change was before";
+}
+
+/// Two lamps near the table, one on each side, and a dim environment; `left`: power of the first.
+std::shared_ptr<const Illumination> lamps_beside(std::uint64_t version, float left) {
+  auto light = std::make_shared<Illumination>();
+  light->version = version;
+  light->environment_sh[0].setConstant(0.1f);
+  for (const float side : {-1.0f, 1.0f}) {
+    PointLight& lamp = light->lights.emplace_back();
+    lamp.id = side < 0 ? 3 : 8;
+    lamp.distance_known = true;
+    lamp.position_m = {0.5f * side, 0, 0.35f};
+    lamp.direction = lamp.position_m.normalized();
+    lamp.intensity.setConstant(side < 0 ? 0.3f * left : 0.3f);
+    lamp.irradiance = lamp.intensity / lamp.position_m.squaredNorm();
+  }
+  return light;
+}
+
+TEST_F(ColorGain, ShowsWhichLampIsDimmerWhileTheFisheyeIsSilent) {
+  const auto lit = [](float left) {
+    return [light = lamps_beside(0, left)](const Vector3d& p) {
+      return paint(p) * unoccluded_irradiance(*light, p.cast<float>(), {0, 0, 1})[1] / 2;
+    };
+  };
+  const auto image = lamps_beside(1, 1);
+  for (int i = 0; i < 3; ++i) EXPECT_FALSE(frame(lit(1), {1, 1, 1}, image).light.dimming);
+  for (const float left : {0.2f, 0.0f}) {
+    const ColorGainStage::Result result = frame(lit(left), {1, 1, 1}, image);
+    ASSERT_TRUE(result.light.dimming) << left;
+    EXPECT_NEAR(result.light.dimming->lamps.at(3)[1], left, 0.05);
+    EXPECT_NEAR(result.light.dimming->lamps.at(8)[1], 1, 0.05);
+    EXPECT_NEAR(result.gain[1], 1, 0.02) << "not the camera";
+  }
+  auto dimmed = std::make_shared<Illumination>(*lamps_beside(2, 0.2f));
+  dimmed->dimmed = true;
+  for (int i = 0; i < 5; ++i) {
+    const ColorGainStage::Result result = frame(lit(0.2f), {1, 1, 1}, dimmed);
+    EXPECT_FALSE(result.light.dimming) << "it agrees";
+    EXPECT_NEAR(result.gain[1], 1, 0.03);
+    ASSERT_EQ(result.warnings.size(), i > 0 ? 1u : 0u) << i;
+    if (i == 0) continue;
+    EXPECT_NE(result.warnings[0].find("as bright as the colour frames show"), std::string::npos);
+  }
+  const ColorGainStage::Result on_again = frame(lit(1), {1, 1, 1}, dimmed);
+  ASSERT_TRUE(on_again.light.dimming);
+  EXPECT_NEAR(on_again.light.dimming->lamps.at(3)[1], 1, 0.05) << "relative to the fish-eye's image";
 }
 
 TEST_F(ColorGain, PlacesSeenBeforeTheFirstFisheyeFrameFollowItsLight) {

@@ -413,6 +413,21 @@ TEST(Fusion, UnseenRadianceFollowsTheLight) {
   EXPECT_NEAR(radiance_after(0, halved), 0.4, 0.005) << "no light changed";
 }
 
+TEST(Fusion, RadianceFollowsTheLightWhileThePoseIsNotMeasured) {
+  const capture::CameraModel camera = test::small_camera();
+  const Isometry3d here = test::looking_at_tag(0.9, 0.8, -1.5);
+  FusionStage stage(test::session_with(camera), FusionSettings{});
+  const auto frame = test::frame_of(test::table, camera, here, 0, {}, [](const Vector3d&) { return 0.4; });
+  Pose pose = test::pose_at(here);
+  const auto off = [](const Vector3f&) { return Eigen::Array3f::Zero().eval(); };
+  EXPECT_FALSE(stage.fuse(frame, {.age_ns = 1}, 1, off)) << "nothing is known";
+  stage.fuse(frame, pose);
+  pose.age_ns = 1;
+  const auto field = stage.fuse(frame, pose, 1, off);
+  EXPECT_EQ(field->radiance({0.05f, 0.01f, 0})->x(), 0);
+  EXPECT_EQ(stage.fuse(frame, pose), field) << "no light changed";
+}
+
 TEST(Fusion, ADistortedLens) {
   capture::CameraModel camera = test::small_camera();
   camera.distortion = {-0.2, 0.05, 0.001, -0.001, 0};

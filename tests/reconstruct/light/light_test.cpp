@@ -194,6 +194,34 @@ TEST(LightStage, LampCoveredForOneFrameStaysAndOneThatWentOutFades) {
   EXPECT_LT(largest_step, 0.26f * before->lights[0].irradiance.x());
 }
 
+TEST(LightStage, DimmingHoldsUntilTheNextImage) {
+  const capture::Session session = session_with_fisheye();
+  LightStage stage(session);
+  capture::FrameSet frame = frame_with_lamps(session);
+  const auto bright = stage.extract(frame).illumination;
+  const int id = bright->lights[0].id, out = bright->lights[1].id;
+  Dimming dimming{.since_ns = bright->time_ns, .lamps = {}, .environment = {0.5f, 0.5f, 0.5f}};
+  dimming.lamps = {{id, {0.25f, 0.5f, 1}}, {out, {0, 0, 0}}};
+  stage.resolve({.off = {}, .lit = {}, .dimming = dimming});
+  const auto dim = stage.extract(frame).illumination;
+  EXPECT_GT(dim->version, bright->version);
+  EXPECT_TRUE(dim->dimmed);
+  EXPECT_EQ(dim->time_ns, bright->time_ns);
+  ASSERT_EQ(dim->lights.size(), bright->lights.size() - 1);
+  EXPECT_TRUE(
+      dim->lights[0].irradiance.isApprox(bright->lights[0].irradiance.cwiseProduct(Eigen::Vector3f(0.25f, 0.5f, 1))));
+  EXPECT_TRUE(dim->environment_sh[0].isApprox(0.5f * bright->environment_sh[0]));
+  EXPECT_EQ(stage.extract(frame).illumination, dim) << "no new image";
+  auto newer = std::make_shared<capture::Frame>(*frame.fisheye.front());
+  newer->stamp.time_ns += 100'000'000;
+  if (newer->radiance.empty())
+    newer->encoded.data[0] ^= 1;
+  else
+    newer->radiance.data[0] += 1e-4f;
+  frame.fisheye = {newer};
+  EXPECT_FALSE(stage.extract(frame).illumination->dimmed);
+}
+
 TEST(LightStage, WhatTheColourCameraShowsDecidesAboutAHiddenLamp) {
   const capture::Session session = session_with_fisheye();
   LightStage stage(session);
@@ -203,10 +231,10 @@ TEST(LightStage, WhatTheColourCameraShowsDecidesAboutAHiddenLamp) {
     const auto lights = stage.extract(covered).illumination->lights;
     ASSERT_EQ(lights.size(), 2u) << "held as long as its light is there";
     EXPECT_EQ(lights[1].id, id);
-    stage.resolve_hidden({.off = {}, .lit = {id}});
+    stage.resolve({.off = {}, .lit = {id}});
   }
   const std::uint64_t version = stage.extract(covered).illumination->version;
-  stage.resolve_hidden({.off = {id}, .lit = {}});
+  stage.resolve({.off = {id}, .lit = {}});
   const auto off = stage.extract({}, nullptr, {}).illumination;
   EXPECT_EQ(off->lights.size(), 1u) << "without a new image";
   EXPECT_GT(off->version, version);

@@ -36,7 +36,7 @@ class Tracking : public testing::Test {
     last_ = now;
     return ids;
   }
-  /// As LightStage::resolve_hidden does.
+  /// As LightStage::resolve does.
   void switch_off_hidden() {
     std::erase_if(last_->lights, [](const PointLight& lamp) { return lamp.hidden > 0; });
   }

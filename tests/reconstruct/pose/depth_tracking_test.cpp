@@ -99,6 +99,27 @@ TEST_F(DepthTrackingFrames, TracksByDepthAndReturnsToTheTag) {
   }
 }
 
+// The camera rests; the tag is pushed by 4 cm along the floor and stays there.
+TEST_F(DepthTrackingFrames, ATagThatIsPushedMovesNoObject) {
+  constexpr std::uint64_t kPushed = 5, kKnown = kPushed + 3;
+  const Isometry3d truth = camera_on_path(0);
+  PoseStage stage(some_tag(), camera);
+  for (std::uint64_t i = 0; i < 20; ++i) {
+    const Isometry3d T_tag_room(Eigen::Translation3d(i < kPushed ? 0 : -0.04, 0, 0));
+    capture::FrameSet seen = test::frame_of(
+        test::view_of_tag(camera, finder.pattern(), 0.16, T_tag_room * truth, {2, static_cast<unsigned>(i) + 1}), i,
+        static_cast<std::int64_t>(i) * kFrameNs);
+    seen.depth = frame(0, true, 1).depth;
+    const auto result = stage.locate(seen, &field);
+    ASSERT_TRUE(result.pose) << i;
+    EXPECT_EQ(result.pose->from, i >= kPushed && i < kKnown ? Pose::From::surface : Pose::From::tag) << i;
+    EXPECT_LT(test::millimetres_apart(result.pose->T_tag_camera, truth), 5) << i;
+    EXPECT_EQ(result.warnings.empty(), i < kPushed) << i;
+    if (i < kKnown) continue;
+    EXPECT_NE(result.warnings.front().find("tag 2: it was moved by "), std::string::npos) << result.warnings.front();
+  }
+}
+
 TEST_F(DepthTrackingFrames, WithoutFieldOrDepthThePoseOnlyAges) {
   for (const bool with_field : {false, true}) {
     PoseStage stage(some_tag(), camera);
