@@ -9,6 +9,7 @@
 #include "reconstruct/field/field_rays.h"
 #include "reconstruct/field/real_surface_mesh.h"
 #include "reconstruct/lamps/lamp_memory.h"
+#include "reconstruct/lamps/lamp_placement.h"
 #include "reconstruct/lamps/parameters.h"
 #include "reconstruct/shading/irradiance.h"
 #include "tests/reconstruct/albedo/albedo_room.h"
@@ -67,6 +68,72 @@ TEST(LampPosterior, DistanceOfNearAndFarLamps) {
     EXPECT_LT(std::abs(error), 3 * sigma);
     EXPECT_LT(sigma, 0.2);
   }
+}
+
+/// A lamp of which shading tells nothing.
+PointLight faint_lamp(const Vector3f& direction, bool clipped) {
+  PointLight light;
+  light.id = 1;
+  light.direction = direction.normalized();
+  light.irradiance = Vector3f::Constant(1e-4f);
+  light.angular_radius_rad = 0.02f;
+  light.clipped = clipped;
+  return light;
+}
+
+TEST(LampPosterior, LampsHangAtTheUsualHeightWhereShadingTellsNothing) {
+  for (const Vector3f& direction : {Vector3f(0.1f, 0.1f, 1), Vector3f(1, 0, 0.3f), Vector3f(1, 1, -0.2f)}) {
+    Scene scene({0.5f, -0.3f, 0.8f});
+    scene.light.lights = {faint_lamp(direction, false)};
+    scene.model.emplace(*scene.irradiance, scene.light, scene.samples, scene.gathered);
+    const LampPosterior found = scene.solve(0.6);
+    const double expected = kLampParameters.posterior.inverse_height * std::max(0.0f, direction.normalized().z());
+    EXPECT_NEAR(found.shapes[0].inverse_distance, expected, 0.01) << direction.transpose();
+    EXPECT_GT(found.inverse_distance_sigma(0), 0.3) << "it remains uncertain";
+  }
+}
+
+TEST(LampPosterior, ClippedLampsOfAKindHangAtOneHeightAndHaveOneColour) {
+  const Vector3f lamp_m(0.2f, -0.1f, 0.9f);
+  Scene scene(lamp_m, true);
+  const Vector3f red(4, 1, 1);
+  scene.light.lights[0].irradiance = scene.light.lights[0].irradiance.cwiseProduct(red / 4);
+  scene.light.lights.push_back(faint_lamp({0.5f, 0.5f, 1}, true));
+  scene.light.lights[1].angular_radius_rad = scene.light.lights[0].angular_radius_rad;
+  scene.model.emplace(*scene.irradiance, scene.light, scene.samples, scene.gathered);
+  const auto inverse_height = [&](const LampPosterior& found, std::size_t lamp) {
+    return found.shapes[lamp].inverse_distance / scene.light.lights[lamp].direction.z();
+  };
+  const auto ratio = [&](const LampPosterior& found, std::size_t lamp) {  // of red to green
+    return std::log(scene.light.lights[lamp].irradiance.x() / scene.light.lights[lamp].irradiance.y()) +
+           found.shapes[lamp].log_gain[0] - found.shapes[lamp].log_gain[1];
+  };
+  const double truth = 1 / (lamp_m - scene.room.probe).norm();
+  scene.model->tabulate(0, {truth - 0.2, truth - 0.1, truth, truth + 0.1, truth + 0.2}, 5);
+  scene.model->tabulate(1, {0}, 1);
+  const auto solve = [&](bool same_kind) {
+    return solve_lamps(*scene.model, choose_pairs(scene.samples), -1,
+                       {{.inverse_distance = truth}, {.inverse_distance = 0.3, .flat = !same_kind}}, Search::fine);
+  };
+  const LampPosterior alike = solve(true), other = solve(false);
+  const double usual = kLampParameters.posterior.inverse_height;
+  ASSERT_GT(inverse_height(alike, 0), usual + 0.4);
+  EXPECT_NEAR(inverse_height(alike, 1), inverse_height(alike, 0), 0.2);
+  EXPECT_NEAR(inverse_height(other, 1), usual, 0.1);
+  EXPECT_LT(std::abs(ratio(alike, 1) - ratio(alike, 0)), 0.7 * std::abs(ratio(other, 1) - ratio(other, 0)));
+}
+
+TEST(LampPosterior, FaintLampsAreNeitherSearchedNorInfinitelyFar) {
+  Scene scene({0.5f, -0.3f, 0.8f});
+  scene.light.lights.push_back(faint_lamp({0.5f, 0.5f, 1}, false));
+  LampMemory memory;
+  const std::vector<LampEstimate> found =
+      locate_lamps(*scene.irradiance, scene.light, scene.samples, scene.gathered, std::nullopt, {}, memory);
+  EXPECT_NEAR(found[0].distance_m, (Vector3f(0.5f, -0.3f, 0.8f) - scene.room.probe).norm(), 0.03);
+  EXPECT_FALSE(found[1].far);
+  EXPECT_NEAR(found[1].distance_m * scene.light.lights[1].direction.z(), 1 / kLampParameters.posterior.inverse_height,
+              0.1);
+  EXPECT_GT(found[1].log_sigma, 0.5);
 }
 
 TEST(LampPosterior, InformationIsTheCurvatureOfItsOwnCost) {
