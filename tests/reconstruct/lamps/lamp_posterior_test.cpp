@@ -96,10 +96,11 @@ TEST(LampPosterior, LampsHangAtTheUsualHeightWhereShadingTellsNothing) {
 TEST(LampPosterior, ClippedLampsOfAKindHangAtOneHeightAndHaveOneColour) {
   const Vector3f lamp_m(0.2f, -0.1f, 0.9f);
   Scene scene(lamp_m, true);
-  const Vector3f red(4, 1, 1);
-  scene.light.lights[0].irradiance = scene.light.lights[0].irradiance.cwiseProduct(red / 4);
   scene.light.lights.push_back(faint_lamp({0.5f, 0.5f, 1}, true));
-  scene.light.lights[1].angular_radius_rad = scene.light.lights[0].angular_radius_rad;
+  scene.light.lights[1].irradiance = 1e-4f * Vector3f(1, 0.25f, 0.25f);  // green and blue clip more than red
+  // Of equal radiance it is faint, too.
+  scene.light.lights[1].angular_radius_rad =
+      scene.light.lights[0].angular_radius_rad * std::sqrt(1e-4f / scene.light.lights[0].irradiance.x());
   scene.model.emplace(*scene.irradiance, scene.light, scene.samples, scene.gathered);
   const auto inverse_height = [&](const LampPosterior& found, std::size_t lamp) {
     return found.shapes[lamp].inverse_distance / scene.light.lights[lamp].direction.z();
