@@ -4,11 +4,18 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <ctime>
 
+#include "capture/session/session.h"
+#include "capture/source.h"
+#include "reconstruct/albedo/albedo.h"
 #include "reconstruct/calibrate/pictures.h"
+#include "reconstruct/fusion/fusion.h"
 #include "reconstruct/light/light.h"
+#include "reconstruct/pose/pose.h"
 #include "tests/reconstruct/light/light_views.h"
 #include "tests/reconstruct/real_data.h"
 
@@ -107,6 +114,37 @@ TEST(LightCorridor, SpotsInTheCeiling) {
   std::printf("light: corridor, %zu spots, %.2f deg off at most; %zu lamps, of which %d are a tag's paper\n",
               kSpots.size(), max_degrees, lamps.size(), on_floor);
   EXPECT_LE(strong_on_floor, 3);
+}
+
+/// The same room as a session: all lamps clipped, and a polished floor.
+TEST(LightCorridor, SpotsHangUnderTheCeiling) {
+  const auto folder = test::data_folder("../sessions-real/corridor");
+  if (!folder) GTEST_SKIP() << "LUMIGRAFT_EXTRA names no folder with sessions-real/corridor";
+  const capture::Session session = capture::read_session(capture::ConfigTable::load(*folder / "session.toml"));
+  const auto frame = capture::open_frames(session)->next(std::chrono::seconds(1));
+  ASSERT_TRUE(frame);
+  PoseStage locate(session.tag, session.color.model, session.color.response);
+  const auto pose = locate.locate(*frame).pose;
+  ASSERT_TRUE(pose);
+  FusionStage fuse(session, {});
+  const auto field = fuse.fuse(*frame, *pose);
+  LightStage light(session);
+  AlbedoStage solve(session);
+  const std::clock_t start = std::clock();
+  const auto result = solve.solve(*field, *light.extract(*frame).illumination);
+  const double ms = 1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+  int spots = 0;
+  for (const PointLight& lamp : result.illumination->lights) {
+    EXPECT_GT(lamp.direction.z(), 0) << "no lamp below the floor, and none on it";
+    if (lamp.direction.z() < 0.4f) continue;  // the far end
+    ++spots;
+    ASSERT_TRUE(lamp.distance_known);
+    EXPECT_GT(lamp.position_m.z(), 2) << lamp.direction.transpose();
+    EXPECT_LT(lamp.position_m.z(), 3.5f) << lamp.direction.transpose();
+    EXPECT_LT(lamp.power_log_sigma, 1) << "of one kind";
+  }
+  EXPECT_EQ(spots, static_cast<int>(kSpots.size()));
+  std::printf("light: corridor, %d spots, %zu lamps, %.0f CPU ms\n", spots, result.illumination->lights.size(), ms);
 }
 
 }  // namespace
