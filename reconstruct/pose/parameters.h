@@ -74,6 +74,8 @@ struct TagMapParameters {
   int max_sightings = 300;   ///< in the mean
   int moved_sightings = 15;  ///< contradicting ones in a row, after which the tag was moved
   int moved_alone = 3;       ///< frames in a row in which depth shows that the only tag was moved: no flip of its pose
+  /// Of variance expected by the camera's motion over that with depth, along the tag's jump: depth measured it.
+  double measured_by_depth = 16;
   double configured_sigma_m = 0.003, configured_sigma_rad = 0.01;  ///< 1σ of what a person measures
   double min_sigma_m = 0.0003, min_sigma_rad = 0.0005;             ///< 1σ that more sightings do not improve
   double moved_m = 0.01, moved_rad = 0.035;  ///< a larger difference, besides noise, is a contradiction

@@ -268,6 +268,12 @@ bool PoseStage::State::tag_was_moved(const capture::FrameSet& frame, const Dista
   const auto tracked = tracking.track(frame, field);
   if (!tracked) return false;
   const Step difference = step_between(tracked->T_tag_camera, tag.T_tag_camera);
+  // Along a bare floor depth does not tell who moved: there the tracked pose is the expected one, as uncertain as that.
+  const double elapsed_s = 1e-9 * static_cast<double>(frame.time_ns - last->time_ns);
+  const PoseCovariance expected = DepthTracking::predicted(last->covariance, elapsed_s);
+  if (squared_mahalanobis(difference, tracked->covariance) <
+      kTagMap.measured_by_depth * squared_mahalanobis(difference, expected))
+    return false;
   if (contradicts(step_between(last->T_tag_camera, tracked->T_tag_camera), Step::Zero()) ||
       !contradicts(difference, Step::Zero()) ||
       squared_mahalanobis(difference, tag.noise + tag.bias + tracked->covariance) <

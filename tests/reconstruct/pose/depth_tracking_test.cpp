@@ -120,6 +120,28 @@ TEST_F(DepthTrackingFrames, ATagThatIsPushedMovesNoObject) {
   }
 }
 
+// Over a bare floor depth does not tell a camera that starts to move from a tag that is pushed: then the tag is right.
+TEST_F(DepthTrackingFrames, OverABareFloorTheCameraMovesAndNotTheTag) {
+  TestRoom bare;
+  bare.half_m = 0.9f;
+  const DistanceField floor = bare.field();
+  PoseStage stage(some_tag(), camera);
+  for (std::uint64_t i = 0; i < 12; ++i) {
+    const double moved_m = i < 5 ? 0 : 0.05 * static_cast<double>(i - 4);  // 1.5 m/s from one frame to the next
+    const Isometry3d truth = Eigen::Translation3d(0.6 * moved_m, 0.8 * moved_m, 0) * camera_on_path(0);
+    capture::FrameSet seen =
+        test::frame_of(test::view_of_tag(camera, finder.pattern(), 0.16, truth, {2, static_cast<unsigned>(i) + 1}), i,
+                       static_cast<std::int64_t>(i) * kFrameNs);
+    seen.depth = std::make_shared<capture::DepthFrame>(
+        test::depth_of_room(bare, camera, truth, static_cast<unsigned>(i) + 1, 1));
+    const auto result = stage.locate(seen, &floor);
+    ASSERT_TRUE(result.pose) << i;
+    EXPECT_EQ(result.pose->from, Pose::From::tag) << i;
+    EXPECT_LT(test::millimetres_apart(result.pose->T_tag_camera, truth), 5) << i;
+    EXPECT_TRUE(result.warnings.empty()) << i << " " << result.warnings.front();
+  }
+}
+
 TEST_F(DepthTrackingFrames, WithoutFieldOrDepthThePoseOnlyAges) {
   for (const bool with_field : {false, true}) {
     PoseStage stage(some_tag(), camera);
