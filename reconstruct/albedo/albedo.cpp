@@ -91,6 +91,15 @@ std::string distance_warning(const std::vector<PointLight>& lights) {
          " treated as infinitely distant: the room's shading does not determine the distance";
 }
 
+std::string guessed_distance_warning(const std::vector<PointLight>& lights) {
+  const auto guessed = std::count_if(lights.begin(), lights.end(), [](const PointLight& l) {
+    return l.distance_known && l.distance_log_sigma > kStage.guess_log_sigma;
+  });
+  if (guessed == 0) return "";
+  return "the distance of " + std::to_string(guessed) + (guessed == 1 ? " lamp" : " lamps") +
+         " is a guess, of a usual height: the room's shading does not determine it";
+}
+
 std::string power_warning(const std::vector<PointLight>& lights) {
   const auto guessed = std::count_if(lights.begin(), lights.end(),
                                      [](const PointLight& l) { return l.power_log_sigma > kStage.guess_log_sigma; });
@@ -323,8 +332,8 @@ void AlbedoStage::State::add_warnings(const Illumination& lit) {
     if (const auto estimate = estimates.find(light.id); estimate != estimates.end())
       lamps.push_back(estimate->second.estimate);
   }
-  for (const std::string& warning :
-       {distance_warning(lit.lights), beam_warning(lamps), power_warning(lit.lights), extrinsics_found})
+  for (const std::string& warning : {distance_warning(lit.lights), guessed_distance_warning(lit.lights),
+                                     beam_warning(lamps), power_warning(lit.lights), extrinsics_found})
     if (!warning.empty()) last.warnings.push_back(warning);
 }
 

@@ -24,7 +24,7 @@ struct AlbedoParameters {
     float max_environment_change = 0.05f;  ///< relative, for an incremental solution
     float other_light = 0.05f;             ///< relative change of light, after which what was solved is prior knowledge
     float kept_information = 0.75f;        ///< of it: surfaces change, too
-    float guess_log_sigma = 0.3f;          ///< of a lamp's power, above which a warning calls it a guess
+    float guess_log_sigma = 0.3f;          ///< of a lamp's power or distance, above which a warning calls it a guess
     float max_distance_m = 7.5f;  ///< beyond it a lamp counts as infinitely far (sweep light-distance: 2° off)
   } stage;
 

@@ -340,10 +340,13 @@ TEST(AlbedoStage, SmallPatchDoesNotDetermineTheDistance) {
   room.ambient = Eigen::Vector3f::Constant(0.1f);
   AlbedoStage stage{capture::Session()};
   const auto result = stage.solve(room.field(), room.illumination());
-  EXPECT_FALSE(result.illumination->lights[0].distance_known);
+  const PointLight& lamp = result.illumination->lights[0];
+  ASSERT_TRUE(lamp.distance_known);
+  EXPECT_LT(std::abs(std::log((lamp.position_m - room.probe).norm() / (room.lamps[0].position - room.probe).norm())),
+            2 * lamp.distance_log_sigma);
   ASSERT_EQ(result.warnings.size(), 1u);
-  EXPECT_NE(result.warnings[0].find("1 lamp is treated as infinitely distant"), std::string::npos);
-  // A distant lamp is a good approximation for so small a patch.
+  EXPECT_NE(result.warnings[0].find("the distance of 1 lamp is a guess, of a usual height"), std::string::npos);
+  // A lamp at a usual height is a good approximation for so small a patch.
   EXPECT_LT((albedo_at(*result.albedo, {0, 0, 0}).first - room.albedo({0, 0, 0})).cwiseAbs().mean(), 0.02);
 }
 
