@@ -312,8 +312,8 @@ std::optional<Dimming> ColorGainStage::State::dimming(const std::vector<Place>& 
     const Cell& cell = found->second;
     const Array3f then = unoccluded_irradiance(*cell.light, cell.position_m, cell.normal);
     if (!(then > 0).all()) continue;
-    DimmedPlace& seen =
-        seen_again.emplace_back(place.radiance / (gain * cell.radiance), std::vector<Array3f>(), place.dark);
+    seen_again.push_back({place.radiance / (gain * cell.radiance), {}, place.dark});
+    DimmedPlace& seen = seen_again.back();
     for (const PointLight& lamp : agreed->lights)
       seen.parts.push_back(lamp_irradiance(lamp, cell.position_m, cell.normal) / then);
     seen.parts.push_back(environment_irradiance(*agreed, cell.normal) / then);
