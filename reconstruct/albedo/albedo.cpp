@@ -359,10 +359,10 @@ void AlbedoStage::State::place_lamps(const std::shared_ptr<Illumination>& lit, c
 std::optional<AlbedoStage::State::Followed> AlbedoStage::State::known_lamps(const Illumination& merged) const {
   Followed result;
   for (const PointLight& light : merged.lights) {
-    const auto known = estimates.find(light.id);
-    if (known == estimates.end()) return std::nullopt;
-    const PointLight& was = known->second.light;
-    result.lamps.push_back(known->second.estimate);
+    const auto before = estimates.find(light.id);
+    if (before == estimates.end()) return std::nullopt;
+    const PointLight& was = before->second.light;
+    result.lamps.push_back(before->second.estimate);
     result.changed.push_back(!Located::same_place(was, light, merged.probe_position_m) ||
                              (light.clipped && !Located::same_power(was, light)));
     // A lamp that turned was carried; its power is as before.

@@ -24,6 +24,11 @@ inline capture::FisheyeCamera fisheye(double fov_degrees = 190, int size = 300) 
 
 using Radiance = std::function<Eigen::Vector3f(const Eigen::Vector3f&)>;
 
+/// Mask of clipped pixels of a picture without any.
+inline capture::Image<std::uint8_t> unclipped(const capture::Image<float>& picture) {
+  return capture::Image<std::uint8_t>(picture.width, picture.height, 1, 0);
+}
+
 /// Renders with 3 x 3 samples per pixel, so that edges are blurred as by a real pixel.
 inline capture::Image<float> render(const capture::FisheyeCamera& camera, const Radiance& radiance) {
   capture::Image<float> picture(camera.model.width, camera.model.height, 3);

@@ -23,10 +23,6 @@ namespace {
 
 using Eigen::Vector3f;
 
-capture::Image<std::uint8_t> unclipped(const capture::Image<float>& picture) {
-  return capture::Image<std::uint8_t>(picture.width, picture.height, 1, 0);
-}
-
 TEST(ManyLamps, AllOnADomeAreFound) {
   const capture::FisheyeCamera camera = fisheye(190, 512);
   const FisheyeView view = fisheye_view(camera);

@@ -14,10 +14,6 @@
 namespace lumigraft::reconstruct {
 namespace {
 
-capture::Image<std::uint8_t> unclipped(const capture::Image<float>& picture) {
-  return capture::Image<std::uint8_t>(picture.width, picture.height, 1, 0);
-}
-
 /// Clips an image at `max`; returns the mask of clipped pixels.
 capture::Image<std::uint8_t> clip(capture::Image<float>* picture, float max) {
   capture::Image<std::uint8_t> clipped = unclipped(*picture);
