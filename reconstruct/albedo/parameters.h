@@ -52,6 +52,8 @@ struct AlbedoParameters {
     float model_error = 0.08f;            ///< 1σ of modelled irradiance of a sample, away from shadow edges
     float scale_error = 0.01f;            ///< 1σ of the two cameras' scale, which no misfit shows
     float lamp_error = 0.02f;             ///< 1σ of the fish-eye's radiance, which all solutions share
+    int directions_around = 8;            ///< in which a sample's surroundings are searched for unmeasured surface,
+    float max_gap = 0.75f;                ///< which has no sample within this, in edges of the sample's cell
     float edge_error = 0.35f;             ///< of a lamp's light, times the variation of its visibility around a sample
     float max_distance_slope = 4;         ///< of log irradiance by log distance: beyond it surface is grazed
     float metal_sigma = 0.02f;            ///< absolute, of albedo 0: metal is configured

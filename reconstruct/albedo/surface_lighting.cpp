@@ -143,9 +143,9 @@ SurfaceLighting::SurfaceLighting(const Surface& surface, const IrradianceModel& 
     }
     for (std::size_t i = 0; i < samples.size(); ++i) {
       contrast[i] = std::min(visible[i], 1 - visible[i]);
-      for (const Eigen::Vector3f& beside : unmeasured_beside(i)) {
-        const float there = left_[lamp][i] * room.visibility(light, distance, beside, samples[i].normal, 1);
-        contrast[i] = std::max(contrast[i], std::abs(visible[i] - there));
+      for (const Eigen::Vector3f& position : unmeasured_positions_around(i)) {
+        const float visibility = left_[lamp][i] * room.visibility(light, distance, position, samples[i].normal, 1);
+        contrast[i] = std::max(contrast[i], std::abs(visible[i] - visibility));
       }
       for (const int j : neighbours_[i]) {
         contrast[i] = std::max(contrast[i], std::abs(visible[i] - visible[static_cast<std::size_t>(j)]));
@@ -166,17 +166,18 @@ float SurfaceLighting::lamp_distance(std::size_t lamp) const {
   return light.distance_known ? (light.position_m - illumination_.probe_position_m).norm() : kInfinitelyFar;
 }
 
-std::vector<Eigen::Vector3f> SurfaceLighting::unmeasured_beside(std::size_t i) const {
+std::vector<Eigen::Vector3f> SurfaceLighting::unmeasured_positions_around(std::size_t i) const {
   const SurfaceSample& sample = surface_.samples[i];
   const Eigen::Vector3f x = sample.size_m * sample.normal.unitOrthogonal(), y = sample.normal.cross(x);
   std::vector<Eigen::Vector3f> result;
-  for (int k = 0; k < 8; ++k) {
-    const float angle = static_cast<float>(k) * std::numbers::pi_v<float> / 4;
-    const Eigen::Vector3f beside = sample.position + std::cos(angle) * x + std::sin(angle) * y;
+  for (int k = 0; k < kLighting.directions_around; ++k) {
+    const float angle = static_cast<float>(k) * 2 * std::numbers::pi_v<float> / kLighting.directions_around;
+    const Eigen::Vector3f position = sample.position + std::cos(angle) * x + std::sin(angle) * y;
     const bool measured = std::any_of(neighbours_[i].begin(), neighbours_[i].end(), [&](int j) {
-      return (surface_.samples[static_cast<std::size_t>(j)].position - beside).norm() < 0.75f * sample.size_m;
+      return (surface_.samples[static_cast<std::size_t>(j)].position - position).norm() <
+             kLighting.max_gap * sample.size_m;
     });
-    if (!measured) result.push_back(beside);
+    if (!measured) result.push_back(position);
   }
   return result;
 }
@@ -305,7 +306,7 @@ std::vector<PointAlbedo> SurfaceLighting::albedo(const std::vector<SampleAlbedo>
     const float w_around = 1 / (around.sigma * around.sigma + 1e-8f);
     result[i].albedo = ((w_direct * direct + w_around * around.albedo.array()) / (w_direct + w_around)).matrix();
     // Errors of the model, of lamps and of the unseen floor are common to the point and its surroundings: averaging
-    // does not reduce them. Texture goes on within a voxel as between those of a patch.
+    // does not reduce them. Texture within a voxel is as strong as between the voxels of a patch.
     const float floor_error =
         static_cast<float>(kLampParameters.posterior.room_log_sigma) * surface_.samples[own].floor_light;
     const float common = std::hypot(std::hypot(model_error_, kLighting.scale_error),

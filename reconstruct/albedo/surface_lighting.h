@@ -73,9 +73,9 @@ class SurfaceLighting {
     float texture = 0;                                    ///< relative 1σ
   };
   float lamp_distance(std::size_t lamp) const;  ///< from the probe
-  /// Places beside a sample, one size away, where no other is: clipped in all pictures, or a rim. The edge of a shadow
-  /// may lie there.
-  std::vector<Eigen::Vector3f> unmeasured_beside(std::size_t sample) const;
+  /// Positions one sample size away from a sample without another sample near them: the surface there is clipped in all
+  /// frames, or a rim. It may contain a shadow edge.
+  std::vector<Eigen::Vector3f> unmeasured_positions_around(std::size_t sample) const;
   Interpolated interpolate(const SurfacePoint& point, const std::vector<SampleAlbedo>& samples) const;
   Eigen::Vector3f lamp_irradiance(std::size_t lamp, const Eigen::Vector3f& position, const Eigen::Vector3f& normal,
                                   float visible) const;

@@ -32,7 +32,7 @@ class FusionStage {
   ~FusionStage();
   /// Fuses a frame and returns the published field. The same pointer as before if nothing is published: its images and
   /// its pose (within 1e-5 m and per matrix element) are those of the last fused frame. A frame without depth, or whose
-  /// pose was not measured in it, only tells that light changed. Null before the first depth image.
+  /// pose was not measured in it, only updates radiance to the changed light. Null before the first depth image.
   /// `light_change`: relative change of the room's light since the previous call (relative_change of light.h).
   /// It is added, squared, to the relative variance of the radiance of earlier frames (WorkingBrick::forget_radiance).
   /// `light_ratio`: irradiance at a place now over that at the previous call, per channel; surface that the frame does

@@ -100,7 +100,7 @@ class LampSearch {
   /// From what was found on fewer samples.
   LampPosterior solve_from(const std::vector<LampShape>& shapes, LampMemory& memory) {
     shapes_ = shapes;
-    mark_weak_here();
+    tabulate_and_mark_weak();
     const std::optional<LampPosterior> found = solve_within_reach(memory);
     return with_distant(found ? *found : solve(memory), memory);
   }
@@ -108,7 +108,7 @@ class LampSearch {
   /// From earlier estimates; empty if a lamp moved out of the range searched around them.
   std::optional<LampPosterior> solve_near(const std::vector<std::optional<LampEstimate>>& before, LampMemory& memory) {
     for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) start_at(lamp, *before[lamp]);
-    mark_weak_here();
+    tabulate_and_mark_weak();
     std::optional<LampPosterior> found = solve_within_reach(memory);
     if (!found) return std::nullopt;
     return with_distant(*std::move(found), memory);
@@ -134,7 +134,7 @@ class LampSearch {
       const double inverse = shape.far ? near_[lamp] : std::max(shape.inverse_distance, kMinInverse);
       estimate.distance_m = static_cast<float>(1 / inverse);
       estimate.log_sigma = static_cast<float>(found.inverse_distance_sigma(lamp) / inverse);
-      // Light that no pair shows to be wrong, of which the lamp's power is measured.
+      // Errors of gathered light that all pairs share shift the lamp's power, and no pair shows them.
       if (clipped(lamp))
         estimate.gain_log_sigma =
             static_cast<float>(std::hypot(found.gain_log_sigma(lamp), kLampParameters.posterior.model_error));
@@ -170,8 +170,8 @@ class LampSearch {
     return solve_lamps(model_, pairs_, paper_, shapes_, Search::fine, prior ? &*prior : nullptr);
   }
 
-  /// Of lamps that give the samples less light than the error of the model shading tells nothing. They stay where they
-  /// were, or where the prior has them; their powers follow those of their kind.
+  /// Shading does not determine lamps that contribute less light to the samples than the error of the model. They keep
+  /// their earlier distance, or that of the prior; their powers follow those of their kind.
   void mark_weak() {
     const std::vector<Eigen::Array3f> all = model_.irradiance(powers_, factors_);
     for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
@@ -182,7 +182,7 @@ class LampSearch {
           !unseen(lamp) && sum < kLampParameters.posterior.model_error * static_cast<float>(all.size());
     }
   }
-  void mark_weak_here() {
+  void tabulate_and_mark_weak() {
     for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
       model_.tabulate(lamp, {shapes_[lamp].inverse_distance}, 1);
       update(lamp);

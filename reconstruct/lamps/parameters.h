@@ -8,7 +8,7 @@
 namespace lumigraft::reconstruct {
 
 struct LampParameters {
-  /// Start of the search, and centre of the prior.
+  /// Where the direction of a panel that faces the tag needs a distance, and centre of the prior without a fish-eye.
   double usual_distance_m = kShadingParameters.surroundings.lamp_distance_m;
 
   struct Pairs {
@@ -79,7 +79,7 @@ struct LampParameters {
     double inverse_height = 0.5, inverse_height_scale = 0.4;
     double alike_inverse_height = 0.1;  ///< scale of the same for clipped lamps of a kind: a fifth of their height
     /// Log odds of a lamp in the room against one that is infinitely far, as the sun: 20 to 1. Windows and the end of a
-    /// hall stand low, and so does not matter which of the two they are.
+    /// hall have a small elevation: at the usual height they are so far that it hardly matters.
     double ceiling_log_odds = 3;
     /// 1σ of wide priors: of inverse distance (1/m), of tilt (tangent), and of log gain, a factor of 25.
     double inverse_distance_sigma = 1, tilt_sigma = 1, gain_log_sigma = 3.2;

@@ -265,10 +265,12 @@ bool PoseStage::State::tag_was_moved(const capture::FrameSet& frame, const Dista
   const int before = std::exchange(moved_alone, 0);
   const Step noise = (tag.noise + tag.bias).diagonal().cwiseSqrt();
   if (!contradicts(step_between(last->T_tag_camera, tag.T_tag_camera), noise)) return false;
-  const auto tracked = tracking.track(frame, field);
+  DepthTracking by_depth = tracking;  // unchanged if the tag is right
+  const auto tracked = by_depth.track(frame, field);
   if (!tracked) return false;
   const Step difference = step_between(tracked->T_tag_camera, tag.T_tag_camera);
-  // Along a bare floor depth does not tell who moved: there the tracked pose is the expected one, as uncertain as that.
+  // Depth of a bare floor does not determine motion along it: the tracked pose is then as uncertain as the expected
+  // one.
   const double elapsed_s = 1e-9 * static_cast<double>(frame.time_ns - last->time_ns);
   const PoseCovariance expected = DepthTracking::predicted(last->covariance, elapsed_s);
   if (squared_mahalanobis(difference, tracked->covariance) <
@@ -279,6 +281,7 @@ bool PoseStage::State::tag_was_moved(const capture::FrameSet& frame, const Dista
       squared_mahalanobis(difference, tag.noise + tag.bias + tracked->covariance) <
           kTagMap.moved_sigmas * kTagMap.moved_sigmas)
     return false;
+  tracking = std::move(by_depth);
   moved_alone = before + 1;
   if (moved_alone == kTagMap.moved_alone)
     tag_map[reading.tag].move(tracked->T_tag_camera * reading.candidates[tag.choice.front()].T_camera_tag);

@@ -70,7 +70,7 @@ TEST(LampPosterior, DistanceOfNearAndFarLamps) {
   }
 }
 
-/// A lamp of which shading tells nothing.
+/// A lamp that shading does not determine.
 PointLight faint_lamp(const Vector3f& direction, bool clipped) {
   PointLight light;
   light.id = 1;
@@ -81,7 +81,7 @@ PointLight faint_lamp(const Vector3f& direction, bool clipped) {
   return light;
 }
 
-TEST(LampPosterior, LampsHangAtTheUsualHeightWhereShadingTellsNothing) {
+TEST(LampPosterior, UndeterminedLampsHangAtTheUsualHeight) {
   for (const Vector3f& direction : {Vector3f(0.1f, 0.1f, 1), Vector3f(1, 0, 0.3f), Vector3f(1, 1, -0.2f)}) {
     Scene scene({0.5f, -0.3f, 0.8f});
     scene.light.lights = {faint_lamp(direction, false)};

@@ -120,7 +120,7 @@ TEST_F(DepthTrackingFrames, ATagThatIsPushedMovesNoObject) {
   }
 }
 
-// Over a bare floor depth does not tell a camera that starts to move from a tag that is pushed: then the tag is right.
+// Over a bare floor depth cannot distinguish a camera that starts to move from a tag that is pushed: the tag is used.
 TEST_F(DepthTrackingFrames, OverABareFloorTheCameraMovesAndNotTheTag) {
   TestRoom bare;
   bare.half_m = 0.9f;
