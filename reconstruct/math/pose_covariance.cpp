@@ -1,5 +1,6 @@
 #include "reconstruct/math/pose_covariance.h"
 
+#include <Eigen/Eigenvalues>
 #include <cmath>
 
 #include "reconstruct/math/rotation_vector.h"
@@ -37,6 +38,13 @@ PoseCovariance information_of(const PoseCovariance& covariance) {
 
 Eigen::Matrix<double, 6, 1> solved(const Eigen::Matrix<double, 6, 6>& a, const Eigen::Matrix<double, 6, 1>& b) {
   return a.ldlt().solve(b);
+}
+
+PoseCovariance larger_part(const PoseCovariance& a, const PoseCovariance& b) {
+  const Eigen::GeneralizedSelfAdjointEigenSolver<PoseCovariance> principal(a, b);
+  const PoseCovariance& v = principal.eigenvectors();
+  const Eigen::Matrix<double, 6, 1> larger = (principal.eigenvalues().array() > 1).cast<double>();
+  return b * v * larger.asDiagonal() * v.transpose();
 }
 
 double squared_mahalanobis(const Eigen::Matrix<double, 6, 1>& step, const PoseCovariance& covariance) {

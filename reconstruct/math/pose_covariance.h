@@ -24,6 +24,10 @@ PoseCovariance information_of(const PoseCovariance& covariance);
 /// Solves A x = b for a symmetric A (LDLᵀ), as in normal equations. Not inline, so that Eigen's code is compiled once.
 Eigen::Matrix<double, 6, 1> solved(const Eigen::Matrix<double, 6, 6>& a, const Eigen::Matrix<double, 6, 1>& b);
 
+/// Projector P onto the directions in which the information A exceeds B: P A Pᵀ = Σ λ B v vᵀ B over A v = λ B v with
+/// λ > 1 and vᵀ B v = 1. Both symmetric, B positive definite.
+Eigen::Matrix<double, 6, 6> larger_part(const Eigen::Matrix<double, 6, 6>& a, const Eigen::Matrix<double, 6, 6>& b);
+
 /// Squared Mahalanobis distance δᵀ C⁻¹ δ (Mahalanobis 1936); its mean is 6 if C is correct.
 double squared_mahalanobis(const Eigen::Matrix<double, 6, 1>& step, const PoseCovariance& covariance);
 

@@ -57,16 +57,17 @@ std::optional<PoseEstimate> DepthTracking::align(const capture::FrameSet& frame,
   const double elapsed = elapsed_s(frame);
   if (!frame.depth || !(elapsed > 0) || elapsed > kDepthTracking.max_gap_s) return std::nullopt;
   DepthGrid grid = sampler_.sample(frame.depth->depth_m);
-  PoseEstimate expected{apply_step(last_->T_tag_camera, elapsed * velocity_), predicted(last_->covariance, elapsed)};
-  const Isometry3d guess = expected.T_tag_camera;
+  const PoseEstimate expected{apply_step(last_->T_tag_camera, elapsed * velocity_),
+                              predicted(last_->covariance, elapsed)};
+  Isometry3d start = expected.T_tag_camera;
   if (!grid_ && depth_) grid_ = sampler_.sample(depth_->depth_m);
   if (grid_ && !grid_->points.empty() && !grid.points.empty())
-    expected.T_tag_camera = align_to_frame(grid, *grid_, sampler_.camera(), last_->T_tag_camera,
-                                           {expected.T_tag_camera, kDepthTracking.frame_prior * expected.covariance});
-  auto fit = align_to_field(grid, field, expected);
+    start = align_to_frame(grid, *grid_, sampler_.camera(), last_->T_tag_camera,
+                           {expected.T_tag_camera, kDepthTracking.frame_prior * expected.covariance});
+  auto fit = align_to_field(grid, field, expected, start);
   if (!fit) return std::nullopt;
   // A jump that no hand makes may be a match with the wrong surface.
-  const auto jump = step_between(guess, fit->pose.T_tag_camera);
+  const auto jump = step_between(expected.T_tag_camera, fit->pose.T_tag_camera);
   if (jump.head<3>().norm() > kDepthTracking.max_jump_sigmas * position_sigma_m(expected.covariance) ||
       jump.tail<3>().norm() > kDepthTracking.max_jump_sigmas * angle_sigma_rad(expected.covariance))
     fit->pose.covariance += kDepthTracking.jump_variance * jump * jump.transpose();

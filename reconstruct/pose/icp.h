@@ -22,10 +22,12 @@ struct SurfaceFit {
 /// Frame-to-model ICP, point to plane. The field gives a point's distance to the nearest plane, and its gradient that
 /// plane's normal, so there is no search for neighbours (Bylow et al. 2013, "Real-time camera tracking and 3D
 /// reconstruction using signed distance functions", eq. 8-14, with robust weights). `expected` is a prior: directions
-/// that surfaces do not determine keep its values. Reaches as far as the field's truncation distance. Empty if too few
-/// points are on the known surface.
+/// that surfaces do not determine keep its values and its variance; the covariance contains errors that the noise model
+/// does not, as far as they differ between parts of the image. Iterations begin at `start`, else at `expected`. Reaches
+/// as far as the field's truncation distance. Empty if too few points are on the known surface.
 std::optional<SurfaceFit> align_to_field(const DepthGrid& grid, const DistanceField& field,
-                                         const PoseEstimate& expected);
+                                         const PoseEstimate& expected,
+                                         const std::optional<Eigen::Isometry3d>& start = std::nullopt);
 
 /// Projective point-to-plane ICP against an earlier depth image (Rusinkiewicz & Levoy 2001; Newcombe et al. 2011,
 /// §3.5): less exact, but with a reach of decimetres. Returns the pose of `expected` if the images have too little in

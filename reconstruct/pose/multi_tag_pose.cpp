@@ -5,15 +5,12 @@
 #include <cmath>
 #include <limits>
 
-#include "capture/message_text.h"
 #include "reconstruct/pose/parameters.h"
 
 namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Isometry3d;
-
-using Step = Eigen::Matrix<double, 6, 1>;
 
 /// A candidate as a pose of the camera in the world.
 struct EvidenceTerm {
@@ -28,10 +25,10 @@ PoseCovariance rotated(const PoseCovariance& covariance, const Eigen::Matrix3d& 
   return both * covariance * both.transpose();
 }
 
-EvidenceTerm evidence_of(const PoseCandidate& candidate, const TagMapEntry& entry) {
-  const Isometry3d& T_world_tag = *entry.T_world_tag();
+EvidenceTerm evidence_of(const PoseCandidate& candidate, const TagMap& map, std::size_t tag) {
+  const Isometry3d& T_world_tag = *map.T_world_tag(tag);
   return {T_world_tag * candidate.T_camera_tag.inverse(), rotated(candidate.noise, T_world_tag.linear()),
-          rotated(candidate.bias + entry.uncertainty(candidate.T_camera_tag), T_world_tag.linear()), &candidate};
+          rotated(candidate.bias, T_world_tag.linear()) + map.uncertainty(tag, candidate.T_camera_tag), &candidate};
 }
 
 /// Squared Mahalanobis distance.
@@ -62,81 +59,14 @@ void average(const std::vector<EvidenceTerm>& evidence_terms, MultiTagPose& resu
 
 }  // namespace
 
-bool contradicts(const Step& step, const Step& sigma) {
-  return step.head<3>().norm() > kTagMap.moved_m + kTagMap.moved_sigmas * sigma.head<3>().norm() ||
-         step.tail<3>().norm() > kTagMap.moved_rad + kTagMap.moved_sigmas * sigma.tail<3>().norm();
-}
-
-void TagMapEntry::move(const Isometry3d& T_world_tag) {
-  moved_m_ += (T_world_tag.translation() - T_world_tag_->translation()).norm();
-  T_world_tag_ = mean_ = T_world_tag;
-  squares_.setZero();
-  count_ = contradicting_ = 0;
-}
-
-PoseCovariance TagMapEntry::uncertainty(const Isometry3d& T_camera_tag) const {
-  PoseCovariance of_tag = PoseCovariance::Zero();  // rotation, translation
-  if (first_) return of_tag;
-  double position_sigma_m = kTagMap.configured_sigma_m, angle_sigma_rad = kTagMap.configured_sigma_rad;
-  if (count_ >= kTagMap.min_sightings) {
-    const Step variance = squares_ / (count_ - 1.0) / count_;
-    position_sigma_m = std::sqrt(kTagMap.min_sigma_m * kTagMap.min_sigma_m + variance.head<3>().sum() / 3);
-    angle_sigma_rad = std::sqrt(kTagMap.min_sigma_rad * kTagMap.min_sigma_rad + variance.tail<3>().sum() / 3);
-  }
-  of_tag.diagonal().head<3>().setConstant(angle_sigma_rad * angle_sigma_rad);
-  of_tag.diagonal().tail<3>().setConstant(position_sigma_m * position_sigma_m);
-  return camera_covariance(of_tag, T_camera_tag);
-}
-
-void TagMapEntry::add_sighting(const Isometry3d& T_world_tag) {
-  if (first_) return;
-  if (count_ > 0) {
-    const Step difference = step_between(mean_, T_world_tag);
-    const Step sigma = count_ >= kTagMap.min_sightings ? Step((squares_ / (count_ - 1.0)).cwiseSqrt())
-                                                       : Step(Step::Constant(kTagMap.moved_m));
-    contradicting_ = contradicts(difference, sigma) ? contradicting_ + 1 : 0;
-    if (contradicting_ > 0 && contradicting_ < kTagMap.moved_sightings) return;
-  }
-  if (count_ == 0 || contradicting_ >= kTagMap.moved_sightings) {
-    if (count_ >= kTagMap.min_sightings) T_world_tag_.reset();  // it was moved
-    mean_ = T_world_tag;
-    squares_.setZero();
-    count_ = 1;
-    contradicting_ = 0;
-    return;
-  }
-  // Welford's running mean and sum of squares with a limited count.
-  if (count_ == kTagMap.max_sightings) {
-    squares_ *= (kTagMap.max_sightings - 1.0) / kTagMap.max_sightings;
-    --count_;
-  }
-  ++count_;
-  const Step before = step_between(mean_, T_world_tag);
-  mean_ = apply_step(mean_, before / count_);
-  squares_ += before.cwiseProduct(step_between(mean_, T_world_tag));
-  if (count_ >= kTagMap.min_sightings) T_world_tag_ = mean_;
-}
-
-std::string TagMapEntry::warning(int id) const {
-  if (!T_world_tag_) return capture::formatted("tag %d: not used until it is seen together with others", id);
-  if (moved_m_ > 0)
-    return capture::formatted("tag %d: it was moved by %.0f mm, objects stay where they were", id, 1e3 * moved_m_);
-  if (!configured_ || count_ < kTagMap.min_sightings) return {};
-  const Step difference = step_between(*configured_, mean_);
-  if (!contradicts(difference, (squares_ / (count_ - 1.0) / count_).cwiseSqrt())) return {};
-  return capture::formatted("tag %d: is %.0f mm and %.1f degrees from its configured pose", id,
-                            1e3 * difference.head<3>().norm(), difference.tail<3>().norm() * 180 / M_PI);
-}
-
-std::optional<MultiTagPose> pose_of_tags(const std::vector<TagReading>& readings,
-                                         const std::vector<TagMapEntry>& tag_map) {
+std::optional<MultiTagPose> pose_of_tags(const std::vector<TagReading>& readings, const TagMap& tag_map) {
   std::vector<std::vector<EvidenceTerm>> evidence_terms(readings.size());
   bool first_seen = false;
   for (std::size_t r = 0; r < readings.size(); ++r) {
-    if (!tag_map[readings[r].tag].T_world_tag()) continue;
+    if (!tag_map.T_world_tag(readings[r].tag)) continue;
     first_seen |= readings[r].tag == 0;
     for (const PoseCandidate& candidate : readings[r].candidates)
-      evidence_terms[r].push_back(evidence_of(candidate, tag_map[readings[r].tag]));
+      evidence_terms[r].push_back(evidence_of(candidate, tag_map, readings[r].tag));
   }
   // The candidate of a reading that has the least evidence against it from all others.
   MultiTagPose result;

@@ -1,46 +1,14 @@
 #pragma once
-// One camera pose from all tags in a frame, and the poses of the extra tags in the frame of the first.
+// One camera pose from all tags in a frame.
 #include <Eigen/Geometry>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "reconstruct/math/pose_covariance.h"
+#include "reconstruct/pose/tag_map.h"
 #include "reconstruct/pose/tag_pose_estimator.h"
 
 namespace lumigraft::reconstruct {
-
-/// Pose of an extra tag in the frame of the first: configured, or estimated from frames that show both.
-class TagMapEntry {
- public:
-  /// The first tag, which defines the frame until it is moved.
-  TagMapEntry() : first_(true), T_world_tag_(Eigen::Isometry3d::Identity()) {}
-  /// An extra tag; empty: not known yet.
-  explicit TagMapEntry(const std::optional<Eigen::Isometry3d>& configured)
-      : configured_(configured), T_world_tag_(configured) {}
-
-  const std::optional<Eigen::Isometry3d>& T_world_tag() const { return T_world_tag_; }
-  /// Covariance that the uncertainty of this pose adds to a camera located by the tag.
-  PoseCovariance uncertainty(const Eigen::Isometry3d& T_camera_tag) const;
-  /// Adds a pose measured relative to another tag in the same frame. A tag that was moved is estimated again.
-  void add_sighting(const Eigen::Isometry3d& T_world_tag);
-  /// A tag was moved while the room stayed.
-  void move(const Eigen::Isometry3d& T_world_tag);
-  /// A tag that was moved, is not located yet, or not where it is configured; else empty.
-  std::string warning(int id) const;
-
- private:
-  bool first_ = false;
-  double moved_m_ = 0;
-  std::optional<Eigen::Isometry3d> configured_, T_world_tag_;
-  Eigen::Isometry3d mean_ = Eigen::Isometry3d::Identity();                     ///< of the sightings
-  Eigen::Matrix<double, 6, 1> squares_ = Eigen::Matrix<double, 6, 1>::Zero();  ///< summed squared deviations
-  int count_ = 0;                                                              ///< sightings in the mean
-  int contradicting_ = 0;  ///< sightings in a row that contradict it
-};
-
-/// Whether a difference of two poses is larger than their noise (1σ) and small errors of the room explain.
-bool contradicts(const Eigen::Matrix<double, 6, 1>& step, const Eigen::Matrix<double, 6, 1>& sigma);
 
 /// Candidates from one tag in a frame.
 struct TagReading {
@@ -63,7 +31,6 @@ struct MultiTagPose {
 
 /// Chooses one candidate per tag so that all agree best, and averages them weighted by information. If another tag
 /// contradicts the first, the first is right. Empty if no tag has a known pose in the world.
-std::optional<MultiTagPose> pose_of_tags(const std::vector<TagReading>& readings,
-                                         const std::vector<TagMapEntry>& tag_map);
+std::optional<MultiTagPose> pose_of_tags(const std::vector<TagReading>& readings, const TagMap& tag_map);
 
 }  // namespace lumigraft::reconstruct

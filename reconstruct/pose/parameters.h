@@ -68,12 +68,13 @@ struct PrintAlignmentParameters {
 };
 inline constexpr PrintAlignmentParameters kPrintAlignment;
 
-/// Poses of tags relative to the first (multi_tag_pose).
+/// Poses of tags relative to the first (tag_map).
 struct TagMapParameters {
-  int min_sightings = 8;     ///< before a pose is used
-  int max_sightings = 300;   ///< in the mean
-  int moved_sightings = 15;  ///< contradicting ones in a row, after which the tag was moved
-  int moved_alone = 3;       ///< frames in a row in which depth shows that the only tag was moved: no flip of its pose
+  int min_sightings = 8;         ///< before a pose is used
+  int max_sightings = 300;       ///< in the mean
+  double optimize_growth = 1.5;  ///< of a pair's sightings since the map was last optimized
+  int moved_sightings = 15;      ///< contradicting ones in a row, after which the tag was moved
+  int moved_alone = 3;  ///< frames in a row in which depth shows that the only tag was moved: no flip of its pose
   /// Of variance expected by the camera's motion over that with depth, along the tag's jump: depth measured it.
   double measured_by_depth = 16;
   double configured_sigma_m = 0.003, configured_sigma_rad = 0.01;  ///< 1σ of what a person measures
@@ -118,6 +119,10 @@ inline constexpr DepthPointParameters kDepthPoints;
 struct IcpParameters {
   double correlation = 6;           ///< points whose errors count as one: depth errors are correlated over large areas
   double field_sigma_voxels = 0.1;  ///< 1σ of the field's distance
+  int block_points = 10;            ///< points along a block of the depth grid, over which errors may be correlated
+  int min_blocks = 12;              ///< twice the unknowns, for a covariance from them
+  float aside_voxels = 3;           ///< distance of normals with independent noise: they share no pixel
+  double min_gain = 0.01;           ///< information about a direction that counts, of the prior's
   int min_points = 200;             ///< on the surface
   double min_inliers = 0.15;        ///< of the measured points, on the surface
   double min_agreement = 0.4;       ///< of the points where the field is known, on the surface

@@ -11,6 +11,7 @@
 #include "reconstruct/pose/multi_tag_pose.h"
 #include "reconstruct/pose/parameters.h"
 #include "reconstruct/pose/tag.h"
+#include "reconstruct/pose/tag_map.h"
 #include "reconstruct/pose/tag_pose_estimator.h"
 #include "reconstruct/pose/tag_search.h"
 
@@ -33,11 +34,9 @@ struct KnownTag {
 
 struct PoseStage::State {
   State(const capture::Tag& tag, const capture::CameraModel& camera_in, const capture::Response& response)
-      : camera(camera_in), search(tag, camera_in), tracking(camera_in) {
-    tag_map.emplace_back();
+      : camera(camera_in), search(tag, camera_in), tag_map(tag), tracking(camera_in) {
     tags.push_back({tag.id, TagPoseEstimator(search.pattern(0), tag.size_m, camera, response), {tag.id, tag.size_m}});
     for (const capture::ExtraTag& extra : tag.extra) {
-      tag_map.emplace_back(extra.T_tag_extra);
       tags.push_back({extra.id,
                       TagPoseEstimator(search.pattern(tags.size()), extra.size_m, camera, response),
                       {extra.id, extra.size_m}});
@@ -52,7 +51,7 @@ struct PoseStage::State {
   std::vector<TagSighting> search_image(const capture::FrameSet& frame);
   std::vector<TagReading> read_tags(const capture::FrameSet& frame);
   void check_size(const capture::FrameSet& frame, const TagReading& reading, const PoseCandidate& candidate);
-  void update_tag_map(const std::vector<TagReading>& readings, const MultiTagPose& pose);
+  void update_tag_map(const std::vector<TagReading>& readings, const std::optional<MultiTagPose>& pose);
   bool measure(const capture::FrameSet& frame, const DistanceField* field, std::vector<std::string>& warnings);
   bool track(const capture::FrameSet& frame, const DistanceField& field);
   bool track_unsharp(const capture::FrameSet& frame, const DistanceField& field, const MultiTagPose& tag);
@@ -63,8 +62,8 @@ struct PoseStage::State {
 
   capture::CameraModel camera;
   TagSearch search;
-  std::vector<KnownTag> tags;        ///< the first defines the world frame
-  std::vector<TagMapEntry> tag_map;  ///< pose of each
+  std::vector<KnownTag> tags;  ///< the first defines the world frame
+  TagMap tag_map;
   PoseFilter filter;
   DepthTracking tracking;
   std::optional<Pose> last;
@@ -82,12 +81,14 @@ bool PoseStage::State::recent(const capture::FrameSet& frame) const {
 
 /// Whether the pose of some tag is not known yet.
 bool PoseStage::State::has_unlocated_tag() const {
-  return std::any_of(tag_map.begin(), tag_map.end(), [](const TagMapEntry& entry) { return !entry.T_world_tag(); });
+  for (std::size_t t = 0; t < tags.size(); ++t)
+    if (!tag_map.T_world_tag(t)) return true;
+  return false;
 }
 
 /// T_camera_tag if the camera has not moved since the last pose.
 std::optional<Isometry3d> PoseStage::State::expected(std::size_t tag) const {
-  const auto& T_world_tag = tag_map[tag].T_world_tag();
+  const auto& T_world_tag = tag_map.T_world_tag(tag);
   if (!last || !T_world_tag) return std::nullopt;
   return last->T_tag_camera_raw.inverse() * *T_world_tag;
 }
@@ -167,20 +168,21 @@ void PoseStage::State::check_size(const capture::FrameSet& frame, const TagReadi
     tags[reading.tag].size_check.add(*plane, candidate.T_camera_tag);
 }
 
-/// Adds the poses of extra tags in frames that also show the first tag.
-void PoseStage::State::update_tag_map(const std::vector<TagReading>& readings, const MultiTagPose& pose) {
-  if (readings.empty() || readings.front().tag != 0) return;
-  const Isometry3d T_world_camera =
-      *tag_map[0].T_world_tag() * readings.front().candidates[pose.choice.front()].T_camera_tag.inverse();
-  for (std::size_t r = 1; r < readings.size(); ++r) {
-    const std::vector<PoseCandidate>& candidates = readings[r].candidates;
-    TagMapEntry& entry = tag_map[readings[r].tag];
-    // Without a pose of the tag its own candidates must decide.
-    const bool own_choice = !entry.T_world_tag() && candidates.size() > 1;
-    if (own_choice && std::abs(candidates[0].cost - candidates[1].cost) < kPose.min_map_cost_gap) continue;
-    const bool second = own_choice && candidates[1].cost < candidates[0].cost;
-    entry.add_sighting(T_world_camera * candidates[second ? 1 : pose.choice[r]].T_camera_tag);
+/// Adds all pairs of tags in the frame, located or not. Of a tag that is not located its own candidates must decide.
+void PoseStage::State::update_tag_map(const std::vector<TagReading>& readings,
+                                      const std::optional<MultiTagPose>& pose) {
+  std::vector<const PoseCandidate*> sure(readings.size());
+  for (std::size_t r = 0; r < readings.size(); ++r) {
+    const std::vector<PoseCandidate>& c = readings[r].candidates;
+    if (pose && tag_map.T_world_tag(readings[r].tag))
+      sure[r] = &c[pose->choice[r]];
+    else if (c.size() == 1 || std::abs(c[0].cost - c[1].cost) >= kPose.min_map_cost_gap)
+      sure[r] = &c[c.size() > 1 && c[1].cost < c[0].cost ? 1 : 0];
   }
+  for (std::size_t r = 0; r < readings.size(); ++r)
+    for (std::size_t q = r + 1; q < readings.size(); ++q)
+      if (sure[r] && sure[q])
+        tag_map.add_pair(readings[r].tag, readings[q].tag, sure[r]->T_camera_tag.inverse() * sure[q]->T_camera_tag);
 }
 
 void PoseStage::State::add_tag_warnings(std::vector<std::string>& warnings) const {
@@ -188,7 +190,7 @@ void PoseStage::State::add_tag_warnings(std::vector<std::string>& warnings) cons
     if (tags[t].copies > 1)
       warnings.push_back("tag " + std::to_string(tags[t].id) + ": seen " + std::to_string(tags[t].copies) +
                          " times at once, one of them is used");
-    for (std::string text : {tags[t].size_check.warning(), tag_map[t].warning(tags[t].id)})
+    for (std::string text : {tags[t].size_check.warning(), tag_map.warning(t)})
       if (!text.empty()) warnings.push_back(std::move(text));
   }
 }
@@ -199,6 +201,7 @@ bool PoseStage::State::measure(const capture::FrameSet& frame, const DistanceFie
   if (!frame.color) return false;
   const std::vector<TagReading> readings = read_tags(frame);
   const auto chosen = pose_of_tags(readings, tag_map);
+  update_tag_map(readings, chosen);
   if (!chosen) return false;
   if (last && !recent(frame)) {
     filter.reset();
@@ -213,7 +216,6 @@ bool PoseStage::State::measure(const capture::FrameSet& frame, const DistanceFie
                          ": its paper is overexposed, the pose is less certain");
     check_size(frame, readings[r], candidate);
   }
-  update_tag_map(readings, *chosen);
   if (chosen->cost_gap < kPose.min_cost_gap) warnings.push_back("tag: two poses explain it equally well");
   if (!chosen->printed) warnings.push_back("tag: its print does not fit the picture, pose from its corners alone");
   for (const std::size_t tag : chosen->contradicting)
@@ -284,7 +286,7 @@ bool PoseStage::State::tag_was_moved(const capture::FrameSet& frame, const Dista
   tracking = std::move(by_depth);
   moved_alone = before + 1;
   if (moved_alone == kTagMap.moved_alone)
-    tag_map[reading.tag].move(tracked->T_tag_camera * reading.candidates[tag.choice.front()].T_camera_tag);
+    tag_map.move(reading.tag, tracked->T_tag_camera * reading.candidates[tag.choice.front()].T_camera_tag);
   use_tracked(frame, *tracked);
   return true;
 }
