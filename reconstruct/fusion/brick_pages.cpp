@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::size_t kLine_bytes = 64;  // of the cache
 /// A brick and the control block of its shared pointer.
-constexpr std::size_t kSlot_bytes = (sizeof(FieldBrick) + 2 * kLine_bytes - 1) / kLine_bytes * kLine_bytes;
+constexpr std::size_t kSlot_bytes = sizeof(FieldBrick) + 2 * kLine_bytes;
 
 /// Allocator of std::allocate_shared. Each copy of it, and so each brick, keeps the pool alive.
 template <typename Value>

@@ -269,7 +269,7 @@ void FusionStage::State::publish() {
     }
     if (!brick->copied) return true;
     brick->copied = false;
-    next->bricks.insert_or_assign(brick->key, brick->published);
+    next->bricks[brick->key] = brick->published;
     changed = true;
     return true;
   });
