@@ -62,9 +62,14 @@ void BrickPages::deallocate(void* slot) {
   free_.push_back(slot);  // reserved, does not allocate
 }
 
+std::size_t BrickPages::used_bytes() const {
+  const std::lock_guard lock(mutex_);
+  return (pages_.size() * (kPage_bytes / slot_bytes_) - free_.size()) * slot_bytes_;
+}
+
 FieldBrickMaker::FieldBrickMaker() : pages_(std::make_shared<BrickPages>(kSlot_bytes)) {}
 
-std::shared_ptr<const FieldBrick> FieldBrickMaker::copy(const FieldBrick& brick) const {
+std::shared_ptr<FieldBrick> FieldBrickMaker::copy(const FieldBrick& brick) const {
   return std::allocate_shared<FieldBrick>(PoolAllocator<FieldBrick>(pages_), brick);
 }
 

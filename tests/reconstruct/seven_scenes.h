@@ -41,8 +41,7 @@ inline std::optional<PosedFrame> seven_scenes_frame(const std::filesystem::path&
   std::ifstream pose(stem + ".pose.txt");
   for (int r = 0; r < 4; ++r)
     for (int c = 0; c < 4; ++c) pose >> result.T_world_camera.matrix()(r, c);
-  result.T_world_camera.linear() =
-      Eigen::Quaterniond(result.T_world_camera.linear()).normalized().toRotationMatrix();
+  result.T_world_camera.linear() = Eigen::Quaterniond(result.T_world_camera.linear()).normalized().toRotationMatrix();
   const auto counts_mm = capture::read_depth(stem + ".depth.png");
   auto depth = std::make_shared<capture::DepthFrame>();
   depth->depth_m = capture::Image<float>(counts_mm.width, counts_mm.height, 1);
