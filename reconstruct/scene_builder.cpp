@@ -127,6 +127,7 @@ SceneBuilder::SceneBuilder(const capture::Session& session, SceneOverrides overr
 SceneBuilder::~SceneBuilder() = default;
 
 bool SceneBuilder::learning() const { return state_->learning; }
+FusionStage::Memory SceneBuilder::fusion_memory() const { return state_->fusion.memory(); }
 int SceneBuilder::albedo_patience() const { return state_->schedule.patience(); }
 SceneStore& SceneBuilder::store() { return state_->store; }
 const SceneStore& SceneBuilder::store() const { return state_->store; }

@@ -17,6 +17,7 @@
 
 #include "reconstruct/albedo_schedule.h"
 #include "reconstruct/exposure/color_gain.h"
+#include "reconstruct/fusion/fusion.h"
 #include "reconstruct/scene.h"
 #include "reconstruct/scene_store.h"
 #include "reconstruct/stage_cost.h"
@@ -72,6 +73,8 @@ class SceneBuilder {
 
   /// Whether much of the room or its light is unknown, or changed since albedo was last solved. Any thread.
   bool learning() const;
+  /// On the thread that fuses.
+  FusionStage::Memory fusion_memory() const;
   /// Wait until the next solution of albedo, as a multiple of the usual one. On the thread that solves it.
   int albedo_patience() const;
 

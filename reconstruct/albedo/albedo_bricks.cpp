@@ -95,9 +95,9 @@ BrickMap<AlbedoBrick> albedo_bricks(const std::vector<SurfacePoint>& points, con
 }
 
 void keep_unchanged(BrickMap<AlbedoBrick>& bricks, const BrickMap<AlbedoBrick>& before) {
-  for (auto& [key, brick] : bricks) {
-    const auto old = before.find(key);
-    if (old != before.end() && visually_equal(*brick, *old->second)) brick = old->second;
+  for (const auto& [key, old] : before) {
+    const auto now = bricks.find(key);
+    if (now != bricks.end() && visually_equal(*now->second, *old)) bricks[key] = old;
   }
 }
 

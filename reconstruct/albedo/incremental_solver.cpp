@@ -309,7 +309,7 @@ void IncrementalSolver::write(const std::vector<BrickKey>& changed, BrickMap<Alb
     const auto was = bricks.find(key);
     const auto now = reached.find(key);
     if (was == bricks.end() && now == reached.end()) continue;
-    if (was != bricks.end()) before.insert(*was);
+    if (was != bricks.end()) before.emplace(key, was->second);
     const AlbedoBrick& from = now == reached.end() ? unknown : *now->second;
     auto brick = std::make_shared<AlbedoBrick>(was == bricks.end() ? unknown : *was->second);
     const Near near(key, own, kReach);
@@ -321,11 +321,11 @@ void IncrementalSolver::write(const std::vector<BrickKey>& changed, BrickMap<Alb
     updated.emplace(key, std::move(brick));
   }
   keep_unchanged(updated, before);
-  for (auto& [key, brick] : updated) {
+  for (const auto& [key, brick] : updated) {
     if (*std::max_element(brick->sigma.begin(), brick->sigma.end()) < 0) {
       bricks.erase(key);
     } else {
-      bricks[key] = std::move(brick);
+      bricks[key] = brick;
     }
   }
 }

@@ -1,20 +1,19 @@
 #pragma once
 // The room as a truncated signed distance field in the tag frame (Curless & Levoy 1996), sparse: bricks of 8³
-// voxels exist only near surfaces. A published field is immutable; copying it copies pointers.
+// voxels exist only near surfaces. A published field is immutable; copies share its bricks (brick_map.h).
 //
 // Voxel (i, j, k) of the infinite grid has its centre at voxel_m · (i, j, k) metres in the tag frame. Brick (a, b, c)
 // holds voxels 8a..8a+7, 8b..8b+7, 8c..8c+7; inside a brick the index is x + 8 (y + 8 z).
 // distance_m is positive in front of surfaces (in free space), negative behind, clamped to ± truncation_m.
 // A voxel with weight 0 was never observed: it is unknown, neither free nor solid.
 #include <Eigen/Geometry>
-#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <unordered_map>
 #include <vector>
 
+#include "reconstruct/field/brick_map.h"
 #include "reconstruct/field/seen_space.h"
 
 namespace lumigraft::reconstruct {
@@ -22,21 +21,13 @@ namespace lumigraft::reconstruct {
 constexpr int kBrickEdge = 8;
 constexpr int kBrickVoxels = kBrickEdge * kBrickEdge * kBrickEdge;
 
-struct FieldBrick {
+struct alignas(64) FieldBrick {  // so that a row of eight voxels is in one cache line
   std::array<float, kBrickVoxels> distance_m{};
   std::array<float, kBrickVoxels> weight{};              ///< sum of measurement weights, capped; 0 = unknown
   std::array<Eigen::Vector3f, kBrickVoxels> radiance{};  ///< mean radiance towards the cameras, W/sr/m², near surfaces
   std::array<float, kBrickVoxels> radiance_weight{};     ///< 0 = no colour observed
 };
 
-struct BrickKeyHash {
-  template <typename Integer>
-  std::size_t operator()(const std::array<Integer, 3>& k) const {
-    return static_cast<std::size_t>(k[0]) * 73856093u ^ static_cast<std::size_t>(k[1]) * 19349663u ^
-           static_cast<std::size_t>(k[2]) * 83492791u;  // Teschner et al. 2003
-  }
-};
-using BrickKey = std::array<int, 3>;
 /// Of a voxel of the infinite grid: its brick, and its index in the brick. Shifts round down, negative indices too.
 inline BrickKey brick_of(const Eigen::Vector3i& voxel) { return {voxel.x() >> 3, voxel.y() >> 3, voxel.z() >> 3}; }
 inline int index_in_brick(const Eigen::Vector3i& voxel) {
@@ -48,17 +39,6 @@ inline Eigen::Vector3i first_voxel(const BrickKey& key) {
 /// The voxel with this index in the brick.
 inline Eigen::Vector3i voxel_in(const BrickKey& key, int index) {
   return first_voxel(key) + Eigen::Vector3i(index & 7, index >> 3 & 7, index >> 6);
-}
-template <typename Brick>
-using BrickMap = std::unordered_map<BrickKey, std::shared_ptr<const Brick>, BrickKeyHash>;
-/// In ascending order, which unlike the map's does not depend on hashing.
-template <typename Brick>
-std::vector<BrickKey> sorted_keys(const BrickMap<Brick>& bricks) {
-  std::vector<BrickKey> keys;
-  keys.reserve(bricks.size());
-  for (const auto& [key, brick] : bricks) keys.push_back(key);
-  std::sort(keys.begin(), keys.end());
-  return keys;
 }
 
 struct FieldSample {

@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::size_t kLine_bytes = 64;  // of the cache
 /// A brick and the control block of its shared pointer.
-constexpr std::size_t kSlot_bytes = (sizeof(FieldBrick) + 2 * kLine_bytes - 1) / kLine_bytes * kLine_bytes;
+constexpr std::size_t kSlot_bytes = sizeof(FieldBrick) + 2 * kLine_bytes;
 
 /// Allocator of std::allocate_shared. Each copy of it, and so each brick, keeps the pool alive.
 template <typename Value>
@@ -62,9 +62,14 @@ void BrickPages::deallocate(void* slot) {
   free_.push_back(slot);  // reserved, does not allocate
 }
 
+std::size_t BrickPages::used_bytes() const {
+  const std::lock_guard lock(mutex_);
+  return (pages_.size() * (kPage_bytes / slot_bytes_) - free_.size()) * slot_bytes_;
+}
+
 FieldBrickMaker::FieldBrickMaker() : pages_(std::make_shared<BrickPages>(kSlot_bytes)) {}
 
-std::shared_ptr<const FieldBrick> FieldBrickMaker::copy(const FieldBrick& brick) const {
+std::shared_ptr<FieldBrick> FieldBrickMaker::copy(const FieldBrick& brick) const {
   return std::allocate_shared<FieldBrick>(PoolAllocator<FieldBrick>(pages_), brick);
 }
 

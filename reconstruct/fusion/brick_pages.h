@@ -1,6 +1,6 @@
 #pragma once
-// Memory pool of published bricks. Every publication frees and allocates hundreds of them; a pool in huge pages is
-// faster than the general allocator.
+// Memory pool of bricks. Every frame frees and allocates hundreds of them; a pool in huge pages is faster than the
+// general allocator, and its memory is reused as a whole.
 #include <cstddef>
 #include <cstdlib>
 #include <memory>
@@ -27,10 +27,11 @@ class BrickPages {
 
   void* allocate();
   void deallocate(void* slot);
+  std::size_t used_bytes() const;  ///< by slots that are not free
 
  private:
   std::size_t slot_bytes_;
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::vector<std::unique_ptr<void, FreePage>> pages_;
   std::vector<void*> free_;  ///< the slot freed last is at the end: it may still be in the cache
 };
@@ -39,7 +40,8 @@ class BrickPages {
 class FieldBrickMaker {
  public:
   FieldBrickMaker();
-  std::shared_ptr<const FieldBrick> copy(const FieldBrick& brick) const;
+  std::shared_ptr<FieldBrick> copy(const FieldBrick& brick) const;
+  std::size_t used_bytes() const { return pages_->used_bytes(); }  ///< by all copies, also those that readers hold
 
  private:
   std::shared_ptr<BrickPages> pages_;

@@ -104,7 +104,7 @@ BrickVisibility brick_visibility(const BrickKey& key, const PreparedDepth& view,
   const Vector3f centre = T_camera_tag * brick_centre(key, voxel_m);
   const float nearest = centre.z() - radius_m;
   if (centre.z() + radius_m < kBrickSelection.near_m) return {BrickVisibility::Kind::hidden};
-  if (nearest < radius_m) return {BrickVisibility::Kind::surface, std::numeric_limits<float>::max()};
+  if (nearest < radius_m) return {BrickVisibility::Kind::surface, centre.z(), std::numeric_limits<float>::max()};
   const Vector2f pixel = map.pixel(centre.x() / centre.z(), centre.y() / centre.z());
   const float radius_px = radius_m / nearest * focal * 1.5f + 1;
   const auto tile = [](float at) { return static_cast<int>(std::floor(at / PreparedDepth::kTile)); };
@@ -123,8 +123,8 @@ BrickVisibility brick_visibility(const BrickKey& key, const PreparedDepth& view,
   const float hidden_m = far_m + kDepthLookup.behind_grazing * truncation_m;
   if (nearest > hidden_m) return {BrickVisibility::Kind::hidden};
   if (complete && centre.z() + radius_m + kBrickSelection.open_truncations * truncation_m < near_m)
-    return {BrickVisibility::Kind::open};
-  return {BrickVisibility::Kind::surface, hidden_m, pixel, radius_px};
+    return {BrickVisibility::Kind::open, centre.z()};
+  return {BrickVisibility::Kind::surface, centre.z(), hidden_m, pixel, radius_px};
 }
 
 }  // namespace lumigraft::reconstruct

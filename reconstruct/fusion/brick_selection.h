@@ -20,7 +20,7 @@ struct ImageSubset {
 /// tag along each axis; beyond, a hash table of which each slot holds one brick.
 class RecentBricks {
  public:
-  RecentBricks() : near_(std::size_t{kEdge} * kEdge * kEdge / 64), far_(std::size_t{1} << 14, {INT32_MAX, 0, 0}) {}
+  RecentBricks() : near_(std::size_t{kEdge} * kEdge * kEdge / 64), far_(std::size_t{1} << 14, kNone) {}
   /// Inserts the brick. False if the set contained it.
   bool insert(const BrickKey& key) {
     const Simd4Int brick = {key[0], key[1], key[2], 0};
@@ -38,6 +38,15 @@ class RecentBricks {
     other = key;
     return true;
   }
+  void erase(const BrickKey& key) {
+    const Simd4Int brick = {key[0], key[1], key[2], 0};
+    if (has_bit(brick)) {
+      near_[bit_index(brick) / 64] &= ~(std::uint64_t{1} << bit_index(brick) % 64);
+      return;
+    }
+    BrickKey& slot = far_[BrickKeyHash{}(key) & (far_.size() - 1)];
+    if (slot == key) slot = kNone;
+  }
   /// Whether a brick near the tag is in the set; false for far ones. Lane 3 of `brick` is 0.
   bool contains(Simd4Int brick) const { return has_bit(brick) && bit_at(bit_index(brick)); }
   /// The same for all bricks of the box from `low` to `high`, which is at most one more along each axis.
@@ -52,6 +61,7 @@ class RecentBricks {
 
  private:
   static constexpr int kEdge = 128;
+  static constexpr BrickKey kNone = {INT32_MAX, 0, 0};
   static bool has_bit(Simd4Int brick) { return !any((brick + kEdge / 2) & ~(kEdge - 1)); }
   static std::uint32_t bit_index(Simd4Int brick) {
     const Simd4Int at = brick + kEdge / 2;
@@ -79,6 +89,7 @@ struct BrickVisibility {
     open,     ///< completely in front, with no surface within the truncation distance
     surface,  ///< neither
   } kind;
+  float depth_m = 0;            ///< of its centre
   float far_m = 0;              ///< depth behind which everything is hidden
   Eigen::Vector2f pixel{0, 0};  ///< of its centre
   float radius_px = 0;          ///< around it, that contains the brick

@@ -67,30 +67,21 @@ BrickUpdate::BrickUpdate(const PreparedDepth& view, const DepthPreprocessor& pre
       depth_(view, preprocessor, map, sizes.voxel_m, sizes.truncation_m, shell_m_),
       wide_(wide && simd8_supported()) {}
 
-BrickUpdate::Change BrickUpdate::update(WorkingBrick& brick, float hidden_m, Skip skip) const {
-  return wide_ ? update_wide(brick, hidden_m, skip) : update_rows(brick, hidden_m, skip);
+BrickUpdate::Change BrickUpdate::update(WorkingBrick& brick, float hidden_m) const {
+  return wide_ ? update_wide(brick, hidden_m) : update_rows(brick, hidden_m);
 }
 
-LUMIGRAFT_SIMD8_TARGET BrickUpdate::Change BrickUpdate::update_wide(WorkingBrick& brick, float hidden_m,
-                                                                    Skip skip) const {
-  return update_rows(brick, hidden_m, skip);
+LUMIGRAFT_SIMD8_TARGET BrickUpdate::Change BrickUpdate::update_wide(WorkingBrick& brick, float hidden_m) const {
+  return update_rows(brick, hidden_m);
 }
 
-[[gnu::always_inline]] inline BrickUpdate::Change BrickUpdate::update_rows(WorkingBrick& brick, float hidden_m,
-                                                                           Skip skip) const {
+[[gnu::always_inline]] inline BrickUpdate::Change BrickUpdate::update_rows(WorkingBrick& brick, float hidden_m) const {
   const Vector3f corner = T_camera_tag_ * (sizes_.voxel_m * first_voxel(brick.key).cast<float>());
   const Eigen::Matrix3f step = sizes_.voxel_m * T_camera_tag_.linear();
-  const float free_m = kUpdateSchedule.free_row * sizes_.truncation_m;
   Change change;
   DriftSum drift;
-  const std::uint64_t in_turns = skip == Skip::none   ? 0
-                                 : skip == Skip::free ? brick.free_rows
-                                                      : brick.free_rows | brick.unobserved_rows;
   for (int z = 0; z < kBrickEdge; ++z)
     for (int y = 0; y < kBrickEdge; ++y) {
-      const auto at_row = static_cast<std::uint32_t>(y + kBrickEdge * z);
-      const std::uint64_t bit = std::uint64_t{1} << at_row;
-      if ((in_turns & bit) && (at_row + brick.row_turn) % kUpdateSchedule.row_turns != 0) continue;
       const Vector3f row = corner + static_cast<float>(y) * step.col(1) + static_cast<float>(z) * step.col(2);
       if (std::min(row.z(), row.z() + kBrickEdge * step(2, 0)) > hidden_m) continue;
       Row at;
@@ -105,26 +96,17 @@ LUMIGRAFT_SIMD8_TARGET BrickUpdate::Change BrickUpdate::update_wide(WorkingBrick
       at.u = join(u[0], u[1]);
       at.v = join(v[0], v[1]);
       const Readings readings = read(at);
-      brick.free_rows &= ~bit;
-      if (!any(readings.observed)) {
-        brick.unobserved_rows |= bit;
-        continue;
-      }
-      brick.unobserved_rows &= ~bit;
-      const std::size_t i = std::size_t{kBrickEdge} * at_row;
-      fuse(brick.now, i, readings, change, drift);
-      const Simd8Int free =
-          readings.observed & (readings.distance > free_m) & (load8(&brick.now.distance_m[i]) > free_m);
-      if (!any(~free)) brick.free_rows |= bit;
+      if (!any(readings.observed)) continue;
+      const auto i = static_cast<std::size_t>(kBrickEdge * (y + kBrickEdge * z));
+      fuse(*brick.now, i, readings, change, drift);
       if (!colour_) continue;
       unsigned shell = lane_mask((readings.facing > 0) & (abs(readings.distance) <= shell_m_));
       for (; shell != 0; shell &= shell - 1) {
         const int k = std::countr_zero(shell);
-        fuse_color(brick.now, i + static_cast<std::size_t>(k), at.u[k], at.v[k], readings.edge[k] != 0,
+        fuse_color(*brick.now, i + static_cast<std::size_t>(k), at.u[k], at.v[k], readings.edge[k] != 0,
                    readings.facing[k], change);
       }
     }
-  ++brick.row_turn;
   change.drift = drift.rms();
   change.radiance_drift = std::sqrt(change.radiance_drift);
   return change;
@@ -257,9 +239,10 @@ void BrickUpdate::prefetch(const WorkingBrick& brick, const BrickVisibility& vis
   if (colour_)
     for (int v = low_v; v <= high_v; ++v)
       for (int u = low_u; u <= high_u; u += kLine / 3) colour_.prefetch(u, v);
+  if (!brick.now) return;
   for (std::size_t i = 0; i < kBrickVoxels; i += kLine / 4) {
-    __builtin_prefetch(&brick.now.distance_m[i], 1);
-    __builtin_prefetch(&brick.now.weight[i], 1);
+    __builtin_prefetch(&brick.now->distance_m[i], 1);
+    __builtin_prefetch(&brick.now->weight[i], 1);
   }
 }
 
@@ -291,8 +274,8 @@ BrickUpdate::Change BrickUpdate::update_open(WorkingBrick& brick) const {
   readings.observed = readings.may_overrule = ~Simd8Int{};
   Simd8Int free = ~Simd8Int{};
   for (std::size_t i = 0; i < kBrickVoxels; i += kBrickEdge) {
-    fuse(brick.now, i, readings, change, drift);
-    free &= load8(&brick.now.distance_m[i]) > kUpdateSchedule.free_row * sizes_.truncation_m;
+    fuse(*brick.now, i, readings, change, drift);
+    free &= load8(&brick.now->distance_m[i]) > kBrickUpdate.free * sizes_.truncation_m;
   }
   change.drift = drift.rms();
   brick.open = !any(~free);

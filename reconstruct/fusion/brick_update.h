@@ -29,14 +29,8 @@ class BrickUpdate {
     float drift = 0;           ///< RMS change of distance, relative to the allowed drift (PublicationParameters)
     float radiance_drift = 0;  ///< root of the summed squared changes of radiance
   };
-  /// Rows that may take turns instead of being updated every time.
-  enum class Skip {
-    none,
-    free,                ///< rows that are free and were so
-    free_and_unobserved  ///< and rows of which no voxel was observed: for a camera that has not moved
-  };
-  /// Updates a brick of which everything deeper than `hidden_m` is hidden.
-  Change update(WorkingBrick& brick, float hidden_m, Skip skip) const;
+  /// Updates a brick, ready to be changed, of which everything deeper than `hidden_m` is hidden.
+  Change update(WorkingBrick& brick, float hidden_m) const;
   /// Prefetches what `update` of this brick reads.
   void prefetch(const WorkingBrick& brick, const BrickVisibility& visibility) const;
   /// Updates a brick in open space: all of it is free. No change if that is known.
@@ -47,8 +41,8 @@ class BrickUpdate {
   struct Readings;
   struct Conflict;
   struct DriftSum;
-  Change update_rows(WorkingBrick& brick, float hidden_m, Skip skip) const;
-  Change update_wide(WorkingBrick& brick, float hidden_m, Skip skip) const;
+  Change update_rows(WorkingBrick& brick, float hidden_m) const;
+  Change update_wide(WorkingBrick& brick, float hidden_m) const;
   Readings read(const Row& at) const;
   Conflict conflict(const FieldBrick& brick, std::size_t i, const Readings& readings) const;
   void fuse(FieldBrick& brick, std::size_t i, const Readings& readings, Change& change, DriftSum& drift) const;

@@ -1,10 +1,9 @@
 #include "reconstruct/fusion/fusion.h"
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
 #include <optional>
-#include <unordered_map>
+#include <set>
 #include <utility>
 
 #include "reconstruct/fusion/brick_pages.h"
@@ -13,6 +12,7 @@
 #include "reconstruct/fusion/depth_preprocess.h"
 #include "reconstruct/fusion/image_lookup.h"
 #include "reconstruct/fusion/real_surface.h"
+#include "reconstruct/fusion/update_schedule.h"
 #include "reconstruct/fusion/working_brick.h"
 
 namespace lumigraft::reconstruct {
@@ -21,8 +21,6 @@ namespace {
 using Eigen::Isometry3f;
 using Eigen::Vector3f;
 
-/// Frames without an update after which a brick is updated in any case.
-constexpr std::uint32_t kMaxSkipped = 1u << kUpdateSchedule.settled_updates.size();
 /// Largest change of an element of the pose's matrix (metres for its position) that counts as the same pose.
 constexpr double kSamePose = 1e-5;
 
@@ -52,18 +50,19 @@ struct FusionStage::State {
         voxel_m(static_cast<float>(settings.voxel_m)),
         truncation_m(static_cast<float>(settings.voxel_m * settings.truncation_voxels)),
         weight_cap(static_cast<float>(settings.weight_cap)),
+        max_copies(static_cast<std::size_t>(1e6 * settings.max_memory_mb) / sizeof(FieldBrick)),
         map(session.color.model),
         preprocessor(session.color.model, settings.voxel_m, settings.far_m),
         surfaces(session, voxel_m) {}
 
   void add_viewpoint(const Isometry3f& T_tag_camera);
   WorkingBrick& brick_at(const BrickKey& key);
+  void evict();
   void allocate(const Isometry3f& T_tag_camera);
   void update_models();
   void queue(WorkingBrick& brick);
-  void record_pose(const Isometry3f& T_tag_camera);
-  bool skipped(const WorkingBrick& brick, std::size_t index) const;
-  BrickUpdate::Skip skipped_rows(const WorkingBrick& brick) const;
+  std::vector<VisibleBrick> bricks_to_update(const Isometry3f& T_tag_camera, const Isometry3f& T_camera_tag);
+  void update_brick(const BrickUpdate& update, const VisibleBrick& visible, bool with_color);
   void record_change(WorkingBrick& brick, bool open, const BrickUpdate::Change& change);
   bool publication_due() const { return frames - last_publication >= kPublication.interval_frames || new_viewpoint; }
   void forget_light(WorkingBrick& brick) const;
@@ -74,22 +73,25 @@ struct FusionStage::State {
   capture::CameraModel camera;
   capture::Response response;
   float voxel_m, truncation_m, weight_cap;
+  std::size_t max_copies;  ///< of bricks, working and published
   PixelMap map;
   DepthPreprocessor preprocessor;
   PreparedDepth view;
   RealSurfaces surfaces;
 
   std::uint32_t frames = 0, last_publication = 0;
-  std::array<Isometry3f, kMaxSkipped> T_tag_camera_at{};  ///< of the last frames, by frame number modulo the size
-  std::array<float, kMaxSkipped> motion_since{};          ///< since so many frames ago, in new views (UpdateSchedule)
-  RecentBricks found_bricks;                              ///< by earlier searches
-  Isometry3f search_pose = Isometry3f::Identity();        ///< camera at the last search with larger subsets
+  RecentBricks found_bricks;                        ///< by earlier searches
+  Isometry3f search_pose = Isometry3f::Identity();  ///< camera at the last search with larger subsets
   std::vector<WorkingBrick*> publication_queue;
   bool urgent = false;         ///< one of them is to be published at once
   bool new_viewpoint = false;  ///< in seen_from_m, not yet published
   WorkingBricks bricks;
-  FieldBrickMaker maker;  ///< of published bricks
-  std::unordered_map<BrickKey, std::size_t, BrickKeyHash> index_of;
+  std::vector<BrickKey> evicted;  ///< not yet removed from the published field
+  std::size_t evicted_count = 0;
+  bool unfinished = false;  ///< the last frame had more bricks to update than a call may
+  std::size_t free_copies = 0;
+  bool scarce = false;  ///< less memory was free than a frame may need
+  FieldBrickMaker maker;
   std::shared_ptr<const DistanceField> field;
   std::shared_ptr<const capture::DepthFrame> last_depth;
   std::shared_ptr<const capture::Frame> last_color;
@@ -127,13 +129,38 @@ void FusionStage::State::add_viewpoint(const Isometry3f& T_tag_camera) {
 }
 
 WorkingBrick& FusionStage::State::brick_at(const BrickKey& key) {
-  const auto [entry, is_new] = index_of.emplace(key, bricks.size());
-  if (is_new) {
-    WorkingBrick& brick = bricks.add();
-    brick.key = key;
+  const std::size_t before = bricks.size();
+  WorkingBrick& brick = bricks.at(key);
+  if (bricks.size() > before) {
+    brick.last_update = frames;
     brick.light_variance = light_variance;
   }
-  return bricks[entry->second];
+  return brick;
+}
+
+/// Keeps memory free for the bricks that a frame changes, as long as there are bricks to evict.
+void FusionStage::State::evict() {
+  std::size_t copies = 0;
+  for (const auto& brick : bricks) {
+    // What has not drifted is not worth a second copy once it is out of view.
+    if (unseen(*brick, frames) && brick->published && !brick->queued && !brick->model) brick->now = brick->published;
+    copies += (brick->now ? 1u : 0u) + (brick->published != brick->now ? 1u : 0u);
+  }
+  free_copies = max_copies - std::min(copies, max_copies);
+  const std::size_t reserve = std::min(kUpdateSchedule.max_bricks, max_copies / 2);
+  scarce = free_copies < reserve;
+  if (!scarce) return;
+  const auto slack = static_cast<std::size_t>(kMemory.slack * static_cast<double>(max_copies));
+  const std::vector<BrickKey> keys = least_needed(bricks, reserve - free_copies + slack, frames, voxel_m);
+  const std::set<BrickKey> gone(keys.begin(), keys.end());
+  bricks.remove_if([&](const WorkingBrick& brick) {
+    const bool never_observed = !brick.now && !brick.model && unseen(brick, frames);
+    if (!never_observed && !gone.contains(brick.key)) return false;
+    found_bricks.erase(brick.key);
+    return true;
+  });
+  evicted.insert(evicted.end(), keys.begin(), keys.end());
+  evicted_count += keys.size();
 }
 
 void FusionStage::State::allocate(const Isometry3f& T_tag_camera) {
@@ -150,11 +177,10 @@ void FusionStage::State::allocate(const Isometry3f& T_tag_camera) {
 
 /// Assigns the models of real surfaces to bricks, after a surface was found or its pose changed.
 void FusionStage::State::update_models() {
-  for (std::size_t i = 0; i < bricks.size(); ++i) {
-    WorkingBrick& brick = bricks[i];
-    if (!brick.model) continue;
-    brick.model = nullptr;
-    queue(brick);
+  for (const auto& brick : bricks) {
+    if (!brick->model) continue;
+    brick->model = nullptr;
+    queue(*brick);
   }
   for (const auto& [key, model] : surfaces.bricks()) {
     WorkingBrick& brick = brick_at(key);
@@ -170,38 +196,52 @@ void FusionStage::State::queue(WorkingBrick& brick) {
   publication_queue.push_back(&brick);
 }
 
-/// Computes the motion since earlier frames and stores the pose.
-void FusionStage::State::record_pose(const Isometry3f& T_tag_camera) {
-  for (std::uint32_t ago = 1; ago < kMaxSkipped; ++ago) {
-    const Isometry3f& then = T_tag_camera_at[(frames + kMaxSkipped - ago) % kMaxSkipped];
-    motion_since[ago] = motion(then, T_tag_camera, kUpdateSchedule.new_view_m, kUpdateSchedule.new_view_rad);
+std::vector<VisibleBrick> FusionStage::State::bricks_to_update(const Isometry3f& T_tag_camera,
+                                                               const Isometry3f& T_camera_tag) {
+  const float focal = static_cast<float>(std::max(camera.fx, camera.fy));
+  std::vector<VisibleBrick> visible;
+  for (const auto& brick : bricks) {
+    if (!update_due(*brick, frames, light_variance)) continue;
+    const BrickVisibility visibility =
+        brick_visibility(brick->key, view, map, focal, T_camera_tag, voxel_m, truncation_m);
+    if (visibility.kind == BrickVisibility::Kind::hidden ||
+        (visibility.kind == BrickVisibility::Kind::open && brick->open) ||
+        surfaces.behind_mirror(T_tag_camera.translation(), brick_centre(brick->key, voxel_m)))
+      continue;
+    visible.push_back({brick.get(), visibility});
   }
-  T_tag_camera_at[frames % kMaxSkipped] = T_tag_camera;
-}
-
-/// Whether a settled brick is not updated in this frame. `index`: of the brick.
-bool FusionStage::State::skipped(const WorkingBrick& brick, std::size_t index) const {
-  const std::uint32_t ago = frames - brick.last_update;
-  if (brick.update_count < brick.active_until || ago >= kMaxSkipped || brick.light_variance < light_variance)
+  unfinished = limit_work(visible, frames, light_variance);
+  std::size_t free = free_copies;
+  std::erase_if(visible, [&](const VisibleBrick& at) {
+    const bool needs_copy = at.brick->now == at.brick->published;
+    if (needs_copy && free == 0) return true;
+    free -= needs_copy ? 1 : 0;
     return false;
-  constexpr std::uint32_t kTurns = kUpdateSchedule.patience_turns;
-  const float patience =
-      kUpdateSchedule.patience_min + kUpdateSchedule.patience_spread * static_cast<float>(index % kTurns) / kTurns;
-  constexpr const auto& kSettled = kUpdateSchedule.settled_updates;
-  auto steps = std::upper_bound(kSettled.begin(), kSettled.end(), brick.update_count) - kSettled.begin();
-  if (motion_since[ago] > kUpdateSchedule.other_view) return false;
-  if (motion_since[ago] > patience) steps = steps > 1 ? 1 : 0;
-  return ((frames + index) & ((1u << steps) - 1)) != 0;
+  });
+  return visible;
 }
 
-/// Rows take turns only in settled bricks that are updated often.
-BrickUpdate::Skip FusionStage::State::skipped_rows(const WorkingBrick& brick) const {
-  const std::uint32_t ago = frames - brick.last_update;
-  if (brick.update_count < kUpdateSchedule.settled_updates.front() || brick.update_count < brick.active_until ||
-      brick.light_variance < light_variance || ago == 0 || ago > kUpdateSchedule.frequent_frames)
-    return BrickUpdate::Skip::none;
-  return motion_since[ago] < kUpdateSchedule.same_view ? BrickUpdate::Skip::free_and_unobserved
-                                                       : BrickUpdate::Skip::free;
+void FusionStage::State::update_brick(const BrickUpdate& update, const VisibleBrick& visible, bool with_color) {
+  WorkingBrick& brick = *visible.brick;
+  const bool open = visible.visibility.kind == BrickVisibility::Kind::open;
+  const bool light_changed = !open && with_color && brick.light_variance < light_variance;
+  const std::shared_ptr<FieldBrick> before = brick.now;
+  brick.prepare_change(maker);
+  if (light_changed) {
+    forget_light(brick);
+    brick.urgent = true;
+  }
+  const BrickUpdate::Change change = open ? update.update_open(brick) : update.update(brick, visible.visibility.far_m);
+  // Of its mean voxel: new ones have none yet.
+  brick.update_count -= brick.update_count * static_cast<std::uint32_t>(change.new_voxels) / kBrickVoxels;
+  ++brick.update_count;
+  brick.last_update = frames;
+  if (change.observed)
+    record_change(brick, open, change);
+  else if (!light_changed)
+    brick.now = before;
+  // Now, while the brick is in the cache.
+  if (brick.queued && (publication_due() || brick.urgent)) copy_drifted(brick);
 }
 
 /// Updates the brick's counters and queues it for publication if it may have drifted.
@@ -211,8 +251,6 @@ void FusionStage::State::record_change(WorkingBrick& brick, bool open, const Bri
     if (change.moved_voxels > kUpdateSchedule.active_moved_voxels)
       brick.active_until = brick.update_count + kUpdateSchedule.active_updates;
   }
-  ++brick.update_count;
-  brick.last_update = frames;
   const int urgent_new_voxels =
       frames < kSearchSchedule.initial_frames ? kPublication.urgent_moved_voxels : kPublication.urgent_new_voxels;
   brick.urgent |= !brick.published || change.new_voxels >= urgent_new_voxels ||
@@ -230,12 +268,13 @@ void FusionStage::State::forget_light(WorkingBrick& brick) const {
 
 /// The colours of surface that this frame does not show follow the light, to first order.
 void FusionStage::State::relight_unseen(const std::function<Eigen::Array3f(const Vector3f&)>& light_ratio) {
-  for (std::size_t i = 0; i < bricks.size(); ++i) {
-    WorkingBrick& brick = bricks[i];
+  for (const auto& pointer : bricks) {
+    WorkingBrick& brick = *pointer;
     if (brick.open || !brick.published || !(brick.light_variance < light_variance)) continue;
     const Eigen::Array3f ratio = light_ratio(brick_centre(brick.key, voxel_m));
+    brick.prepare_change(maker);
     forget_light(brick);
-    for (Vector3f& radiance : brick.now.radiance) radiance = (radiance.array() * ratio).matrix();
+    for (Vector3f& radiance : brick.now->radiance) radiance = (radiance.array() * ratio).matrix();
     brick.urgent = urgent = true;
     queue(brick);
   }
@@ -244,24 +283,29 @@ void FusionStage::State::relight_unseen(const std::function<Eigen::Array3f(const
 /// Copies a queued brick for publication if it has drifted.
 void FusionStage::State::copy_drifted(WorkingBrick& brick) const {
   std::optional<FieldBrick> with_model;
-  if (brick.model) with_model = merge_model(brick.now, *brick.model, voxel_m);
-  const FieldBrick& result = with_model ? *with_model : brick.now;
+  if (!brick.now) brick.prepare_change(maker);  // nothing but a model
+  if (brick.model) with_model = merge_model(*brick.now, *brick.model, voxel_m);
+  const FieldBrick& result = with_model ? *with_model : *brick.now;
   const bool drifted = brick.urgent || brick.drifted(result, voxel_m);
   brick.queued = brick.urgent = false;
-  if (!drifted) return;
-  brick.published = maker.copy(result);
+  if (!drifted) {
+    if (scarce && !brick.model) brick.now = brick.published;
+    return;
+  }
+  brick.published = with_model ? maker.copy(result) : brick.now;
   brick.drift = WorkingBrick::kDriftUnknown;
   brick.copied = true;
 }
 
 void FusionStage::State::publish() {
   const bool due = publication_due();
-  if (!urgent && !(due && (new_viewpoint || !publication_queue.empty()))) return;
+  if (!urgent && !(due && (new_viewpoint || !evicted.empty() || !publication_queue.empty()))) return;
   auto next = std::make_shared<DistanceField>(*field);
   next->version += 1;
   next->seen_from_m = seen_from_m;
   next->seen_space = seen_space;
-  bool changed = new_viewpoint;
+  bool changed = new_viewpoint || !evicted.empty();
+  for (const BrickKey& key : std::exchange(evicted, {})) next->bricks.erase(key);
   std::erase_if(publication_queue, [&](WorkingBrick* brick) {
     if (brick->queued) {
       if (!due && !brick->urgent) return false;
@@ -269,7 +313,7 @@ void FusionStage::State::publish() {
     }
     if (!brick->copied) return true;
     brick->copied = false;
-    next->bricks.insert_or_assign(brick->key, brick->published);
+    next->bricks[brick->key] = brick->published;
     changed = true;
     return true;
   });
@@ -299,8 +343,9 @@ std::shared_ptr<const DistanceField> FusionStage::fuse(
   }
   if (frame.depth->depth_m.width != s.camera.width || frame.depth->depth_m.height != s.camera.height) return s.field;
   const bool same_pose = (pose.T_tag_camera.matrix() - s.last_pose.matrix()).cwiseAbs().maxCoeff() < kSamePose;
-  if (s.field && same_pose && same_depth(frame.depth, s.last_depth) && same_frame(frame.color, s.last_color))
-    return s.field;
+  const bool again =
+      s.field && same_pose && same_depth(frame.depth, s.last_depth) && same_frame(frame.color, s.last_color);
+  if (again && !s.unfinished) return s.field;
   if (!s.field) {
     auto empty = std::make_shared<DistanceField>();
     empty->voxel_m = s.voxel_m;
@@ -308,45 +353,28 @@ std::shared_ptr<const DistanceField> FusionStage::fuse(
     s.field = empty;
   }
 
-  s.preprocessor.prepare(frame.depth->depth_m, s.view);
+  if (again)
+    --s.frames;
+  else
+    s.preprocessor.prepare(frame.depth->depth_m, s.view);
+  const Isometry3f T_tag_camera = pose.T_tag_camera.cast<float>();
   const Isometry3f T_camera_tag = pose.T_tag_camera.inverse().cast<float>();
-  s.add_viewpoint(pose.T_tag_camera.cast<float>());
-  s.allocate(pose.T_tag_camera.cast<float>());
-  if (s.surfaces.any() && s.surfaces.register_models(frame.depth->depth_m, pose.T_tag_camera)) s.update_models();
-  s.record_pose(pose.T_tag_camera.cast<float>());
+  s.evict();
+  if (!again) {
+    s.add_viewpoint(T_tag_camera);
+    s.allocate(T_tag_camera);
+  }
+  if (!again && s.surfaces.any() && s.surfaces.register_models(frame.depth->depth_m, pose.T_tag_camera))
+    s.update_models();
   const ColorLookup colour(frame.color.get(), s.response, s.camera.width, s.camera.height,
                            Eigen::Array3f::Map(frame.color_gain.data()), frame.color_vignetting.get());
   const BrickUpdate update(s.view, s.preprocessor, s.map, colour, T_camera_tag,
                            {s.voxel_m, s.truncation_m, s.weight_cap});
-  const float focal = static_cast<float>(std::max(s.camera.fx, s.camera.fy));
-  const Vector3f camera_m = pose.T_tag_camera.translation().cast<float>();
-  std::vector<std::pair<WorkingBrick*, BrickVisibility>> visible;
-  for (std::size_t i = 0; i < s.bricks.size(); ++i) {
-    WorkingBrick& brick = s.bricks[i];
-    if (s.skipped(brick, i)) continue;
-    const BrickVisibility visibility =
-        brick_visibility(brick.key, s.view, s.map, focal, T_camera_tag, s.voxel_m, s.truncation_m);
-    if (visibility.kind == BrickVisibility::Kind::hidden ||
-        s.surfaces.behind_mirror(camera_m, brick_centre(brick.key, s.voxel_m)))
-      continue;
-    visible.emplace_back(&brick, visibility);
-  }
-  const bool due = s.publication_due();
+  const std::vector<VisibleBrick> visible = s.bricks_to_update(T_tag_camera, T_camera_tag);
   for (std::size_t i = 0; i < visible.size(); ++i) {
-    if (i + 1 < visible.size() && visible[i + 1].second.kind == BrickVisibility::Kind::surface)
-      update.prefetch(*visible[i + 1].first, visible[i + 1].second);
-    auto& [brick, visibility] = visible[i];
-    const bool open = visibility.kind == BrickVisibility::Kind::open;
-    const BrickUpdate::Skip skip = s.skipped_rows(*brick);
-    if (!open && colour && brick->light_variance < s.light_variance) {
-      s.forget_light(*brick);
-      brick->urgent = true;
-    }
-    const BrickUpdate::Change change =
-        open ? update.update_open(*brick) : update.update(*brick, visibility.far_m, skip);
-    if (change.observed) s.record_change(*brick, open, change);
-    // Now, while the brick is in the cache.
-    if (brick->queued && (due || brick->urgent)) s.copy_drifted(*brick);
+    if (i + 1 < visible.size() && visible[i + 1].visibility.kind == BrickVisibility::Kind::surface)
+      update.prefetch(*visible[i + 1].brick, visible[i + 1].visibility);
+    s.update_brick(update, visible[i], static_cast<bool>(colour));
   }
   if (light_change > 0 && light_ratio) s.relight_unseen(light_ratio);
   s.publish();
@@ -355,6 +383,11 @@ std::shared_ptr<const DistanceField> FusionStage::fuse(
   s.last_color = frame.color;
   s.last_pose = pose.T_tag_camera;
   return s.field;
+}
+
+FusionStage::Memory FusionStage::memory() const {
+  const State& s = *state_;
+  return {s.field ? s.field->bricks.size() : 0, s.maker.used_bytes(), s.evicted_count};
 }
 
 std::vector<std::string> FusionStage::warnings() const { return state_->surfaces.warnings(); }

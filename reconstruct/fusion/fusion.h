@@ -23,15 +23,18 @@ namespace lumigraft::reconstruct {
 ///
 /// Real surfaces that the session names are registered in depth and merged into the field (real_surface.h).
 ///
-/// Settled bricks are updated less often while the camera rests, and in every frame while their content moves
-/// (UpdateSchedule). New bricks and moved content are published at once, smaller changes up to four frames later
-/// (PublicationParameters). A brick that did not change is the same pointer as in the previous field.
+/// A brick is updated as often as that adds information, and in every frame while its content moves; the work of one
+/// frame is bounded (UpdateSchedule), and so is the memory: bricks that were not seen for long, far from the tag, are
+/// evicted, and fused again when they are seen again. New bricks and moved content are published at once, smaller
+/// changes up to four frames later (PublicationParameters). A brick that did not change is the same pointer as in the
+/// previous field.
 class FusionStage {
  public:
   FusionStage(const capture::Session& session, const FusionSettings& settings);
   ~FusionStage();
-  /// Fuses a frame and returns the published field. The same pointer as before if nothing is published: its images and
-  /// its pose (within 1e-5 m and per matrix element) are those of the last fused frame. A frame without depth, or whose
+  /// Fuses a frame and returns the published field. The same pointer as before if nothing is published. A frame
+  /// with the images and the pose (within 1e-5 m and per matrix element) of the last fused one only updates the bricks
+  /// for which that had no time (UpdateSchedule::max_bricks). A frame without depth, or whose
   /// pose was not measured in it, only updates radiance to the changed light. Null before the first depth image.
   /// `light_change`: relative change of the room's light since the previous call (relative_change of light.h).
   /// It is added, squared, to the relative variance of the radiance of earlier frames (WorkingBrick::forget_radiance).
@@ -40,6 +43,12 @@ class FusionStage {
   std::shared_ptr<const DistanceField> fuse(
       const capture::FrameSet& frame, const Pose& pose, double light_change = 0,
       const std::function<Eigen::Array3f(const Eigen::Vector3f& position_m)>& light_ratio = {});
+  struct Memory {
+    std::size_t bricks = 0;      ///< of the published field
+    std::size_t used_bytes = 0;  ///< of bricks, also those that only earlier fields contain
+    std::size_t evicted = 0;     ///< bricks so far
+  };
+  Memory memory() const;
   /// Real surfaces of the session that depth contradicts (real_surface.h).
   std::vector<std::string> warnings() const;
 

@@ -13,27 +13,32 @@ struct FusionSettings {
   double truncation_voxels = 4.0;
   double far_m = 5.0;      ///< depth beyond it is not fused
   double weight_cap = 64;  ///< limit of the summed weight of a voxel: bounds the time over which it averages
+  /// Memory of bricks. A square metre of surface takes 540 bricks of 12.4 kB (8 mm voxels); what is within far_m of the
+  /// tag in a hall, 110 square metres of floor, wall and furniture, fits.
+  double max_memory_mb = 768;
 };
 
-/// How often a brick is updated. Updating every brick in every frame took 92 ms of processor time a frame on the
-/// recording where this schedule takes 23 ms; a visitor must still disappear within a second.
+/// How often a brick is updated: an update adds about 1/n of what n updates gave, so that the interval grows with n. A
+/// visitor must disappear within a second, and six frames must be averaged completely. On 1000 frames of a kitchen half
+/// as many updates at each interval save an eighth of the time; the surface is equal.
 struct UpdateSchedule {
   /// Updates after which a brick is updated in every second, fourth and eighth frame only.
   std::array<std::uint32_t, 3> settled_updates = {6, 12, 40};
-  std::uint32_t active_updates = 8;   ///< a brick whose content moved is updated in every frame for so many updates
-  int active_moved_voxels = 24;       ///< voxels of 512 far from their old distance that count as content that moved
-  float new_view_m = 0.02f;           ///< camera motion that gives new information: sum of translation over this
-  float new_view_rad = 0.03f;         ///< and rotation over this; 1 = a new view
-  float patience_min = 0.75f;         ///< new views after which a settled brick is due: min + spread · [0, 1),
-  float patience_spread = 0.5f;       ///< so that not all bricks are due in the same frame
-  std::uint32_t patience_turns = 8;   ///< different values of it
-  float other_view = 8;               ///< new views after which every brick is updated
-  float same_view = 0.5f;             ///< new views below which rows that were not observed are not observed now
-  std::uint32_t frequent_frames = 2;  ///< rows take turns only in bricks updated so recently, lest a visitor remains
-  std::uint32_t row_turns = 4;        ///< a row that takes turns is updated in every fourth update
-  float free_row = 0.99f;             ///< of the truncation distance, from which a row counts as free
+  std::uint32_t active_updates = 8;  ///< a brick whose content moved is updated in every frame for so many updates
+  int active_moved_voxels = 24;      ///< voxels of 512 far from their old distance that count as content that moved
+  /// Bricks updated in one frame, 10 to 15 us each, and 20 more for the memory of a new one; the others wait. With 1500
+  /// more than 3 % of the orbit's bricks are published per frame, since they drift more between updates.
+  std::size_t max_bricks = 2000;
 };
 inline constexpr UpdateSchedule kUpdateSchedule;
+
+/// What is evicted when bricks take more than FusionSettings::max_memory_mb (update_schedule).
+struct MemoryParameters {
+  std::uint32_t keep_frames = 16;  ///< bricks in view so recently are kept; twice the longest interval between updates
+  float near_m = 1;                ///< bricks are needed the more the nearer they are to the tag, down to this distance
+  double slack = 0.02;             ///< fraction of the memory that is freed at once
+};
+inline constexpr MemoryParameters kMemory;
 
 /// How much of each frame is searched for new bricks. A fraction of the blocks is searched, in turns.
 struct SearchSchedule {
@@ -109,6 +114,7 @@ inline constexpr BrickSelectionParameters kBrickSelection;
 
 /// Update of voxels (brick_update).
 struct BrickUpdateParameters {
+  float free = 0.99f;         ///< of the truncation distance, from which a voxel counts as free
   float shell_voxels = 1.5f;  ///< colour, and the solid side of a rim, extend so far from the surface
   /// A measurement overrules the past if it differs by more than this fraction of the truncation distance
   float overrule_truncations = 0.75f;

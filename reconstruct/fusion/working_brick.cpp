@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <new>
 
 #include "reconstruct/fusion/parameters.h"
 #include "reconstruct/math/depth_noise.h"
@@ -70,16 +69,17 @@ bool WorkingBrick::drifted(const FieldBrick& next, float voxel_m) {
 void WorkingBrick::forget_radiance(double variance) {
   // An observation of weight w has a relative variance of σ²/w; both variances add.
   const float added = static_cast<float>(variance / (kRadianceMemory.log_sigma * kRadianceMemory.log_sigma));
-  for (float& weight : now.radiance_weight) weight /= 1 + added * weight;
+  for (float& weight : now->radiance_weight) weight /= 1 + added * weight;
 }
 
-WorkingBrick& WorkingBricks::add() {
-  if (size_ == pages_.size() * kInPage) pages_.emplace_back(static_cast<WorkingBrick*>(allocate_page()));
-  return *new (&(*this)[size_++]) WorkingBrick();
-}
-
-WorkingBricks::~WorkingBricks() {
-  for (; size_ > 0; --size_) std::destroy_at(&(*this)[size_ - 1]);
+WorkingBrick& WorkingBricks::at(const BrickKey& key) {
+  const auto [entry, is_new] = by_key_.try_emplace(key);
+  if (is_new) {
+    entry->second = bricks_.emplace_back(std::make_unique<WorkingBrick>()).get();
+    entry->second->key = key;
+    entry->second->turn = created_++;
+  }
+  return *entry->second;
 }
 
 }  // namespace lumigraft::reconstruct

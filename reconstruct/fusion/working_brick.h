@@ -2,6 +2,7 @@
 // A brick in progress, and its published copy.
 #include <cstdint>
 #include <memory>
+#include <unordered_map>
 #include <vector>
 
 #include "reconstruct/field/distance_field.h"
@@ -12,19 +13,15 @@ namespace lumigraft::reconstruct {
 struct SurfaceBrick;
 
 struct WorkingBrick {
-  // The fields read for every brick in every frame come first, close together.
   BrickKey key{};
+  std::uint32_t turn = 0;          ///< its number in the order of creation, so that not all are due in the same frame
   std::uint32_t update_count = 0;  ///< frames that observed it
-  std::uint32_t last_update = 0;   ///< the last of them
+  std::uint32_t last_update = 0;   ///< the last of them, or the frame that created it
   std::uint32_t active_until = 0;  ///< update_count up to which it is updated in every frame
-  std::uint32_t row_turn = 0;      ///< counts updates, also those that observed nothing
-  /// One bit per row y + 8 z, from the last update of the row.
-  std::uint64_t free_rows = 0;        ///< all voxels observed as free, and free before
-  std::uint64_t unobserved_rows = 0;  ///< no voxel observed
-  bool open = false;                  ///< every voxel is known to be free, far from surfaces
-  bool queued = false;                ///< to be published if it has drifted
-  bool urgent = false;                ///< to be published at once
-  bool copied = false;                ///< `published` is newer than the field's
+  bool open = false;               ///< every voxel is known to be free, far from surfaces
+  bool queued = false;             ///< to be published if it has drifted
+  bool urgent = false;             ///< to be published at once
+  bool copied = false;             ///< `published` is newer than the field's
 
   /// Upper bounds of the drift since the last publication: of distance, relative to the allowed drift, and of radiance.
   /// Changes are added up, since a comparison with the published brick costs as much as an update.
@@ -33,10 +30,14 @@ struct WorkingBrick {
 
   double light_variance = 0;  ///< FusionStage::State::light_variance at its last update
 
-  std::shared_ptr<const FieldBrick> published;
+  std::shared_ptr<FieldBrick> now;            ///< null before the first update; the published one if equal to it
+  std::shared_ptr<FieldBrick> published;      ///< not changed any more; null before the first publication
   std::shared_ptr<const SurfaceBrick> model;  ///< of real surfaces in it; null if there are none
-  alignas(64) FieldBrick now;                 ///< aligned, so that a row is in one cache line
 
+  /// To be called before `now` is changed: copies it if it is published, creates it if there is none.
+  void prepare_change(const FieldBrickMaker& maker) {
+    if (!now || now == published) now = now ? maker.copy(*now) : maker.copy({});
+  }
   /// Adds `variance` (relative, 1σ²) to that of the radiance, by lowering its weights.
   void forget_radiance(double variance);
   /// Adds the drift of an update. `more_known`: distance or colour of a voxel became known.
@@ -50,23 +51,28 @@ struct WorkingBrick {
   bool drifted(const FieldBrick& next, float voxel_m);
 };
 
-/// All bricks in the order of their creation, at stable addresses. Access jumps through megabytes: huge pages save a
-/// tenth of fusion's time.
+/// All bricks, at stable addresses.
 class WorkingBricks {
  public:
-  WorkingBricks() = default;
-  WorkingBricks(const WorkingBricks&) = delete;
-  WorkingBricks& operator=(const WorkingBricks&) = delete;
-  ~WorkingBricks();
-
-  WorkingBrick& add();
-  WorkingBrick& operator[](std::size_t i) { return pages_[i / kInPage].get()[i % kInPage]; }
-  std::size_t size() const { return size_; }
+  /// Creates the brick if there is none.
+  WorkingBrick& at(const BrickKey& key);
+  std::size_t size() const { return bricks_.size(); }
+  auto begin() const { return bricks_.begin(); }
+  auto end() const { return bricks_.end(); }
+  /// Removes the bricks for which `evicted(brick)` is true.
+  template <typename Evicted>
+  void remove_if(const Evicted& evicted) {
+    std::erase_if(bricks_, [&](const std::unique_ptr<WorkingBrick>& brick) {
+      const bool gone = evicted(*brick);
+      if (gone) by_key_.erase(brick->key);
+      return gone;
+    });
+  }
 
  private:
-  static constexpr std::size_t kInPage = kPage_bytes / sizeof(WorkingBrick);
-  std::vector<std::unique_ptr<WorkingBrick, FreePage>> pages_;
-  std::size_t size_ = 0;  ///< bricks that live
+  std::vector<std::unique_ptr<WorkingBrick>> bricks_;  ///< in the order of their creation
+  std::unordered_map<BrickKey, WorkingBrick*, BrickKeyHash> by_key_;
+  std::uint32_t created_ = 0;
 };
 
 }  // namespace lumigraft::reconstruct

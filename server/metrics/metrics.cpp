@@ -58,6 +58,12 @@ void Metrics::encoded(const std::string& codec, std::size_t bytes) {
   encoded_[codec].second += bytes;
 }
 
+void Metrics::fused(std::size_t bricks, std::size_t bytes, std::size_t evicted) {
+  bricks_ = bricks;
+  brick_bytes_ = bytes;
+  evicted_bricks_ = evicted;
+}
+
 void Metrics::refused_connection() {
   std::lock_guard lock(mutex_);
   ++refused_;
@@ -128,6 +134,11 @@ std::string Metrics::prometheus() const {
       cameras_with_faults_.load());
   one("lumigraft_connections_refused_total", "counter", "Connections and streams refused or cut short by a limit.",
       refused_);
+  one("lumigraft_fusion_bricks", "gauge", "Bricks of the distance field.", bricks_.load());
+  one("lumigraft_fusion_bytes", "gauge", "Memory of bricks, also of those that only readers still hold.",
+      brick_bytes_.load());
+  one("lumigraft_fusion_evicted_bricks_total", "counter", "Bricks evicted to bound the memory.",
+      evicted_bricks_.load());
   one("lumigraft_warnings_total", "counter", "Warnings that frames carried.", warnings_);
   each("lumigraft_dropped_total", "counter", "Items dropped because the named stage was busy.", "stage", drops_, whole);
   each("lumigraft_encoded_pictures_total", "counter", "Pictures encoded.", "codec", encoded_, first);

@@ -34,6 +34,8 @@ class Metrics {
   /// Records the newest value chosen for a key of the plan or for an update interval, and the fraction of light that it
   /// omits.
   void decided(const std::string& key, int value, double left_out = 0);
+  /// Bricks of the distance field, their memory, and bricks evicted so far.
+  void fused(std::size_t bricks, std::size_t bytes, std::size_t evicted);
   void cameras_with_faults(int count) { cameras_with_faults_ = count; }
 
   std::uint64_t frames() const;
@@ -66,6 +68,7 @@ class Metrics {
   std::uint64_t frames_ = 0, warnings_ = 0, refused_ = 0;
   std::uint64_t interval_frames_ = 0;
   Clock::time_point last_frame_{}, interval_start_ = Clock::now();
+  std::atomic<std::size_t> bricks_ = 0, brick_bytes_ = 0, evicted_bricks_ = 0;
   std::atomic<int> viewers_ = 0;
   std::atomic<int> cameras_with_faults_ = 0;
 };

@@ -278,6 +278,8 @@ void Pipeline::State::geometry_turn() {
     const ScopedWork work(geometry_rest);
     const StageTimer timer(metrics, "fuse");
     builder.fuse_depth(*posed->played.frame, *posed->located.pose);
+    const auto memory = builder.fusion_memory();
+    metrics.fused(memory.bricks, memory.used_bytes, memory.evicted);
     store.publish_warnings("geometry stage", {});
   }
 }

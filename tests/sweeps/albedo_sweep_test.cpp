@@ -152,12 +152,12 @@ TEST(AlbedoSweep, Saturated) {
     }
     const float end = brightest / static_cast<float>(exposure);
     const auto clips = [&](const Vector3f& radiance) { return radiance.maxCoeff() > end; };
-    for (auto& [key, brick] : field.bricks) {  // as in fusion: clipped pixels do not count
+    for (const auto& [key, brick] : reconstruct::BrickMap(field.bricks)) {  // as in fusion: clipped pixels do not count
       auto without = std::make_shared<reconstruct::FieldBrick>(*brick);
       for (std::size_t i = 0; i < reconstruct::kBrickVoxels; ++i) {
         if (clips(without->radiance[i])) without->radiance_weight[i] = 0;
       }
-      brick = without;
+      field.bricks[key] = without;
     }
     const auto result = reconstruct::AlbedoStage(capture::Session()).solve(field, room.illumination());
     const auto clipped_at = [&](const Vector3f& p) {

@@ -319,7 +319,7 @@ TEST(FusionSweep, Distance) {
     const std::vector<Vector3f> above = grid(reach, reach / 10, 0.025f);
     Found first, last;
     for (unsigned i = 0; i < 6; ++i) {
-      field = stage.fuse(frame_of(table, camera, T, i, {1, i + 1}), pose_at(T));
+      field = fuse_all(stage, frame_of(table, camera, T, i, {1, i + 1}), pose_at(T));
       last = find(*field, above, -Vector3f::UnitZ(), 0.05f, table);
       if (i == 0) first = last;
     }

@@ -2,10 +2,15 @@
 // room that lies entirely in the field. Median over the frames of each film, of the minimum of five runs per frame.
 //
 //   build/release/fusion_time
+//
+// With a folder of a real capture (tests/reconstruct/seven_scenes.h): time, surface and memory of fusing its frames.
+//
+//   build/release/fusion_time redkitchen/data
 #include <cstdio>
 #include <ctime>
 #include <vector>
 
+#include "tests/bench/fusion_time/capture_run.h"
 #include "tests/reconstruct/fusion/fusion_views.h"
 
 namespace lumigraft::test {
@@ -55,8 +60,12 @@ void measure(const Film& film) {
 }  // namespace
 }  // namespace lumigraft::test
 
-int main() {
+int main(int count, char** arguments) {
   using lumigraft::test::measure;
+  if (count > 1) {
+    lumigraft::test::measure_capture(arguments[1]);
+    return 0;
+  }
   measure({"camera at rest", 0, 0});
   measure({"hand-held, 5 mm a picture", 0.003, 0.004});
   measure({"walking, 30 mm a picture", 0.01, 0.025});

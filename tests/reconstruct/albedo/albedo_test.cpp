@@ -511,7 +511,7 @@ TEST(AlbedoStage, RepeatedInputIsNotSolvedAgainAndResultsAreDeterministic) {
   EXPECT_EQ(a.illumination->lights[0].position_m, b.illumination->lights[0].position_m);
   ASSERT_EQ(a.albedo->bricks.size(), b.albedo->bricks.size());
   for (const auto& [key, brick] : a.albedo->bricks) {
-    ASSERT_TRUE(b.albedo->bricks.count(key));
+    ASSERT_TRUE(b.albedo->bricks.contains(key));
     EXPECT_EQ(brick->sigma, b.albedo->bricks.at(key)->sigma);
     EXPECT_EQ(brick->albedo, b.albedo->bricks.at(key)->albedo);
   }

@@ -267,6 +267,61 @@ TEST(Fusion, MemoryFollowsTheSurface) {
   EXPECT_LT(growth, 5);
 }
 
+// A large room enters the image at once: it is fused in several frames, the nearest first.
+TEST(Fusion, TheWorkOfAFrameIsBounded) {
+  capture::CameraModel camera = test::small_camera();
+  const Shape hall = [](const Vector3d& p) { return std::min({p.z() + 1, 2 - p.y(), 2 + p.x(), 2 - p.x()}); };
+  const Isometry3d T = test::looking_at_tag(2.2, 70 * kDegree, -1.6);
+  FusionStage stage(session_with(camera), {});
+  std::shared_ptr<const DistanceField> before = std::make_shared<DistanceField>(), field;
+  std::size_t first = 0;
+  for (unsigned i = 0; i < 12; ++i) {
+    field = stage.fuse(frame_of(hall, camera, T, i, {0.1, i + 1}), pose_at(T));
+    std::size_t changed = 0;
+    for (const auto& [key, brick] : field->bricks) changed += before->brick(key) != brick.get();
+    // Every fourth publication contains what earlier frames changed a little.
+    EXPECT_LE(changed, kUpdateSchedule.max_bricks * (i == 0 ? 1 : kPublication.interval_frames)) << i;
+    if (i == 0) first = field->bricks.size();
+    before = field;
+  }
+  EXPECT_GT(field->bricks.size(), 1.5 * static_cast<double>(first)) << "or the room is too small for this test";
+  EXPECT_GT(compare(*field, hall, camera, T, 16).hit_fraction, 0.99);
+}
+
+// A day of walking in a hall of 12 m, in time-lapse: memory stays within its bound, and a place that was evicted is
+// fused again when it is seen again.
+TEST(Fusion, MemoryIsBoundedInAHall) {
+  capture::CameraModel camera = test::small_camera();
+  camera.width /= 2, camera.height /= 2;
+  camera.fx = camera.fy /= 2;
+  camera.cx = camera.width / 2.0, camera.cy = camera.height / 2.0;
+  const Shape hall = [](const Vector3d& p) {
+    const double pillar = (Vector3d(p.x() - 3 * std::round(p.x() / 3), p.y() - 3 * std::round(p.y() / 3), 0)).norm();
+    return std::min({p.z(), 6 - std::abs(p.x()), 6 - std::abs(p.y()), pillar - 0.3});
+  };
+  FusionSettings settings;
+  settings.max_memory_mb = 150;
+  FusionStage stage(session_with(camera), settings);
+  const auto pose_of = [](double turn) {
+    Isometry3d T = test::looking_at_tag(1.5, 40 * kDegree, turn);
+    T.pretranslate(Vector3d(4.5 * std::cos(turn), 4.5 * std::sin(turn), 0));
+    return T;
+  };
+  constexpr unsigned kRound = 80;
+  std::shared_ptr<const DistanceField> field;
+  for (unsigned i = 0; i < 2 * kRound; ++i) {
+    const Isometry3d T = pose_of(2 * M_PI * i / kRound);
+    field = stage.fuse(frame_of(hall, camera, T, i), pose_at(T));
+    const FusionStage::Memory memory = stage.memory();
+    ASSERT_LE(memory.used_bytes, 1.02e6 * settings.max_memory_mb) << i;
+    ASSERT_LE(memory.bricks, 1e6 * settings.max_memory_mb / sizeof(FieldBrick)) << i;
+  }
+  EXPECT_GT(stage.memory().evicted, stage.memory().bricks) << "or the hall is too small for this test";
+  const Isometry3d T = pose_of(0.5);
+  for (unsigned i = 0; i < 24; ++i) field = stage.fuse(frame_of(hall, camera, T, i, {0.1, i + 1}), pose_at(T));
+  EXPECT_GT(compare(*field, hall, camera, T, 16).hit_fraction, 0.98) << "seen again";
+}
+
 TEST(Fusion, NothingNewChangesNothing) {
   const capture::CameraModel camera = test::small_camera();
   const Isometry3d T = test::looking_at_tag(0.85, 50 * kDegree, -1.3);

@@ -100,6 +100,18 @@ inline reconstruct::Pose pose_at(const Eigen::Isometry3d& T_tag_camera) {
   return pose;
 }
 
+/// Fuses all of a frame, also if that is more than the work of one call.
+inline std::shared_ptr<const reconstruct::DistanceField> fuse_all(reconstruct::FusionStage& stage,
+                                                                  const capture::FrameSet& frame,
+                                                                  const reconstruct::Pose& pose) {
+  std::shared_ptr<const reconstruct::DistanceField> before, field;
+  do {
+    before = field;
+    field = stage.fuse(frame, pose);
+  } while (field != before);
+  return field;
+}
+
 /// Distance of the field's surface from the shape, by a ray through every third pixel; and the fraction of rays that
 /// hit.
 struct Agreement {

@@ -43,7 +43,7 @@ reconstruct::Scene unknown_strip(const ClosedScene& closed, bool fused) {
   reconstruct::Scene scene = closed.scene();
   auto field = std::make_shared<reconstruct::DistanceField>(*scene.field);
   auto colors = std::make_shared<reconstruct::AlbedoField>(*scene.albedo);
-  for (auto& [key, shared] : field->bricks) {
+  for (const auto& [key, shared] : scene.field->bricks) {
     auto brick = std::make_shared<reconstruct::FieldBrick>(*shared);
     auto paint = std::make_shared<reconstruct::AlbedoBrick>(*colors->bricks.at(key));
     for (int i = 0; i < reconstruct::kBrickVoxels; ++i) {
@@ -54,8 +54,8 @@ reconstruct::Scene unknown_strip(const ClosedScene& closed, bool fused) {
       brick->radiance_weight[k] = 0;
       paint->sigma[k] = -1;
     }
-    shared = brick;
-    colors->bricks.at(key) = paint;
+    field->bricks[key] = brick;
+    colors->bricks[key] = paint;
   }
   scene.field = field;
   scene.albedo = colors;

@@ -16,14 +16,17 @@ TEST(Metrics, HistogramsAreCumulative) {
   metrics.frame_made();
   metrics.encoded("jpeg", 1000);
   metrics.cameras_with_faults(1);
+  metrics.fused(7, 86016, 2);
   const std::string text = metrics.prometheus();
-  for (const char* line : {"lumigraft_stage_seconds_bucket{stage=\"pose\",le=\"0.001\"} 0\n",
-                           "lumigraft_stage_seconds_bucket{stage=\"pose\",le=\"0.002\"} 1\n",
-                           "lumigraft_stage_seconds_bucket{stage=\"pose\",le=\"0.005\"} 2\n",
-                           "lumigraft_stage_seconds_bucket{stage=\"pose\",le=\"+Inf\"} 3\n",
-                           "lumigraft_stage_seconds_count{stage=\"pose\"} 3\n",
-                           "lumigraft_dropped_total{stage=\"fuse\"} 3\n", "lumigraft_cameras_in_trouble 1\n",
-                           "lumigraft_frames_total 1\n", "lumigraft_encoded_bytes_total{codec=\"jpeg\"} 1000\n"}) {
+  for (const char* line :
+       {"lumigraft_stage_seconds_bucket{stage=\"pose\",le=\"0.001\"} 0\n",
+        "lumigraft_stage_seconds_bucket{stage=\"pose\",le=\"0.002\"} 1\n",
+        "lumigraft_stage_seconds_bucket{stage=\"pose\",le=\"0.005\"} 2\n",
+        "lumigraft_stage_seconds_bucket{stage=\"pose\",le=\"+Inf\"} 3\n",
+        "lumigraft_stage_seconds_count{stage=\"pose\"} 3\n", "lumigraft_dropped_total{stage=\"fuse\"} 3\n",
+        "lumigraft_cameras_in_trouble 1\n", "lumigraft_fusion_bricks 7\n", "lumigraft_fusion_bytes 86016\n",
+        "lumigraft_fusion_evicted_bricks_total 2\n", "lumigraft_frames_total 1\n",
+        "lumigraft_encoded_bytes_total{codec=\"jpeg\"} 1000\n"}) {
     EXPECT_NE(text.find(line), std::string::npos) << line << text;
   }
 }

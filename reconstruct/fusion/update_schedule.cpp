@@ -1,0 +1,66 @@
+#include "reconstruct/fusion/update_schedule.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "reconstruct/fusion/parameters.h"
+
+namespace lumigraft::reconstruct {
+namespace {
+
+/// Whether what was observed before says little about what is there now.
+bool outdated(const WorkingBrick& brick, double light_variance) {
+  return brick.update_count < brick.active_until || brick.light_variance < light_variance;
+}
+
+/// Relative gain of information since the last update, per metre of depth: near bricks cover more of the image.
+float gain(const VisibleBrick& visible, std::uint32_t frame, double light_variance) {
+  const WorkingBrick& brick = *visible.brick;
+  const std::uint32_t updates = outdated(brick, light_variance) ? 0 : brick.update_count;
+  const auto waited = static_cast<float>(frame - brick.last_update + 1);
+  return waited / (static_cast<float>(updates + 1) * std::max(visible.visibility.depth_m, kBrickSelection.near_m));
+}
+
+}  // namespace
+
+bool update_due(const WorkingBrick& brick, std::uint32_t frame, double light_variance) {
+  if (brick.update_count > 0 && brick.last_update == frame) return false;
+  if (outdated(brick, light_variance)) return true;
+  constexpr const auto& kSettled = kUpdateSchedule.settled_updates;
+  const auto steps = std::upper_bound(kSettled.begin(), kSettled.end(), brick.update_count) - kSettled.begin();
+  const std::uint32_t interval = 1u << steps;
+  return frame - brick.last_update >= 1u << kSettled.size() || (frame + brick.turn) % interval == 0;
+}
+
+bool limit_work(std::vector<VisibleBrick>& bricks, std::uint32_t frame, double light_variance) {
+  if (bricks.size() <= kUpdateSchedule.max_bricks) return false;
+  std::vector<std::pair<float, std::size_t>> order;  // negative gain; then the order of creation
+  order.reserve(bricks.size());
+  for (std::size_t i = 0; i < bricks.size(); ++i) order.emplace_back(-gain(bricks[i], frame, light_variance), i);
+  const auto end = order.begin() + static_cast<std::ptrdiff_t>(kUpdateSchedule.max_bricks);
+  std::nth_element(order.begin(), end, order.end());
+  std::sort(order.begin(), end, [](const auto& a, const auto& b) { return a.second < b.second; });
+  std::vector<VisibleBrick> kept;
+  kept.reserve(kUpdateSchedule.max_bricks);
+  for (auto chosen = order.begin(); chosen != end; ++chosen) kept.push_back(bricks[chosen->second]);
+  bricks = std::move(kept);
+  return true;
+}
+
+bool unseen(const WorkingBrick& brick, std::uint32_t frame) { return frame - brick.last_update >= kMemory.keep_frames; }
+
+std::vector<BrickKey> least_needed(const WorkingBricks& bricks, std::size_t count, std::uint32_t frame, float voxel_m) {
+  std::vector<std::pair<float, BrickKey>> order;  // negative need
+  for (const auto& brick : bricks) {
+    if (!brick->now || !unseen(*brick, frame) || brick->queued || brick->model) continue;
+    const float distance_m = std::max(brick_centre(brick->key, voxel_m).norm(), kMemory.near_m);
+    order.emplace_back(-static_cast<float>(frame - brick->last_update) * distance_m, brick->key);
+  }
+  const auto end = order.begin() + static_cast<std::ptrdiff_t>(std::min(count, order.size()));
+  if (end != order.end()) std::nth_element(order.begin(), end, order.end());
+  std::vector<BrickKey> keys;
+  for (auto chosen = order.begin(); chosen != end; ++chosen) keys.push_back(chosen->second);
+  return keys;
+}
+
+}  // namespace lumigraft::reconstruct
