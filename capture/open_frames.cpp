@@ -82,9 +82,11 @@ void check(const std::vector<Wanted>& all) {
     refuse_if(live != all.front().uri.live,
               where + (live ? "a device with a recording" : "a recording with a device") +
                   " for colour, allowed: all devices or all recordings, since their clocks are unrelated");
-    refuse_if(w.spec.stream == Stream::depth && live && !w.openni(),
-              where + "\"" + w.uri.kind + ":\", allowed of devices for depth: openni2:");
-    refuse_if(w.spec.stream == Stream::fisheye && (w.openni() || live) && w.same_place(all.front()),
+    const bool depth = w.spec.stream == Stream::depth;
+    refuse_if(depth && (w.uri.kind == "libcamera" || w.uri.kind == "aravis"),
+              where + "\"" + w.uri.kind + ":\", allowed of devices for depth: openni2:, v4l2:");
+    const bool one_device = depth && w.openni();  // gives colour and depth
+    refuse_if(&w != &all.front() && !one_device && (w.openni() || live) && w.same_place(all.front()),
               where + "the colour camera again, allowed: a camera of its own");
     if (live) check_settings(w);
   }
@@ -97,7 +99,8 @@ PairedSources open_sources(const Session& session) {
   std::vector<Wanted> all = {
       wanted("color", Stream::color, color, {.exposure = color.exposure, .settings = color.settings})};
   if (const auto& depth = session.depth) {
-    all.push_back(wanted("depth", Stream::depth, *depth, {.unit_m = depth->unit_m, .registered = depth->registered}));
+    all.push_back(wanted("depth", Stream::depth, *depth,
+                         {.unit_m = depth->unit_m, .registered = depth->registered, .settings = depth->settings}));
   }
   if (const auto& fisheye = session.fisheye) {
     all.push_back(

@@ -61,10 +61,11 @@ inline constexpr struct OpenNiParameters {
 } kOpenNiParameters;
 
 /// Order in which V4L2 and libcamera choose a format if the session names none: colour before grey, uncompressed before
-/// JPEG, and interpolated colour before Bayer.
+/// JPEG, and interpolated colour before Bayer. Of grey the fewest bits, since RGB has eight.
 inline constexpr PixelFormat kPreferredFormats[] = {
-    PixelFormat::yuyv,        PixelFormat::nv12,        PixelFormat::rgb8,        PixelFormat::bgr8,
-    PixelFormat::bayer_rggb8, PixelFormat::bayer_bggr8, PixelFormat::bayer_gbrg8, PixelFormat::bayer_grbg8,
-    PixelFormat::mjpeg,       PixelFormat::grey8,       PixelFormat::grey16};
+    PixelFormat::yuyv,        PixelFormat::uyvy,        PixelFormat::nv12,        PixelFormat::rgb8,
+    PixelFormat::bgr8,        PixelFormat::bayer_rggb8, PixelFormat::bayer_bggr8, PixelFormat::bayer_gbrg8,
+    PixelFormat::bayer_grbg8, PixelFormat::mjpeg,       PixelFormat::grey8,       PixelFormat::grey10,
+    PixelFormat::grey12,      PixelFormat::grey16};
 
 }  // namespace lumigraft::capture

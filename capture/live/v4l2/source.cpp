@@ -86,6 +86,12 @@ class V4l2Source::Camera : public Source {
     } else if (const auto size = bytes_of(format_.format, spec_.width, spec_.height)) {
       bytes = bytes.first(std::min(bytes.size(), *size));
     }
+    if (spec_.stream == Stream::depth) {
+      auto counts = filled.damaged ? std::nullopt : to_counts(spec_.width, spec_.height, bytes);
+      stream_->give_back(filled.index);
+      if (!counts) return LostFrame{stamp, spec_.stream, "the picture is damaged"};
+      return RawDepth{stamp, std::move(*counts)};
+    }
     auto rgb = filled.damaged ? std::nullopt : pixels_.to_rgb(format_.format, spec_.width, spec_.height, bytes);
     if (!rgb) {
       stream_->give_back(filled.index);
