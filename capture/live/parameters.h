@@ -40,6 +40,18 @@ inline constexpr struct V4l2Parameters {
   double max_aspect_ratio_error = 0.01;  ///< relative, between a digital signal and the session's frame size
 } kV4l2Parameters;
 
+inline constexpr struct HelperParameters {
+  std::chrono::milliseconds patience{10'000};  ///< for the helper's first answer and for the rest of a message
+  int pipe_bytes = 1 << 20;                    ///< a frame of 640x480; the default of 64 KiB is slower
+  unsigned max_text_bytes = 4096;              ///< of a reason or a serial number
+} kHelperParameters;
+
+inline constexpr struct FreenectParameters {
+  double tick_rate_hz = 60e6;          ///< of the camera's clock (openkinect.org, Protocol Documentation)
+  double rate_hz = 30.0;               ///< of its frames of 640x480
+  std::uint64_t adapting_frames = 60;  ///< of colour with automatic exposure, before it is held
+} kFreenectParameters;
+
 inline constexpr struct LibcameraParameters {
   unsigned buffers = 8;
   std::chrono::milliseconds open_timeout{10'000};  ///< for each answer of the helper until the camera runs

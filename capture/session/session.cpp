@@ -23,7 +23,7 @@ std::string source_uri(const ConfigTable& table) {
   std::string uri = table.text("source");
   const std::optional<SourceUri> source = parse_source(uri);
   if (!source) table.fail("source", "found \"" + uri + "\", allowed in this build: " + std::string(kSourceKinds));
-  if (!source->live && source->rest.empty()) {
+  if ((!source->live || source->kind == "helper") && source->rest.empty()) {
     table.fail("source", "found \"" + uri + "\", allowed: a file after the colon");
   }
   return uri;
@@ -213,7 +213,7 @@ DepthCamera read_depth(const ConfigTable& table, const CameraModel& color,
   camera.serial = read_serial(table);
   camera.unit_m = table.number("unit_m", 1e-6, 1.0);
   const std::string kind = parse_source(camera.source)->kind;
-  if (kind == "v4l2" && !table.has("registered")) {
+  if ((kind == "v4l2" || kind == "helper") && !table.has("registered")) {
     table.fail("registered", "found nothing, allowed with " + kind +
                                  ": false, or true if the camera itself puts depth on the "
                                  "colour camera's pixels");

@@ -122,6 +122,8 @@ TEST_F(SessionFile, SettingsOfLiveCameras) {
   EXPECT_EQ(read(depth).depth->settings.rate_hz, 30.0);
   EXPECT_NE(error({"depth.source=openni2:", "depth.rate_hz=30"}).find("depth.rate_hz: found an unknown key"),
             std::string::npos);
+  EXPECT_NE(error({"color.source=helper:"}).find("found \"helper:\", allowed: a file after the colon"),
+            std::string::npos);
   EXPECT_EQ(read({"color.input=HDMI 1"}).color.settings.input, "HDMI 1") << "a recording of a frame grabber";
   EXPECT_NE(error({"color.exposure_us=0"}).find("color.exposure_us: found 0"), std::string::npos);
   EXPECT_NE(error({"color.controls.Gamma=high"}).find("color.controls.Gamma: found \"high\""), std::string::npos);

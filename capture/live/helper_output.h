@@ -1,0 +1,20 @@
+#pragma once
+// What the helper programs of this folder and of recorded/ have in common: they write what HelperFrames reads.
+#include <string>
+#include <vector>
+
+#include "capture/live/helper_messages.h"
+#include "capture/session/stream_spec.h"
+#include "capture/source.h"
+
+namespace lumigraft::capture {
+
+/// The streams of a helper's command line, from the word `first` on.
+std::vector<StreamSpec> requested_streams(int count, char** words, int first);
+
+/// Ends this process if the reader has gone.
+void send_text(HelperMessage::Kind kind, const std::string& text);
+/// `item` is of one of the requested streams.
+void send_item(const SourceItem& item, const std::vector<StreamSpec>& specs);
+
+}  // namespace lumigraft::capture
