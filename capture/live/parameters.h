@@ -32,7 +32,11 @@ inline constexpr struct V4l2Parameters {
   /// Before an unplugged camera is closed: closing it while the kernel still removes it makes two kernel threads use
   /// the same media entity, and one that finds it freed crashes the machine's kernel (6.1).
   std::chrono::milliseconds unplug_delay{300};
-  int old_exposures = 4;                 ///< frames after a change of exposure that may still have the old one
+  std::chrono::milliseconds adapt_time{5000};    ///< longest for automatic exposure; usual ones take 1 to 3 s
+  std::chrono::milliseconds adapt_reading{250};  ///< between two means: several steps of an automatic exposure
+  int adapt_readings = 2;                        ///< means in a row that equal the one before
+  double adapt_change = 0.02;                    ///< relative, of means that count as equal: of sRGB, 4 % of the light
+  int old_exposures = 4;                         ///< frames after a change of exposure that may still have the old one
   double sufficient_rate_hz = 25.0;      ///< formats of at least this rate are chosen by preference, others by rate
   double default_rate_hz = 30.0;         ///< if the session states none; drivers otherwise keep the last program's rate
   double rate_rounding = 0.99;           ///< of the wanted rate: 29.97 Hz counts as 30 Hz
