@@ -3,7 +3,10 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <cstdio>
 #include <cstdlib>
+
+#include "capture/error.h"
 
 namespace lumigraft::capture {
 namespace {
@@ -37,6 +40,25 @@ std::vector<StreamSpec> requested_streams(int count, char** words, int first) {
                      .registered = name != "depth"});
   }
   return specs;
+}
+
+void run_helper(int count, char** words, const RunHelper& run) {
+  const bool named = count % 4 == 2;
+  if (count < 5 || (!named && count % 4 != 1)) {
+    std::fprintf(stderr, "%s: started by lumigraft where a source names it or its kind of camera\n", words[0]);
+    _exit(2);
+  }
+  std::signal(SIGPIPE, SIG_IGN);
+  try {
+    run(named ? words[1] : "", requested_streams(count, words, named ? 2 : 1));
+  } catch (const CameraFault& e) {
+    send_text(HelperMessage::Kind::unavailable, e.what());
+  } catch (const InputError& e) {
+    send_text(HelperMessage::Kind::refused, e.what());
+  } catch (const std::exception& e) {
+    send_text(HelperMessage::Kind::unavailable, e.what());
+  }
+  _exit(0);
 }
 
 void send_text(HelperMessage::Kind kind, const std::string& text) { send({.kind = kind}, text.data(), text.size()); }

@@ -3,11 +3,9 @@
 //   lumigraft_freenect list                     writes a serial number a line
 //   lumigraft_freenect SERIAL STREAM...         writes what docs/helpers.md describes; an empty SERIAL is any camera
 #include <libfreenect.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
-#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <optional>
@@ -121,8 +119,9 @@ void start(freenect_device* device, const Output& out) {
   }
 }
 
-void run(const std::string& serial, Output& out) {
-  for (const StreamSpec& spec : out.specs) check(spec);
+void run(const std::string& serial, const std::vector<StreamSpec>& specs) {
+  for (const StreamSpec& spec : specs) check(spec);
+  Output out{specs, {}, {}};
   Library library;
   std::vector<std::string> found = library.serials();
   std::erase_if(found, [&](const std::string& one) { return !serial.empty() && one != serial; });
@@ -153,21 +152,9 @@ void run(const std::string& serial, Output& out) {
 
 int main(int count, char** words) {
   using namespace lumigraft::capture;
-  const bool list = count == 2 && std::strcmp(words[1], "list") == 0;
-  if (!list && (count < 6 || count % 4 != 2)) {
-    std::fputs("lumigraft_freenect: started by lumigraft where a source is freenect:\n", stderr);
-    return 2;
-  }
-  std::signal(SIGPIPE, SIG_IGN);
+  if (count != 2 || std::strcmp(words[1], "list") != 0) run_helper(count, words, run);
   try {
-    Output out{requested_streams(count, words, 2), {}, {}};
-    if (!list) run(words[1], out);
     for (const std::string& serial : Library().serials()) std::puts(serial.c_str());
-  } catch (const CameraFault& e) {
-    if (!list) send_text(HelperMessage::Kind::unavailable, e.what());
-  } catch (const InputError& e) {
-    send_text(HelperMessage::Kind::refused, e.what());
+  } catch (const CameraFault&) {  // without USB there is no camera
   }
-  std::fflush(stdout);
-  _exit(0);  // the library may wait for a camera that is gone
 }
