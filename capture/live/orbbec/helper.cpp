@@ -51,7 +51,7 @@ void send(const StreamSpec& spec, const std::vector<StreamSpec>& specs, const st
 }
 
 void run(const std::string& serial, const std::vector<StreamSpec>& specs) {
-  ob::Context::setLoggerToConsole(OB_LOG_SEVERITY_OFF);
+  ob::Context::setLoggerSeverity(OB_LOG_SEVERITY_OFF);
   ob::Context context;
   const std::shared_ptr<ob::Device> device = find_device(context, serial);
   ob::Pipeline pipeline(device);

@@ -138,8 +138,18 @@ TEST(PixelFormats, NamesAndFourCharacterCodesRoundTrip) {
     EXPECT_EQ(pixel_format_of(*fourcc_of(format)), format);
   }
   EXPECT_EQ(pixel_format_named("mjpeg"), PixelFormat::mjpeg);
+  EXPECT_EQ(pixel_format_named(name_of(PixelFormat::z16)), PixelFormat::z16);
   EXPECT_FALSE(fourcc_of(PixelFormat::mjpeg));
+  EXPECT_FALSE(fourcc_of(PixelFormat::z16));
   EXPECT_FALSE(pixel_format_named("rgb9"));
+}
+
+TEST(PixelFormats, CountsOfDepthHaveTheLowerByteFirst) {
+  const auto counts = to_counts(2, 1, std::vector<std::uint8_t>{1, 2, 255, 0});
+  ASSERT_TRUE(counts);
+  EXPECT_EQ(counts->data, (std::vector<std::uint16_t>{0x0201, 0x00FF}));
+  EXPECT_FALSE(to_counts(2, 1, std::vector<std::uint8_t>{1, 2, 3}));
+  EXPECT_FALSE(to_counts(2, 1, std::vector<std::uint8_t>{1, 2, 3, 4, 5}));
 }
 
 TEST(PixelFormats, InvalidBytesAreRefused) {
