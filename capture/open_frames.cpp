@@ -3,6 +3,7 @@
 
 #include "capture/error.h"
 #include "capture/live/aravis/source.h"
+#include "capture/live/helper_source.h"
 #include "capture/live/libcamera/source.h"
 #include "capture/live/live_source.h"
 #include "capture/live/openni/source.h"
@@ -24,6 +25,8 @@ struct Wanted {
   StreamSpec spec;
 
   bool openni() const { return uri.kind == "oni" || uri.kind == "openni2"; }
+  bool helper() const { return uri.kind == "freenect" || uri.kind == "helper"; }
+  bool several_streams() const { return openni() || helper(); }  ///< from one source
   bool same_place(const Wanted& other) const { return uri.kind == other.uri.kind && uri.rest == other.uri.rest; }
 };
 
@@ -54,6 +57,10 @@ std::shared_ptr<Source> open_source(const Wanted& w, const std::vector<StreamSpe
       const std::string& camera = w.uri.rest;
       if (w.uri.kind == "openni2") return std::make_unique<OpenNiSource>(OpenNiSource::Kind::device, camera, specs);
       if (w.uri.kind == "v4l2") return std::make_unique<V4l2Source>(camera, w.spec);
+      if (w.uri.kind == "freenect") {
+        return std::make_unique<HelperSource>("lumigraft_freenect", std::vector{camera}, specs);
+      }
+      if (w.uri.kind == "helper") return std::make_unique<HelperSource>(camera, specs);
       if (w.uri.kind == "libcamera") return std::make_unique<LibcameraSource>(camera, w.spec);
       return std::make_unique<AravisSource>(camera, w.spec);
     };
@@ -71,6 +78,8 @@ void check_settings(const Wanted& w) {
   refuse_with_openni(s.pixel_format.has_value(), "pixel_format");
   refuse_with_openni(s.exposure_us.has_value(), "exposure_us");
   for (const auto& [name, value] : s.controls) refuse_with_openni(name != "exposure", "controls." + name);
+  refuse_if(w.helper() && (s.pixel_format || s.rate_hz || s.exposure_us || s.gain || !s.controls.empty()),
+            w.key + ": found settings of the camera with " + w.uri.kind + ":, allowed: none");
   refuse_if(!s.bracket_us.empty() && w.uri.kind != "v4l2",
             w.key + ".bracket_us: found it with " + w.uri.kind + ":, allowed: v4l2:");
 }
@@ -82,9 +91,11 @@ void check(const std::vector<Wanted>& all) {
     refuse_if(live != all.front().uri.live,
               where + (live ? "a device with a recording" : "a recording with a device") +
                   " for colour, allowed: all devices or all recordings, since their clocks are unrelated");
-    refuse_if(w.spec.stream == Stream::depth && live && !w.openni(),
-              where + "\"" + w.uri.kind + ":\", allowed of devices for depth: openni2:");
-    refuse_if(w.spec.stream == Stream::fisheye && (w.openni() || live) && w.same_place(all.front()),
+    const bool depth = w.spec.stream == Stream::depth;
+    refuse_if(depth && (w.uri.kind == "libcamera" || w.uri.kind == "aravis"),
+              where + "\"" + w.uri.kind + ":\", allowed of devices for depth: openni2:, v4l2:, freenect:, helper:");
+    const bool one_device = depth && w.several_streams();  // gives colour and depth
+    refuse_if(&w != &all.front() && !one_device && (w.openni() || live) && w.same_place(all.front()),
               where + "the colour camera again, allowed: a camera of its own");
     if (live) check_settings(w);
   }
@@ -97,7 +108,8 @@ PairedSources open_sources(const Session& session) {
   std::vector<Wanted> all = {
       wanted("color", Stream::color, color, {.exposure = color.exposure, .settings = color.settings})};
   if (const auto& depth = session.depth) {
-    all.push_back(wanted("depth", Stream::depth, *depth, {.unit_m = depth->unit_m, .registered = depth->registered}));
+    all.push_back(wanted("depth", Stream::depth, *depth,
+                         {.unit_m = depth->unit_m, .registered = depth->registered, .settings = depth->settings}));
   }
   if (const auto& fisheye = session.fisheye) {
     all.push_back(
@@ -106,7 +118,7 @@ PairedSources open_sources(const Session& session) {
   check(all);
 
   const Wanted& color_wanted = all.front();
-  const bool one_device = session.depth && color_wanted.openni() && all[1].same_place(color_wanted);
+  const bool one_device = session.depth && color_wanted.several_streams() && all[1].same_place(color_wanted);
   PairedSources sources;
   sources.live = color_wanted.uri.live;
   sources.color = open_source(color_wanted,
@@ -130,6 +142,11 @@ void take_serials(Session& session, const PairedSources& sources) {
 }
 
 std::unique_ptr<FrameReader> open_paired_frames(const Session& session) {
+  for (const std::string& source : {session.color.source, session.depth ? session.depth->source : "",
+                                    session.fisheye ? session.fisheye->source : ""}) {
+    refuse_if(source.starts_with("helper:"), session.name + ": found \"" + source +
+                                                 "\", allowed here: no programs, since recordings come from others");
+  }
   return std::make_unique<PairingReader>(open_sources(session));
 }
 

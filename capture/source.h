@@ -78,7 +78,8 @@ class FrameReader {
 };
 
 /// Opens and checks all sources, and pairs their frames by timestamps. Contradictory or missing files throw InputError
-/// here, before the first frame. Depth is on the depth camera's pixels: the pipeline registers it in a separate stage.
+/// here, before the first frame, and so does `helper:`, for which open_sources is. Depth is on the depth camera's
+/// pixels: the pipeline registers it in a separate stage.
 std::unique_ptr<FrameReader> open_paired_frames(const Session& session);
 /// The same with depth registered to colour.
 std::unique_ptr<FrameReader> open_frames(const Session& session);

@@ -5,6 +5,7 @@ extern "C" {
 }
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
 #include <utility>
 
@@ -19,16 +20,20 @@ struct LibavFormat {
   AVPixelFormat libav;
 };
 
-constexpr std::array<LibavFormat, 10> kLibavFormats = {{{PixelFormat::rgb8, AV_PIX_FMT_RGB24},
+constexpr std::array<LibavFormat, 14> kLibavFormats = {{{PixelFormat::rgb8, AV_PIX_FMT_RGB24},
                                                         {PixelFormat::bgr8, AV_PIX_FMT_BGR24},
                                                         {PixelFormat::grey8, AV_PIX_FMT_GRAY8},
+                                                        {PixelFormat::grey10, AV_PIX_FMT_GRAY10LE},
+                                                        {PixelFormat::grey12, AV_PIX_FMT_GRAY12LE},
                                                         {PixelFormat::grey16, AV_PIX_FMT_GRAY16LE},
                                                         {PixelFormat::bayer_rggb8, AV_PIX_FMT_BAYER_RGGB8},
                                                         {PixelFormat::bayer_bggr8, AV_PIX_FMT_BAYER_BGGR8},
                                                         {PixelFormat::bayer_gbrg8, AV_PIX_FMT_BAYER_GBRG8},
                                                         {PixelFormat::bayer_grbg8, AV_PIX_FMT_BAYER_GRBG8},
                                                         {PixelFormat::yuyv, AV_PIX_FMT_YUYV422},
-                                                        {PixelFormat::nv12, AV_PIX_FMT_NV12}}};
+                                                        {PixelFormat::uyvy, AV_PIX_FMT_UYVY422},
+                                                        {PixelFormat::nv12, AV_PIX_FMT_NV12},
+                                                        {PixelFormat::z16, AV_PIX_FMT_GRAY16LE}}};
 
 const LibavFormat* find_libav(PixelFormat format) {
   const auto* found = std::ranges::find(kLibavFormats, format, &LibavFormat::format);
@@ -40,11 +45,13 @@ bool is_bayer(PixelFormat format) {
          format == PixelFormat::bayer_gbrg8 || format == PixelFormat::bayer_grbg8;
 }
 
-/// Takes every `step`-th byte, starting at `first`, for all three channels.
-Image<std::uint8_t> grey_to_rgb(int width, int height, std::span<const std::uint8_t> bytes, std::size_t first,
-                                std::size_t step) {
+/// Takes the upper eight of `bits` bits of every pixel for all three channels.
+Image<std::uint8_t> grey_to_rgb(int width, int height, std::span<const std::uint8_t> bytes, int bits) {
   Image<std::uint8_t> rgb(width, height, 3);
-  for (std::size_t i = 0; i < rgb.data.size() / 3; ++i) std::memset(&rgb.data[3 * i], bytes[first + step * i], 3);
+  for (std::size_t i = 0; i < rgb.data.size() / 3; ++i) {
+    const int value = bits == 8 ? bytes[i] : (bytes[2 * i] | bytes[2 * i + 1] << 8) >> (bits - 8);
+    std::memset(&rgb.data[3 * i], value, 3);
+  }
   return rgb;
 }
 
@@ -53,7 +60,7 @@ Image<std::uint8_t> grey_to_rgb(int width, int height, std::span<const std::uint
 std::optional<std::size_t> bytes_of(PixelFormat format, int width, int height) {
   const LibavFormat* info = find_libav(format);
   const bool pairs = is_bayer(format) || format == PixelFormat::nv12;  // width and height must be even
-  const bool odd = (width % 2 != 0 && (pairs || format == PixelFormat::yuyv)) || (height % 2 != 0 && pairs);
+  const bool odd = (width % 2 != 0 && (pairs || is_yuv(format))) || (height % 2 != 0 && pairs);
   if (info == nullptr || odd || width <= 0 || height <= 0) return std::nullopt;
   const int size = av_image_get_buffer_size(info->libav, width, height, 1);
   return size > 0 ? std::optional(static_cast<std::size_t>(size)) : std::nullopt;
@@ -87,6 +94,14 @@ std::vector<std::uint8_t> nv12_without_padding(int width, int height, const std:
   if (out.empty() || chroma.empty()) return {};
   out.insert(out.end(), chroma.begin(), chroma.end());
   return out;
+}
+
+std::optional<Image<std::uint16_t>> to_counts(int width, int height, std::span<const std::uint8_t> bytes) {
+  static_assert(std::endian::native == std::endian::little, "the lower byte is first");
+  Image<std::uint16_t> counts(width, height, 1);
+  if (bytes.size() != 2 * counts.data.size()) return std::nullopt;
+  std::memcpy(counts.data.data(), bytes.data(), bytes.size());
+  return counts;
 }
 
 class PixelConverter::Libav {
@@ -152,10 +167,7 @@ std::optional<Image<std::uint8_t>> PixelConverter::to_rgb(PixelFormat format, in
     std::memcpy(rgb.data.data(), bytes.data(), *size);
     return rgb;
   }
-  if (format == PixelFormat::grey8 || format == PixelFormat::grey16) {
-    const bool wide = format == PixelFormat::grey16;
-    return grey_to_rgb(width, height, bytes, wide ? 1 : 0, wide ? 2 : 1);
-  }
+  if (const int bits = grey_bits(format); bits != 0) return grey_to_rgb(width, height, bytes, bits);
   return libav_->uncompressed(find_libav(format)->libav, width, height, bytes);
 }
 

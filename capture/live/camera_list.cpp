@@ -15,7 +15,7 @@ void find_same_hardware(std::vector<CameraListing>& cameras) {
 
 std::vector<CameraListing> list_cameras() {
   std::vector<CameraListing> all = list_openni_cameras();
-  for (const auto list : {list_v4l2_cameras, list_libcamera_cameras, list_aravis_cameras}) {
+  for (const auto list : {list_freenect_cameras, list_v4l2_cameras, list_libcamera_cameras, list_aravis_cameras}) {
     const std::vector<CameraListing> more = list();
     all.insert(all.end(), more.begin(), more.end());
   }

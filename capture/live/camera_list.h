@@ -38,10 +38,11 @@ struct CameraListing {
 /// Fills in `same_hardware`: cameras that share a device node.
 void find_same_hardware(std::vector<CameraListing>& cameras);
 
-/// Cameras of every library, in the order openni2, v4l2, libcamera, aravis, with `same_hardware`.
+/// Cameras of every library, in the order openni2, freenect, v4l2, libcamera, aravis, with `same_hardware`.
 std::vector<CameraListing> list_cameras();
 
 std::vector<CameraListing> list_openni_cameras();
+std::vector<CameraListing> list_freenect_cameras();
 std::vector<CameraListing> list_v4l2_cameras();
 std::vector<CameraListing> list_libcamera_cameras();
 std::vector<CameraListing> list_aravis_cameras();

@@ -1,5 +1,6 @@
 #include "capture/live/helper_process.h"
 
+#include <poll.h>
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -11,6 +12,7 @@
 #include <filesystem>
 #include <thread>
 
+#include "capture/descriptor.h"
 #include "capture/error.h"
 #include "capture/live/parameters.h"
 
@@ -53,6 +55,27 @@ std::string HelperProcess::exit_reason() {
     std::this_thread::sleep_for(1ms);
   }
   return "it closed its descriptor but still runs";
+}
+
+std::string list_of_helper(const char* program, std::chrono::milliseconds patience) {
+  int ends[2];
+  if (pipe(ends) != 0) return {};
+  const Descriptor read_end(ends[0]);
+  Descriptor write_end(ends[1]);
+  std::string out;
+  try {
+    const HelperProcess helper(program, {"list"}, write_end.number(), STDOUT_FILENO);
+    write_end = Descriptor();  // so that reading ends with the helper
+    char piece[4096];
+    pollfd waiting{read_end.number(), POLLIN, 0};
+    for (ssize_t size = 1; size > 0 && poll(&waiting, 1, static_cast<int>(patience.count())) > 0;) {
+      size = read(waiting.fd, piece, sizeof piece);
+      out.append(piece, static_cast<std::size_t>(std::max<ssize_t>(size, 0)));
+    }
+  } catch (const CameraFault& e) {
+    out = std::string("failed\t") + e.what() + "\n";
+  }
+  return out;
 }
 
 }  // namespace lumigraft::capture

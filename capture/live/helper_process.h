@@ -2,6 +2,7 @@
 // Runs a camera library that may crash in a helper program. Included by .cpp files alone.
 #include <sys/types.h>
 
+#include <chrono>
 #include <string>
 #include <vector>
 
@@ -23,5 +24,9 @@ class HelperProcess {
  private:
   pid_t id_ = -1;
 };
+
+/// What `program list` writes to its standard output, until it is silent for `patience`; "failed\tREASON\n" if it
+/// cannot be run.
+std::string list_of_helper(const char* program, std::chrono::milliseconds patience);
 
 }  // namespace lumigraft::capture

@@ -32,13 +32,29 @@ inline constexpr struct V4l2Parameters {
   /// Before an unplugged camera is closed: closing it while the kernel still removes it makes two kernel threads use
   /// the same media entity, and one that finds it freed crashes the machine's kernel (6.1).
   std::chrono::milliseconds unplug_delay{300};
-  int old_exposures = 4;                 ///< frames after a change of exposure that may still have the old one
+  std::chrono::milliseconds adapt_time{5000};    ///< longest for automatic exposure; usual ones take 1 to 3 s
+  std::chrono::milliseconds adapt_reading{250};  ///< between two means: several steps of an automatic exposure
+  int adapt_readings = 2;                        ///< means in a row that equal the one before
+  double adapt_change = 0.02;                    ///< relative, of means that count as equal: of sRGB, 4 % of the light
+  int old_exposures = 4;                         ///< frames after a change of exposure that may still have the old one
   double sufficient_rate_hz = 25.0;      ///< formats of at least this rate are chosen by preference, others by rate
   double default_rate_hz = 30.0;         ///< if the session states none; drivers otherwise keep the last program's rate
   double rate_rounding = 0.99;           ///< of the wanted rate: 29.97 Hz counts as 30 Hz
   double max_rate_error = 0.02;          ///< relative, between the rate asked for and the one that the driver set
   double max_aspect_ratio_error = 0.01;  ///< relative, between a digital signal and the session's frame size
 } kV4l2Parameters;
+
+inline constexpr struct HelperParameters {
+  std::chrono::milliseconds patience{10'000};  ///< for the helper's first answer and for the rest of a message
+  int pipe_bytes = 1 << 20;                    ///< a frame of 640x480; the default of 64 KiB is slower
+  unsigned max_text_bytes = 4096;              ///< of a reason or a serial number
+} kHelperParameters;
+
+inline constexpr struct FreenectParameters {
+  double tick_rate_hz = 60e6;          ///< of the camera's clock (openkinect.org, Protocol Documentation)
+  double rate_hz = 30.0;               ///< of its frames of 640x480
+  std::uint64_t adapting_frames = 60;  ///< of colour with automatic exposure, before it is held
+} kFreenectParameters;
 
 inline constexpr struct LibcameraParameters {
   unsigned buffers = 8;
@@ -61,10 +77,11 @@ inline constexpr struct OpenNiParameters {
 } kOpenNiParameters;
 
 /// Order in which V4L2 and libcamera choose a format if the session names none: colour before grey, uncompressed before
-/// JPEG, and interpolated colour before Bayer.
+/// JPEG, and interpolated colour before Bayer. Of grey the fewest bits, since RGB has eight.
 inline constexpr PixelFormat kPreferredFormats[] = {
-    PixelFormat::yuyv,        PixelFormat::nv12,        PixelFormat::rgb8,        PixelFormat::bgr8,
-    PixelFormat::bayer_rggb8, PixelFormat::bayer_bggr8, PixelFormat::bayer_gbrg8, PixelFormat::bayer_grbg8,
-    PixelFormat::mjpeg,       PixelFormat::grey8,       PixelFormat::grey16};
+    PixelFormat::yuyv,        PixelFormat::uyvy,        PixelFormat::nv12,        PixelFormat::rgb8,
+    PixelFormat::bgr8,        PixelFormat::bayer_rggb8, PixelFormat::bayer_bggr8, PixelFormat::bayer_gbrg8,
+    PixelFormat::bayer_grbg8, PixelFormat::mjpeg,       PixelFormat::grey8,       PixelFormat::grey10,
+    PixelFormat::grey12,      PixelFormat::grey16};
 
 }  // namespace lumigraft::capture

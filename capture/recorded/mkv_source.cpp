@@ -240,12 +240,9 @@ class MkvSource::Reader {
   }
 
   SourceItem uncompressed_depth(const Stamp& at, std::span<const std::uint8_t> bytes) const {
-    RawDepth depth{at, Image<std::uint16_t>(spec_.width, spec_.height, 1)};
-    if (bytes.size() != 2 * depth.counts.data.size()) return LostFrame{at, spec_.stream, "the picture is damaged"};
-    for (std::size_t i = 0; i < depth.counts.data.size(); ++i) {
-      depth.counts.data[i] = static_cast<std::uint16_t>(AV_RL16(bytes.data() + 2 * i));
-    }
-    return depth;
+    auto counts = capture::to_counts(spec_.width, spec_.height, bytes);
+    if (!counts) return LostFrame{at, spec_.stream, "the picture is damaged"};
+    return RawDepth{at, std::move(*counts)};
   }
 
   Frame picture_at(const Stamp& at, Image<std::uint8_t> rgb) const {

@@ -1,20 +1,18 @@
 // lumigraft_oni: helper program that reads OpenNI2 recordings, started by OniSource.
 //
-//   lumigraft_oni FILE [color|depth WIDTH HEIGHT UNIT_M] ...
+//   lumigraft_oni FILE STREAM...
 //
-// It writes to descriptor 3 (oni_messages.h), limits its own memory, and ends itself if OpenNI2 hangs.
+// It writes what docs/helpers.md describes, limits its own memory, and ends itself if OpenNI2 hangs.
 #include <sys/resource.h>
 #include <unistd.h>
 
 #include <csignal>
 #include <cstdio>
-#include <cstdlib>
-#include <cstring>
 #include <fstream>
 
 #include "capture/error.h"
+#include "capture/live/helper_output.h"
 #include "capture/live/openni/source.h"
-#include "capture/recorded/oni_messages.h"
 #include "capture/recorded/parameters.h"
 
 namespace lumigraft::capture {
@@ -30,55 +28,18 @@ void limit_memory(std::uint64_t more_bytes) {
   }
 }
 
-void send(const void* data, std::size_t size) {
-  const auto* bytes = static_cast<const std::uint8_t*>(data);
-  while (size > 0) {
-    const ssize_t written = write(kOniPipe, bytes, size);
-    if (written <= 0) _exit(0);  // the reader has gone
-    bytes += written;
-    size -= static_cast<std::size_t>(written);
-  }
-}
-
-void send(const OniMessage& message) { send(&message, sizeof message); }
-
-void set_text(OniMessage& message, const std::string& text) {
-  std::snprintf(message.text.data(), message.text.size(), "%s", text.c_str());
-}
-
-void send(const SourceItem& item, const std::vector<StreamSpec>& specs) {
-  OniMessage message;
-  while (specs[message.stream].stream != stream_of(item)) ++message.stream;
-  message.time_ns = stamp_of(item).time_ns;
-  message.sequence = stamp_of(item).sequence;
-  if (const auto* lost = std::get_if<LostFrame>(&item)) {
-    message.kind = OniMessage::Kind::lost;
-    set_text(message, lost->reason);
-    send(message);
-    return;
-  }
-  message.kind = OniMessage::Kind::frame;
-  send(message);
-  if (const auto* depth = std::get_if<RawDepth>(&item)) {
-    send(depth->counts.data.data(), 2 * depth->counts.data.size());
-  } else {
-    const auto& rgb = std::get<Frame>(item).encoded.data;
-    send(rgb.data(), rgb.size());
-  }
-}
-
 void play(const std::string& file, const std::vector<StreamSpec>& specs) {
   constexpr unsigned kMaxPause_s = kRecordedParameters.oni_pause_s;  // then SIGALRM ends the process
   std::signal(SIGALRM, SIG_DFL);
   alarm(kMaxPause_s);
   OpenNiSource source(OpenNiSource::Kind::recording, file, specs);
   alarm(0);
-  send(OniMessage{.kind = OniMessage::Kind::opened});
+  send_text(HelperMessage::Kind::opened, "");
   while (!source.finished()) {
     alarm(kMaxPause_s);
     const std::optional<SourceItem> item = source.next(std::chrono::milliseconds(0));
     alarm(0);  // the reader of the pipe may be slow
-    if (item) send(*item, specs);
+    if (item) send_item(*item, specs);
   }
 }
 
@@ -96,19 +57,10 @@ int main(int count, char** words) {
   std::signal(SIGPIPE, SIG_IGN);
   limit_memory(kRecordedParameters.oni_memory_bytes);
   if (std::freopen("/dev/null", "w", stdout) == nullptr || std::freopen("/dev/null", "w", stderr) == nullptr) return 1;
-  std::vector<StreamSpec> specs;
-  for (int i = 2; i + 3 < count; i += 4) {
-    specs.push_back({.stream = std::strcmp(words[i], "depth") == 0 ? Stream::depth : Stream::color,
-                     .width = std::atoi(words[i + 1]),
-                     .height = std::atoi(words[i + 2]),
-                     .unit_m = std::atof(words[i + 3])});
-  }
   try {
-    play(words[1], specs);
+    play(words[1], requested_streams(count, words, 2));
   } catch (const InputError& e) {
-    OniMessage refused;
-    set_text(refused, e.what());
-    send(refused);
+    send_text(HelperMessage::Kind::refused, e.what());
   }
   _exit(0);  // the library's destructors may crash too
 }

@@ -1,6 +1,6 @@
 #pragma once
 // oni:FILE - a recording of OpenNI2. OpenNI2 crashes on some damaged files, so a helper program reads the file
-// (oni_messages.h); only frames of the requested size are accepted from it.
+// (live/helper_frames.h).
 #include <memory>
 #include <string>
 #include <vector>

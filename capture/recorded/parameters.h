@@ -12,7 +12,6 @@ inline constexpr struct RecordedParameters {
   unsigned oni_pause_s = 10;                  ///< the OpenNI2 helper ends itself if OpenNI2 takes longer for a frame
   std::chrono::milliseconds oni_timeout{20'000};            ///< for the helper's answer; longer than oni_pause_s
   std::uint64_t oni_memory_bytes = std::uint64_t{1} << 30;  ///< that a damaged recording may allocate in the helper
-  int oni_pipe_bytes = 1 << 20;                             ///< a frame of 640x480; the default of 64 KiB is slower
 } kRecordedParameters;
 
 }  // namespace lumigraft::capture

@@ -23,7 +23,7 @@ std::string source_uri(const ConfigTable& table) {
   std::string uri = table.text("source");
   const std::optional<SourceUri> source = parse_source(uri);
   if (!source) table.fail("source", "found \"" + uri + "\", allowed in this build: " + std::string(kSourceKinds));
-  if (!source->live && source->rest.empty()) {
+  if ((!source->live || source->kind == "helper") && source->rest.empty()) {
     table.fail("source", "found \"" + uri + "\", allowed: a file after the colon");
   }
   return uri;
@@ -110,13 +110,13 @@ CameraSettings read_settings(const ConfigTable& table) {
     settings.pixel_format = pixel_format_named(name);
     if (!settings.pixel_format) {
       table.fail("pixel_format", "found \"" + name +
-                                     "\", allowed: rgb8, bgr8, grey8, grey16, bayer-rggb8, bayer-bggr8, "
-                                     "bayer-gbrg8, bayer-grbg8, yuyv, nv12, mjpeg");
+                                     "\", allowed: rgb8, bgr8, grey8, grey10, grey12, grey16, bayer-rggb8, "
+                                     "bayer-bggr8, bayer-gbrg8, bayer-grbg8, yuyv, uyvy, nv12, mjpeg, of depth z16");
     }
   }
   if (table.has("input")) {
     const std::string source = table.text("source");
-    if (const auto uri = parse_source(source); !uri || uri->kind != "v4l2") {
+    if (const auto uri = parse_source(source); uri && uri->live && uri->kind != "v4l2") {
       table.fail("input", "found it with \"" + source + "\", allowed: with a source of v4l2:");
     }
     settings.input = table.text("input");
@@ -212,6 +212,13 @@ DepthCamera read_depth(const ConfigTable& table, const CameraModel& color,
   camera.source = source_uri(table);
   camera.serial = read_serial(table);
   camera.unit_m = table.number("unit_m", 1e-6, 1.0);
+  const std::string kind = parse_source(camera.source)->kind;
+  if ((kind == "v4l2" || kind == "helper") && !table.has("registered")) {
+    table.fail("registered", "found nothing, allowed with " + kind +
+                                 ": false, or true if the camera itself puts depth on the "
+                                 "colour camera's pixels");
+  }
+  if (kind != "openni2" && kind != "oni") camera.settings = read_settings(table);
   camera.registered = table.flag("registered", true);
   if (camera.registered) {
     if (const auto lens = calibration ? calibration->optional_table("depth") : std::nullopt) {

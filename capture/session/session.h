@@ -31,6 +31,7 @@ struct DepthCamera {
   bool registered = true;  ///< depth is on the colour camera's pixels; else `model` and `T_color_depth` register it
   CameraModel model;       ///< of the depth camera if not registered, else the colour camera's
   Eigen::Isometry3d T_color_depth = Eigen::Isometry3d::Identity();
+  CameraSettings settings = {};  ///< of live cameras
 };
 
 struct FisheyeCamera {

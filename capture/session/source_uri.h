@@ -6,7 +6,8 @@
 namespace lumigraft::capture {
 
 /// Kinds listed in error messages. A new kind is added here, in source_uri.cpp, and in open_frames.cpp.
-inline constexpr const char* kSourceKinds = "images:LIST, mkv:FILE, oni:FILE, openni2:, v4l2:, libcamera:, aravis:";
+inline constexpr const char* kSourceKinds =
+    "images:LIST, mkv:FILE, oni:FILE, openni2:, v4l2:, libcamera:, aravis:, freenect:, helper:PROGRAM";
 
 struct SourceUri {
   std::string kind, rest;

@@ -15,7 +15,7 @@ struct StreamSpec {
   double exposure = 1.0;         ///< colour and fish-eye: of frames for which the source reports none
   double unit_m = 0.001;         ///< depth: metres per count
   bool registered = true;        ///< depth: the device itself puts depth on the colour camera's pixels
-  CameraSettings settings = {};  ///< live colour and fish-eye
+  CameraSettings settings = {};  ///< of live cameras
   std::string serial = {};       ///< a live camera that reports another one is refused; empty: any
 };
 

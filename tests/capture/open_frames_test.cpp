@@ -163,8 +163,13 @@ TEST_F(OpenFrames, AnAbsentCameraIsOpenedLater) {
 }
 
 TEST_F(OpenFrames, ContradictionsAreRefused) {
-  EXPECT_NE(error({"color.source=openni2:", "depth.source=v4l2:", "fisheye.source=aravis:"})
-                .find("depth.source: found \"v4l2:\", allowed of devices for depth: openni2:"),
+  EXPECT_NE(error({"color.source=openni2:", "depth.source=aravis:", "fisheye.source=aravis:"})
+                .find("depth.source: found \"aravis:\", allowed of devices for depth: openni2:, v4l2:, freenect:"),
+            std::string::npos);
+  EXPECT_EQ(error({"color.source=v4l2:A", "depth.source=v4l2:A", "depth.registered=true", "fisheye.source=aravis:"}),
+            "depth.source: found the colour camera again, allowed: a camera of its own");
+  EXPECT_NE(error({"color.source=v4l2:A", "depth.source=v4l2:B", "fisheye.source=aravis:"})
+                .find("depth.registered: found nothing, allowed with v4l2: false, or true if the camera itself"),
             std::string::npos);
   EXPECT_NE(error({"color.source=openni2:"}).find("depth.source: found a recording with a device for colour"),
             std::string::npos);

@@ -14,14 +14,16 @@ struct FormatPair {
   PixelFormat format;
 };
 
-constexpr std::array<FormatPair, 8> kFormats = {{{ARV_PIXEL_FORMAT_BAYER_RG_8, PixelFormat::bayer_rggb8},
-                                                 {ARV_PIXEL_FORMAT_BAYER_BG_8, PixelFormat::bayer_bggr8},
-                                                 {ARV_PIXEL_FORMAT_BAYER_GB_8, PixelFormat::bayer_gbrg8},
-                                                 {ARV_PIXEL_FORMAT_BAYER_GR_8, PixelFormat::bayer_grbg8},
-                                                 {ARV_PIXEL_FORMAT_RGB_8_PACKED, PixelFormat::rgb8},
-                                                 {ARV_PIXEL_FORMAT_BGR_8_PACKED, PixelFormat::bgr8},
-                                                 {ARV_PIXEL_FORMAT_MONO_8, PixelFormat::grey8},
-                                                 {ARV_PIXEL_FORMAT_MONO_16, PixelFormat::grey16}}};
+constexpr std::array<FormatPair, 10> kFormats = {{{ARV_PIXEL_FORMAT_BAYER_RG_8, PixelFormat::bayer_rggb8},
+                                                  {ARV_PIXEL_FORMAT_BAYER_BG_8, PixelFormat::bayer_bggr8},
+                                                  {ARV_PIXEL_FORMAT_BAYER_GB_8, PixelFormat::bayer_gbrg8},
+                                                  {ARV_PIXEL_FORMAT_BAYER_GR_8, PixelFormat::bayer_grbg8},
+                                                  {ARV_PIXEL_FORMAT_RGB_8_PACKED, PixelFormat::rgb8},
+                                                  {ARV_PIXEL_FORMAT_BGR_8_PACKED, PixelFormat::bgr8},
+                                                  {ARV_PIXEL_FORMAT_MONO_8, PixelFormat::grey8},
+                                                  {ARV_PIXEL_FORMAT_MONO_10, PixelFormat::grey10},
+                                                  {ARV_PIXEL_FORMAT_MONO_12, PixelFormat::grey12},
+                                                  {ARV_PIXEL_FORMAT_MONO_16, PixelFormat::grey16}}};
 
 struct FreeMemory {
   void operator()(gpointer p) const { g_free(p); }

@@ -23,7 +23,8 @@ using aravis::Ref;
 /// Colour before grey, and Bayer first, since it needs a third of the bandwidth of RGB.
 constexpr PixelFormat kPreferred[] = {PixelFormat::bayer_rggb8, PixelFormat::bayer_bggr8, PixelFormat::bayer_gbrg8,
                                       PixelFormat::bayer_grbg8, PixelFormat::rgb8,        PixelFormat::bgr8,
-                                      PixelFormat::grey8,       PixelFormat::grey16};
+                                      PixelFormat::grey8,       PixelFormat::grey10,      PixelFormat::grey12,
+                                      PixelFormat::grey16};
 
 }  // namespace
 

@@ -42,7 +42,7 @@ void check(int result, const char* what) {
 /// Refuses YUV encodings and value ranges that PixelConverter does not assume.
 void check_colors(const libcamera::StreamConfiguration& stream, PixelFormat format) {
   using Space = libcamera::ColorSpace;
-  refuse_if(stream.colorSpace && (format == PixelFormat::yuyv || format == PixelFormat::nv12) &&
+  refuse_if(stream.colorSpace && is_yuv(format) &&
                 (stream.colorSpace->ycbcrEncoding != Space::YcbcrEncoding::Rec601 ||
                  stream.colorSpace->range != Space::Range::Limited),
             "found " + std::string(name_of(format)) +

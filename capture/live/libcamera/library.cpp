@@ -33,15 +33,18 @@ libcamera::CameraManager& manager() {
 }
 
 /// libcamera names packed formats as a little-endian word, most significant byte first: its BGR888 is R G B in memory.
-const std::array<std::pair<PixelFormat, libcamera::PixelFormat>, 10> kFormats = {
+const std::array<std::pair<PixelFormat, libcamera::PixelFormat>, 13> kFormats = {
     {{PixelFormat::rgb8, libcamera::formats::BGR888},
      {PixelFormat::bgr8, libcamera::formats::RGB888},
      {PixelFormat::grey8, libcamera::formats::R8},
+     {PixelFormat::grey10, libcamera::formats::R10},
+     {PixelFormat::grey12, libcamera::formats::R12},
      {PixelFormat::bayer_rggb8, libcamera::formats::SRGGB8},
      {PixelFormat::bayer_bggr8, libcamera::formats::SBGGR8},
      {PixelFormat::bayer_gbrg8, libcamera::formats::SGBRG8},
      {PixelFormat::bayer_grbg8, libcamera::formats::SGRBG8},
      {PixelFormat::yuyv, libcamera::formats::YUYV},
+     {PixelFormat::uyvy, libcamera::formats::UYVY},
      {PixelFormat::nv12, libcamera::formats::NV12},
      {PixelFormat::mjpeg, libcamera::formats::MJPEG}}};
 

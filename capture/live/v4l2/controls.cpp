@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "capture/error.h"
+#include "capture/message_text.h"
 
 namespace lumigraft::capture::v4l2 {
 namespace {
@@ -103,6 +104,40 @@ void fix(const Device& device, const std::vector<Control>& all, capture::Stream 
   if (find(all, id) != nullptr && set(device, id, first) != 0) fix(device, all, stream, id, second, what);
 }
 
+void fix_exposure(const Device& device, const std::vector<Control>& all, capture::Stream stream) {
+  fix(device, all, stream, V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_MANUAL, V4L2_EXPOSURE_SHUTTER_PRIORITY,
+      "an automatic exposure");  // with an automatic iris
+}
+
+/// Radiance = response / exposure requires a fixed exposure; cameras without these controls have one.
+void fix_radiance(const Device& device, const std::vector<Control>& all, capture::Stream stream) {
+  fix_exposure(device, all, stream);
+  fix(device, all, stream, V4L2_CID_EXPOSURE_AUTO_PRIORITY, 0, "a rate that follows the exposure");
+  fix(device, all, stream, V4L2_CID_AUTOGAIN, 0, "an automatic gain");
+  fix(device, all, stream, V4L2_CID_AUTOBRIGHTNESS, 0, "an automatic brightness");
+  fix(device, all, stream, V4L2_CID_AUTO_WHITE_BALANCE, 0, "an automatic white balance");
+  fix(device, all, stream, V4L2_CID_HUE_AUTO, 0, "an automatic hue");
+  // Against flicker. Most of the world has 50 Hz (IEC TR 60083); `controls` may say otherwise.
+  fix(device, all, capture::Stream::color, V4L2_CID_POWER_LINE_FREQUENCY, V4L2_CID_POWER_LINE_FREQUENCY_AUTO,
+      V4L2_CID_POWER_LINE_FREQUENCY_50HZ, "mains flicker");
+}
+
+constexpr std::uint32_t kAutomatic[] = {V4L2_CID_EXPOSURE_AUTO, V4L2_CID_AUTOGAIN, V4L2_CID_AUTO_WHITE_BALANCE};
+constexpr std::uint32_t kAdapted[] = {V4L2_CID_EXPOSURE_ABSOLUTE,
+                                      V4L2_CID_EXPOSURE,
+                                      V4L2_CID_GAIN,
+                                      V4L2_CID_ANALOGUE_GAIN,
+                                      V4L2_CID_RED_BALANCE,
+                                      V4L2_CID_BLUE_BALANCE,
+                                      V4L2_CID_WHITE_BALANCE_TEMPERATURE};
+
+std::vector<Control> adapted_controls(const Device& device) {
+  std::vector<Control> out = controls(device);
+  std::erase_if(
+      out, [](const Control& c) { return c.read_only || std::ranges::find(kAdapted, c.id) == std::end(kAdapted); });
+  return out;
+}
+
 }  // namespace
 
 std::vector<Control> controls(const Device& device) {
@@ -137,19 +172,53 @@ double set_exposure_us(const Device& device, double exposure_us) {
   return kExposureUnit_us * static_cast<double>(value_of(device, *control));
 }
 
+bool may_adapt(const Device& device, capture::Stream stream, const CameraSettings& settings) {
+  if (stream != capture::Stream::color || settings.exposure_us || settings.gain) return false;
+  const std::vector<Control> all = controls(device);
+  const auto stated = [&](std::uint32_t id) {
+    const Control* control = find(all, id);
+    return control != nullptr &&
+           std::ranges::any_of(settings.controls, [&](const auto& c) { return plain_name(c.first) == control->name; });
+  };
+  return std::ranges::any_of(kAutomatic, [&](std::uint32_t id) { return find(all, id) != nullptr; }) &&
+         std::ranges::none_of(kAutomatic, stated) && std::ranges::none_of(kAdapted, stated);
+}
+
+AdaptedValues let_adapt(const Device& device) {
+  AdaptedValues before;
+  for (const Control& control : adapted_controls(device)) before.push_back(value_of(device, control));
+  if (set(device, V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_APERTURE_PRIORITY) != 0) {
+    set(device, V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_AUTO);
+  }
+  set(device, V4L2_CID_AUTOGAIN, 1);
+  set(device, V4L2_CID_AUTO_WHITE_BALANCE, 1);
+  return before;
+}
+
+std::string hold(const Device& device, const AdaptedValues& before) {
+  const std::vector<Control> adapted = adapted_controls(device);
+  AdaptedValues reached;
+  for (const Control& control : adapted) reached.push_back(value_of(device, control));
+  fix_radiance(device, controls(device), capture::Stream::color);
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < std::min(reached.size(), before.size()); ++i) {
+    if (reached[i] == before[i]) continue;
+    set(device, adapted[i].id, reached[i]);
+    const bool exposure = adapted[i].id == V4L2_CID_EXPOSURE_ABSOLUTE;
+    names.push_back(exposure ? formatted("exposure_us = %.0f", kExposureUnit_us * static_cast<double>(reached[i]))
+                             : adapted[i].name + " = " + std::to_string(reached[i]));
+  }
+  return listed(names);
+}
+
 std::optional<double> set_controls(const Device& device, capture::Stream stream, const CameraSettings& settings) {
   const std::vector<Control> all = controls(device);
-  // Radiance = response / exposure requires a fixed exposure; cameras without these controls have one.
-  fix(device, all, stream, V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_MANUAL, V4L2_EXPOSURE_SHUTTER_PRIORITY,
-      "an automatic exposure");  // with an automatic iris
-  fix(device, all, stream, V4L2_CID_EXPOSURE_AUTO_PRIORITY, 0, "a rate that follows the exposure");
-  fix(device, all, stream, V4L2_CID_AUTOGAIN, 0, "an automatic gain");
-  fix(device, all, stream, V4L2_CID_AUTOBRIGHTNESS, 0, "an automatic brightness");
-  fix(device, all, stream, V4L2_CID_AUTO_WHITE_BALANCE, 0, "an automatic white balance");
-  fix(device, all, stream, V4L2_CID_HUE_AUTO, 0, "an automatic hue");
-  // Against flicker. Most of the world has 50 Hz (IEC TR 60083); `controls` may say otherwise.
-  fix(device, all, capture::Stream::color, V4L2_CID_POWER_LINE_FREQUENCY, V4L2_CID_POWER_LINE_FREQUENCY_AUTO,
-      V4L2_CID_POWER_LINE_FREQUENCY_50HZ, "mains flicker");
+  const bool depth = stream == capture::Stream::depth;  // its camera may go on adapting itself to the light
+  if (!depth) {
+    fix_radiance(device, all, stream);
+  } else if (settings.exposure_us) {
+    fix_exposure(device, all, stream);
+  }
   std::optional<double> exposure_us;
   if (settings.exposure_us) exposure_us = set_exposure_us(device, *settings.exposure_us);
   if (settings.gain) {

@@ -22,10 +22,23 @@ std::vector<Control> controls(const Device& device);
 /// Throws as fail() does.
 std::int64_t value_of(const Device& device, const Control& control);
 
-/// Switches auto-exposure, auto-gain and automatic white balance off, then sets exposure, gain and named controls.
+/// Switches auto-exposure, auto-gain and automatic white balance off (of a depth camera only what `exposure_us` needs),
+/// then sets exposure, gain and named controls.
 /// Returns the exposure that the driver set, which may be rounded; empty if the settings state none. Throws InputError
 /// for what the camera does not offer, except automatic functions of the colour camera.
 std::optional<double> set_controls(const Device& device, capture::Stream stream, const CameraSettings& settings);
+/// Whether a colour camera may adapt to the light before set_controls's automatic functions are off for good: it has
+/// some, and the settings state none of what they change.
+bool may_adapt(const Device& device, capture::Stream stream, const CameraSettings& settings);
+/// Values of exposure, gain and white balance, in the order of controls().
+using AdaptedValues = std::vector<std::int64_t>;
+/// Switches automatic exposure, gain and white balance on. A camera that does not take it keeps what it has. Returns
+/// the values before.
+AdaptedValues let_adapt(const Device& device);
+/// Switches them off again. Sets the values that have changed since, as some cameras then return to earlier ones, and
+/// returns them by the names of a configuration; a camera that does not report what it does shows no change.
+std::string hold(const Device& device, const AdaptedValues& before);
+
 /// Returns the exposure that the driver set, which may be rounded. Throws InputError.
 double set_exposure_us(const Device& device, double exposure_us);
 

@@ -21,7 +21,8 @@ struct FormatPair {
   PixelFormat format;
 };
 
-constexpr std::array<FormatPair, 13> kFormats = {{{V4L2_PIX_FMT_YUYV, PixelFormat::yuyv},
+constexpr std::array<FormatPair, 17> kFormats = {{{V4L2_PIX_FMT_YUYV, PixelFormat::yuyv},
+                                                  {V4L2_PIX_FMT_UYVY, PixelFormat::uyvy},
                                                   {V4L2_PIX_FMT_NV12, PixelFormat::nv12},
                                                   {V4L2_PIX_FMT_NV12M, PixelFormat::nv12},
                                                   {V4L2_PIX_FMT_RGB24, PixelFormat::rgb8},
@@ -33,7 +34,10 @@ constexpr std::array<FormatPair, 13> kFormats = {{{V4L2_PIX_FMT_YUYV, PixelForma
                                                   {V4L2_PIX_FMT_MJPEG, PixelFormat::mjpeg},
                                                   {V4L2_PIX_FMT_JPEG, PixelFormat::mjpeg},
                                                   {V4L2_PIX_FMT_GREY, PixelFormat::grey8},
-                                                  {V4L2_PIX_FMT_Y16, PixelFormat::grey16}}};
+                                                  {V4L2_PIX_FMT_Y10, PixelFormat::grey10},
+                                                  {V4L2_PIX_FMT_Y12, PixelFormat::grey12},
+                                                  {V4L2_PIX_FMT_Y16, PixelFormat::grey16},
+                                                  {V4L2_PIX_FMT_Z16, PixelFormat::z16}}};
 
 constexpr const char* kNameFolders[] = {"/dev/v4l/by-id", "/dev/v4l/by-path"};
 

@@ -25,6 +25,7 @@ std::vector<Offer> offers(const Device& device, const StreamSpec& spec) {
   for (const std::uint32_t fourcc : formats(device)) {
     const std::optional<PixelFormat> format = pixel_format_of(fourcc);
     if (!format || (*format != PixelFormat::mjpeg && !bytes_of(*format, spec.width, spec.height))) continue;
+    if (*format == PixelFormat::z16 && spec.stream != capture::Stream::depth) continue;
     out.push_back({fourcc, *format, sizes(device, fourcc).contains(spec.width, spec.height),
                    highest_rate_hz(device, fourcc, {spec.width, spec.height})});
   }
@@ -36,9 +37,11 @@ std::vector<Offer> choices(const Device& device, const StreamSpec& spec) {
   std::vector<Offer> all = offers(device, spec);
   std::string names;
   for (const Offer& offer : all) names += " " + std::string(name_of(offer.format));
-  if (spec.settings.pixel_format) {
-    std::erase_if(all, [&](const Offer& o) { return o.format != *spec.settings.pixel_format; });
-    refuse_if(all.empty(), "found no pixel format " + std::string(name_of(*spec.settings.pixel_format)) + " for " +
+  std::optional<PixelFormat> wanted = spec.settings.pixel_format;
+  if (!wanted && spec.stream == capture::Stream::depth) wanted = PixelFormat::z16;
+  if (wanted) {
+    std::erase_if(all, [&](const Offer& o) { return o.format != *wanted; });
+    refuse_if(all.empty(), "found no pixel format " + std::string(name_of(*wanted)) + " for " +
                                size_text(spec.width, spec.height) + ", offered:" + names);
   }
   std::erase_if(all, [](const Offer& o) { return !o.has_size; });
@@ -77,13 +80,12 @@ FormatFields fields_of(const v4l2_format& f, bool planar) {
 
 /// Refuses YUV encodings and value ranges that PixelConverter does not assume.
 void check_colors(const FormatFields& s, PixelFormat format) {
-  const bool yuv = format == PixelFormat::yuyv || format == PixelFormat::nv12;
   const bool rgb = format == PixelFormat::rgb8 || format == PixelFormat::bgr8;
   std::uint32_t encoding = s.encoding;
   if (encoding == V4L2_YCBCR_ENC_DEFAULT) encoding = V4L2_MAP_YCBCR_ENC_DEFAULT(s.colorspace);
   std::uint32_t range = s.quantization;
   if (range == V4L2_QUANTIZATION_DEFAULT) range = V4L2_MAP_QUANTIZATION_DEFAULT(rgb, s.colorspace, encoding);
-  refuse_if(yuv && (encoding != V4L2_YCBCR_ENC_601 || range != V4L2_QUANTIZATION_LIM_RANGE),
+  refuse_if(is_yuv(format) && (encoding != V4L2_YCBCR_ENC_601 || range != V4L2_QUANTIZATION_LIM_RANGE),
             "found " + std::string(name_of(format)) +
                 " of another kind than BT.601 from 16 to 235, allowed: pixel_format rgb8 or mjpeg");
   refuse_if(rgb && range == V4L2_QUANTIZATION_LIM_RANGE,
@@ -135,14 +137,12 @@ v4l2_format set_format(const Device& device, const StreamSpec& spec, const Offer
   return format;
 }
 
-bool is_grey(PixelFormat format) { return format == PixelFormat::grey8 || format == PixelFormat::grey16; }
-
 /// The first choice that can be used: HDMI grabbers often use another YUV encoding than webcams, but also offer RGB.
 std::pair<Offer, v4l2_format> set_best_format(const Device& device, const StreamSpec& spec) {
   const std::vector<Offer> all = choices(device, spec);
   std::optional<InputError> refused;
   for (const Offer& offer : all) {
-    if (refused && is_grey(offer.format)) continue;  // a colour camera is not used as a grey one
+    if (refused && grey_bits(offer.format) != 0) continue;  // a colour camera is not used as a grey one
     try {
       return {offer, set_format(device, spec, offer)};
     } catch (const CameraFault&) {

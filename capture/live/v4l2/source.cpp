@@ -1,6 +1,8 @@
 #include "capture/live/v4l2/source.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <deque>
 #include <optional>
 #include <utility>
@@ -26,10 +28,10 @@ class V4l2Source::Camera : public Source {
     exposure_ = reported_.of_frame({v4l2::set_controls(*device, spec.stream, spec.settings), {}});
     stream_ = std::make_unique<v4l2::Stream>(std::move(device), format_.planes);
     if (!spec_.settings.bracket_us.empty()) begin_exposure();
+    if (v4l2::may_adapt(stream_->device(), spec.stream, spec.settings)) adapt();
   }
 
   std::optional<SourceItem> next(std::chrono::milliseconds timeout) override {
-    using Clock = std::chrono::steady_clock;
     const Clock::time_point deadline = Clock::now() + timeout;
     for (;;) {
       if (!ready_.empty()) {
@@ -51,11 +53,15 @@ class V4l2Source::Camera : public Source {
   bool finished() const override { return !fault().empty(); }
   void rewind() override {}
   std::string fault() const override { return fault_.empty() ? stream_->fault() : fault_; }
-  std::string take_warning() override { return reported_.take_warning(); }
+  std::string take_warning() override {
+    return adapted_.empty() ? reported_.take_warning() : std::exchange(adapted_, "");
+  }
   bool on_host_clock() const override { return monotonic_; }
   bool bracket_incomplete() const override { return !ready_.empty(); }  // ready_ holds one frame or one bracket
 
  private:
+  using Clock = std::chrono::steady_clock;
+
   void accept(const v4l2::FilledBuffer& filled) {
     monotonic_ = filled.monotonic;
     const bool brackets = !spec_.settings.bracket_us.empty();
@@ -86,6 +92,12 @@ class V4l2Source::Camera : public Source {
     } else if (const auto size = bytes_of(format_.format, spec_.width, spec_.height)) {
       bytes = bytes.first(std::min(bytes.size(), *size));
     }
+    if (spec_.stream == Stream::depth) {
+      auto counts = filled.damaged ? std::nullopt : to_counts(spec_.width, spec_.height, bytes);
+      stream_->give_back(filled.index);
+      if (!counts) return LostFrame{stamp, spec_.stream, "the picture is damaged"};
+      return RawDepth{stamp, std::move(*counts)};
+    }
     auto rgb = filled.damaged ? std::nullopt : pixels_.to_rgb(format_.format, spec_.width, spec_.height, bytes);
     if (!rgb) {
       stream_->give_back(filled.index);
@@ -105,6 +117,41 @@ class V4l2Source::Camera : public Source {
     stream_->give_back(filled.index);
     frame.original = std::make_shared<RawFrame>(format_.format, std::move(own));
     return frame;
+  }
+
+  /// Lets the camera adapt to the light of the room until its pictures are stable, then holds what it has reached.
+  void adapt() {
+    const v4l2::AdaptedValues before = v4l2::let_adapt(stream_->device());
+    const Clock::time_point end = Clock::now() + kV4l2Parameters.adapt_time;
+    Clock::time_point reading = Clock::now();
+    std::array<double, 3> last{};
+    int stable = 0;
+    while (stable < kV4l2Parameters.adapt_readings && Clock::now() < end && !finished()) {
+      const std::optional<SourceItem> item = next(kLiveParameters.poll);
+      const Frame* frame = item ? std::get_if<Frame>(&*item) : nullptr;
+      if (frame == nullptr || Clock::now() < reading) continue;
+      reading = Clock::now() + kV4l2Parameters.adapt_reading;
+      const std::array<double, 3> mean = mean_of(frame->encoded);
+      stable = std::ranges::equal(mean, last, equal_means) ? stable + 1 : 0;
+      last = mean;
+    }
+    if (finished()) return;
+    const std::string values = v4l2::hold(stream_->device(), before);
+    adapted_ = std::string(name_of(spec_.stream)) + ": automatic exposure " +
+               (stable < kV4l2Parameters.adapt_readings ? "still changes, and is held as it is" : "is held") +
+               (values.empty() ? "" : ": " + values);
+    count_ = {};
+  }
+
+  static std::array<double, 3> mean_of(const Image<std::uint8_t>& rgb) {
+    std::array<double, 3> sum{};
+    for (std::size_t i = 0; i < rgb.data.size(); ++i) sum[i % 3] += rgb.data[i];
+    for (double& one : sum) one /= static_cast<double>(rgb.data.size()) / 3.0;
+    return sum;
+  }
+
+  static bool equal_means(double a, double b) {
+    return std::abs(a - b) <= kV4l2Parameters.adapt_change * std::max(a, b);
   }
 
   /// Sets the next exposure of a bracket.
@@ -144,6 +191,7 @@ class V4l2Source::Camera : public Source {
   double exposure_ = 1.0;  ///< of frames from now on: V4L2 reports what is set, not what a frame was taken with
   int old_exposures_ = 0;  ///< frames still to drop, which may have the previous exposure
   std::string fault_;      ///< in addition to the stream's
+  std::string adapted_;    ///< what automatic exposure has reached, to be reported once
   bool monotonic_ = false;
   SequenceUnwrapper count_;
 };

@@ -36,11 +36,20 @@ std::vector<std::uint8_t> flat(PixelFormat format, std::array<std::uint8_t, 3> r
       case PixelFormat::grey8:
         out[i] = rgb[0];
         break;
+      case PixelFormat::grey10:
+      case PixelFormat::grey12: {
+        const int value = (rgb[0] << (grey_bits(format) - 8)) + 1;
+        out[i] = static_cast<std::uint8_t>(i % 2 == 1 ? value >> 8 : value);
+        break;
+      }
       case PixelFormat::grey16:
         out[i] = i % 2 == 1 ? rgb[0] : 77;
         break;
       case PixelFormat::yuyv:
         out[i] = i % 2 == 0 ? y : i % 4 == 1 ? u : v;
+        break;
+      case PixelFormat::uyvy:
+        out[i] = i % 2 == 1 ? y : i % 4 == 0 ? u : v;
         break;
       case PixelFormat::nv12:
         out[i] = i < kWidth * kHeight ? y : i % 2 == 0 ? u : v;
@@ -59,7 +68,8 @@ std::vector<std::uint8_t> flat(PixelFormat format, std::array<std::uint8_t, 3> r
 constexpr std::array kUncompressed = {PixelFormat::rgb8,        PixelFormat::bgr8,        PixelFormat::grey8,
                                       PixelFormat::grey16,      PixelFormat::yuyv,        PixelFormat::bayer_rggb8,
                                       PixelFormat::bayer_bggr8, PixelFormat::bayer_gbrg8, PixelFormat::bayer_grbg8,
-                                      PixelFormat::nv12};
+                                      PixelFormat::nv12,        PixelFormat::uyvy,        PixelFormat::grey10,
+                                      PixelFormat::grey12};
 
 TEST(PixelFormats, UniformColoursConvertCorrectly) {
   PixelConverter converter;
@@ -68,8 +78,8 @@ TEST(PixelFormats, UniformColoursConvertCorrectly) {
          {std::array<std::uint8_t, 3>{200, 100, 50}, {20, 130, 240}, {0, 0, 0}, {255, 255, 255}}) {
       const auto picture = converter.to_rgb(format, kWidth, kHeight, flat(format, rgb));
       ASSERT_TRUE(picture) << name_of(format);
-      const bool grey = format == PixelFormat::grey8 || format == PixelFormat::grey16;
-      const int tolerance = format == PixelFormat::yuyv || format == PixelFormat::nv12 ? 2 : 0;
+      const bool grey = grey_bits(format) != 0;
+      const int tolerance = is_yuv(format) ? 2 : 0;
       for (int i = 0; i < kWidth * kHeight; ++i) {
         for (int c = 0; c < 3; ++c) {
           ASSERT_NEAR(picture->data[static_cast<std::size_t>(3 * i + c)], rgb[grey ? 0 : c], tolerance)
@@ -128,8 +138,18 @@ TEST(PixelFormats, NamesAndFourCharacterCodesRoundTrip) {
     EXPECT_EQ(pixel_format_of(*fourcc_of(format)), format);
   }
   EXPECT_EQ(pixel_format_named("mjpeg"), PixelFormat::mjpeg);
+  EXPECT_EQ(pixel_format_named(name_of(PixelFormat::z16)), PixelFormat::z16);
   EXPECT_FALSE(fourcc_of(PixelFormat::mjpeg));
+  EXPECT_FALSE(fourcc_of(PixelFormat::z16));
   EXPECT_FALSE(pixel_format_named("rgb9"));
+}
+
+TEST(PixelFormats, CountsOfDepthHaveTheLowerByteFirst) {
+  const auto counts = to_counts(2, 1, std::vector<std::uint8_t>{1, 2, 255, 0});
+  ASSERT_TRUE(counts);
+  EXPECT_EQ(counts->data, (std::vector<std::uint16_t>{0x0201, 0x00FF}));
+  EXPECT_FALSE(to_counts(2, 1, std::vector<std::uint8_t>{1, 2, 3}));
+  EXPECT_FALSE(to_counts(2, 1, std::vector<std::uint8_t>{1, 2, 3, 4, 5}));
 }
 
 TEST(PixelFormats, InvalidBytesAreRefused) {

@@ -116,6 +116,15 @@ TEST_F(SessionFile, SettingsOfLiveCameras) {
   EXPECT_NE(error({"fisheye.exposure_us=1000", "fisheye.bracket_us=[250, 0]"}).find("fisheye.bracket_us: found 0.0"),
             std::string::npos);
   EXPECT_NE(error({"color.pixel_format=rgb9"}).find("found \"rgb9\", allowed: rgb8, "), std::string::npos);
+  const std::vector<std::string> depth = {"color.source=v4l2:", "depth.source=v4l2:A", "depth.pixel_format=z16",
+                                          "depth.rate_hz=30"};
+  EXPECT_EQ(read(depth).depth->settings.pixel_format, PixelFormat::z16);
+  EXPECT_EQ(read(depth).depth->settings.rate_hz, 30.0);
+  EXPECT_NE(error({"depth.source=openni2:", "depth.rate_hz=30"}).find("depth.rate_hz: found an unknown key"),
+            std::string::npos);
+  EXPECT_NE(error({"color.source=helper:"}).find("found \"helper:\", allowed: a file after the colon"),
+            std::string::npos);
+  EXPECT_EQ(read({"color.input=HDMI 1"}).color.settings.input, "HDMI 1") << "a recording of a frame grabber";
   EXPECT_NE(error({"color.exposure_us=0"}).find("color.exposure_us: found 0"), std::string::npos);
   EXPECT_NE(error({"color.controls.Gamma=high"}).find("color.controls.Gamma: found \"high\""), std::string::npos);
 }

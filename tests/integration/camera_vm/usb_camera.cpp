@@ -1,6 +1,8 @@
-// usb_camera WIDTH HEIGHT RATE: a webcam on the kernel's emulated USB port (dummy_hcd, gadgetfs): MJPEG over a bulk
-// endpoint as in USB Video Class 1.0, with exposure, gain and white balance. It shows four bars, red, green, blue and
-// grey, with the value 50 at 10 ms, proportional to the exposure, which takes effect two frames after it was set.
+// usb_camera WIDTH HEIGHT RATE [depth|adapting]: a webcam on the kernel's emulated USB port (dummy_hcd, gadgetfs):
+// MJPEG over a bulk endpoint as in USB Video Class 1.0, with exposure, gain and white balance. It shows four bars, red,
+// green, blue and grey, with the value 50 at 10 ms, proportional to the exposure, which takes effect two frames after
+// it was set. With `depth` it is a depth camera, with pictures of depth_counts() in the format Z16 of UVC. With
+// `adapting` its automatic exposure approaches 24 ms, which it reports, and is 10 ms again when it is switched off.
 // SIGUSR1 truncates the next frame; SIGUSR2 stops the frames until the next SIGUSR2.
 #include <turbojpeg.h>
 
@@ -12,6 +14,7 @@
 #include <deque>
 #include <thread>
 
+#include "tests/integration/camera_vm/usb_depth.h"
 #include "tests/integration/camera_vm/usb_port.h"
 
 namespace {
@@ -31,6 +34,7 @@ volatile std::sig_atomic_t cut_next = 0, frozen = 0;
 
 struct Mode {
   int width = 0, height = 0, rate_hz = 0;
+  bool depth = false, adapting = false;
   std::uint32_t interval() const { return 10'000'000u / static_cast<std::uint32_t>(rate_hz); }  ///< 100 ns
   std::uint32_t largest_picture() const { return static_cast<std::uint32_t>(2 * width * height); }
 };
@@ -47,8 +51,13 @@ Bytes configuration(const Mode& mode, std::uint32_t packet) {
   head.insert(head.end(), {1, 1});
 
   Bytes stream;
-  add(stream, {0x24, 6, 1, 1, 1, 1, 0, 0, 0, 0});  // MJPEG
-  Bytes size{0x24, 7, 1, 0};
+  if (mode.depth) {
+    add(stream, {0x24, 4,    1,    1,    'Z',  '1',  '6',  ' ', 0, 0, 0x10, 0, 0x80,
+                 0,    0x00, 0xAA, 0x00, 0x38, 0x9B, 0x71, 16,  1, 0, 0,    0, 0});  // uncompressed, GUID of Z16
+  } else {
+    add(stream, {0x24, 6, 1, 1, 1, 1, 0, 0, 0, 0});  // MJPEG
+  }
+  Bytes size{0x24, static_cast<std::uint8_t>(mode.depth ? 5 : 7), 1, 0};
   put(size, static_cast<std::uint32_t>(mode.width), 2);
   put(size, static_cast<std::uint32_t>(mode.height), 2);
   put(size, 1'000'000, 4);
@@ -191,6 +200,7 @@ class Plug {
       for (std::size_t i = 0; i < data.size(); ++i) {
         control.value |= std::uint32_t{data[i]} << (8 * i);
       }
+      if (mode_.adapting && &control == &controls[0] && control.value == 1) controls[1].value = controls[1].usual;
       exposure = controls[1].value;
       return;
     }
@@ -212,7 +222,7 @@ class Plug {
         put(out, static_cast<std::uint32_t>(control.bytes), 2);
         break;
       case 0x86:
-        out.push_back(3);  // readable and settable
+        out.push_back(mode_.adapting ? 0x0B : 0x03);  // readable, settable, changed by the camera itself
         break;
       case 0x87:
         put(out, control.usual, control.bytes);
@@ -247,6 +257,22 @@ Bytes jpeg_of(const Mode& mode, std::uint32_t exposed) {
   return out;
 }
 
+Bytes depth_of(const Mode& mode, int number) {
+  Bytes out;
+  for (const std::uint16_t count : test::depth_counts(mode.width, mode.height, number)) put(out, count, 2);
+  return out;
+}
+
+constexpr std::uint32_t kAdapted = 240;  // in units of 100 µs
+
+/// A step of the automatic exposure.
+void adapt() {
+  if (controls[0].value == 1) return;
+  const std::uint32_t now = controls[1].value;
+  controls[1].value = now + (kAdapted - now + 4) / 5;
+  exposure = controls[1].value;
+}
+
 void stream(const Mode& mode) {
   using Clock = std::chrono::steady_clock;
   const auto period = std::chrono::nanoseconds(100 * std::int64_t{mode.interval()});
@@ -258,12 +284,13 @@ void stream(const Mode& mode) {
     if (!streaming || endpoint < 0 || frozen != 0) {
       continue;
     }
+    if (mode.adapting) adapt();
     in_the_sensor.push_back(exposure);
-    const Bytes jpeg = jpeg_of(mode, in_the_sensor.front());
+    const Bytes picture = mode.depth ? depth_of(mode, number) : jpeg_of(mode, in_the_sensor.front());
     in_the_sensor.pop_front();
     // One payload per frame, 2.4.3.2: length of the header, then bits for frame parity, end of frame, end of header.
     Bytes payload{2, static_cast<std::uint8_t>(0x82 | (number & 1))};
-    payload.insert(payload.end(), jpeg.begin(), jpeg.end());
+    payload.insert(payload.end(), picture.begin(), picture.end());
     if (cut_next != 0) {
       cut_next = 0;
       payload.resize(payload.size() / 2);
@@ -280,12 +307,13 @@ void stream(const Mode& mode) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 4) {
+  if (argc != 4 && argc != 5) {
     return 2;
   }
   std::signal(SIGUSR1, [](int) { cut_next = 1; });
   std::signal(SIGUSR2, [](int) { frozen = !frozen; });
-  const Mode mode{std::atoi(argv[1]), std::atoi(argv[2]), std::atoi(argv[3])};
+  const Mode mode{std::atoi(argv[1]), std::atoi(argv[2]), std::atoi(argv[3]),
+                  argc == 5 && argv[4] == std::string("depth"), argc == 5 && argv[4] == std::string("adapting")};
   Plug plug(mode);
   if (!plug.plugged()) {
     std::perror("/dev/gadget");

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <map>
 
 #include "capture/error.h"
 #include "capture/live/camera_list.h"
@@ -81,6 +82,36 @@ TEST(UsbCamera, DeliversJpegsAtTheExposureThatWasSet) {
     EXPECT_EQ(listing->formats[0].pixels, "mjpeg");
     EXPECT_NEAR(listing->formats[0].rate_hz, 20.0, 0.01);
   }
+}
+
+TEST(UsbCamera, AutomaticExposureSettlesAndIsHeld) {
+  const UsbPlug camera(UsbPlug::known_to_the_kernel, {"adapting"});
+  constexpr double kAdapted_us = 24'000;
+  StreamSpec spec = usb_spec(10'000);
+  spec.stream = Stream::color;
+  {
+    V4l2Source stated(kName, spec);
+    const auto picture = frame_of(stated, 4);
+    ASSERT_TRUE(picture);
+    expect_bars(*picture, 10'000);
+    EXPECT_EQ(stated.take_warning(), "") << "a stated exposure is not changed";
+  }
+  spec.settings.exposure_us.reset();
+  V4l2Source source(kName, spec);
+  EXPECT_EQ(source.take_warning().find("colour: automatic exposure is held: exposure_us = 2"), 0u);
+  for (int i = 0; i < 12; ++i) {
+    const auto picture = frame_of(source);
+    ASSERT_TRUE(picture);
+    EXPECT_EQ(picture->stamp.sequence, static_cast<std::uint64_t>(i)) << "frames before are not counted as lost";
+    expect_bars(*picture, kAdapted_us);
+  }
+  const auto listing = listed_by_name();
+  ASSERT_TRUE(listing);
+  std::map<std::string, double> value;
+  for (const OfferedControl& control : listing->controls) value[control.name] = control.value;
+  EXPECT_EQ(value["auto_exposure"], 1.0) << "manual";
+  EXPECT_NEAR(value["exposure_us"], kAdapted_us, 500.0);
+  EXPECT_EQ(value["white_balance_automatic"], 0.0);
 }
 
 TEST(UsbCamera, AControlDisabledByAnotherIsRefused) {

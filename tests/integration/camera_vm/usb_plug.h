@@ -6,6 +6,7 @@
 #include <functional>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "capture/error.h"
 #include "capture/live/v4l2/device.h"
@@ -21,7 +22,8 @@ class UsbPlug {
   static constexpr int kHeight = 120;
 
   /// Returns when `found` is true: the system has the camera.
-  explicit UsbPlug(const std::function<bool()>& found = known_to_the_kernel) {
+  explicit UsbPlug(const std::function<bool()>& found = known_to_the_kernel, const std::vector<std::string>& more = {})
+      : process_(command(more)) {
     using Clock = std::chrono::steady_clock;
     const Clock::time_point begin = Clock::now();
     while (process_.running() && !found() && Clock::now() - begin < std::chrono::seconds(20)) {
@@ -44,7 +46,12 @@ class UsbPlug {
   void signal(int number) const { process_.signal(number); }
 
  private:
-  ChildProcess process_{{LUMIGRAFT_USB_CAMERA, std::to_string(kWidth), std::to_string(kHeight), "20"}};
+  static std::vector<std::string> command(const std::vector<std::string>& more) {
+    std::vector<std::string> out = {LUMIGRAFT_USB_CAMERA, std::to_string(kWidth), std::to_string(kHeight), "20"};
+    out.insert(out.end(), more.begin(), more.end());
+    return out;
+  }
+  ChildProcess process_;
 };
 
 inline capture::StreamSpec usb_spec(double exposure_us) {

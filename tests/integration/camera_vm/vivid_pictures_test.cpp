@@ -31,7 +31,7 @@ using test::vivid_spec;
 void expect_vivid_bars(const Frame& picture, PixelFormat format) {
   ASSERT_EQ(picture.encoded.width, kVividWidth);
   ASSERT_EQ(picture.encoded.height, kVividHeight);
-  const bool grey = format == PixelFormat::grey8 || format == PixelFormat::grey16;
+  const bool grey = grey_bits(format) != 0;
   for (int bar = 0; bar < 8; ++bar) {
     const auto& [r, g, b] = kBars[static_cast<std::size_t>(bar)];
     const double luma = 0.2126 * r + 0.7152 * g + 0.0722 * b;  // vivid's grey is BT.709 luma, 0 to 255
@@ -46,9 +46,10 @@ void expect_vivid_bars(const Frame& picture, PixelFormat format) {
 }
 
 TEST(Vivid, EveryFormatShowsTheColourBars) {
-  for (const PixelFormat format : {PixelFormat::yuyv, PixelFormat::nv12, PixelFormat::rgb8, PixelFormat::bgr8,
-                                   PixelFormat::grey8, PixelFormat::grey16, PixelFormat::bayer_rggb8,
-                                   PixelFormat::bayer_bggr8, PixelFormat::bayer_gbrg8, PixelFormat::bayer_grbg8}) {
+  for (const PixelFormat format :
+       {PixelFormat::yuyv, PixelFormat::nv12, PixelFormat::rgb8, PixelFormat::bgr8, PixelFormat::uyvy,
+        PixelFormat::grey8, PixelFormat::grey10, PixelFormat::grey12, PixelFormat::grey16, PixelFormat::bayer_rggb8,
+        PixelFormat::bayer_bggr8, PixelFormat::bayer_gbrg8, PixelFormat::bayer_grbg8}) {
     for (const char* camera : {kSinglePlanar, kMultiPlanar}) {
       V4l2Source source(camera, vivid_spec(format));
       const auto picture = frame_of(source);
@@ -219,7 +220,7 @@ TEST(Vivid, IsListedCompletely) {
   EXPECT_TRUE(all[0].inputs.empty()) << "webcams have no inputs to choose from";
   for (const CameraListing& one : all) {
     EXPECT_EQ(one.rejection_reason, "");
-    for (const char* pixels : {"yuyv", "nv12", "rgb8", "grey16", "bayer-gbrg8", "V4L2 UYVY"}) {
+    for (const char* pixels : {"yuyv", "nv12", "rgb8", "grey16", "bayer-gbrg8", "uyvy", "grey12", "V4L2 YVYU"}) {
       EXPECT_TRUE(std::any_of(one.formats.begin(), one.formats.end(), [&](const OfferedFormat& f) {
         return f.pixels == pixels && f.width == 640 && f.height == 360 && f.rate_hz >= 25.0;
       })) << pixels;
@@ -232,7 +233,7 @@ TEST(Vivid, IsListedCompletely) {
 class RecordedVivid : public test::ScratchFolder {};
 
 TEST_F(RecordedVivid, ReplaysByteForByte) {
-  for (const char* format : {"yuyv", "nv12", "bayer-grbg8", "rgb8"}) {
+  for (const char* format : {"yuyv", "uyvy", "nv12", "bayer-grbg8", "rgb8", "grey10", "grey12"}) {
     const std::filesystem::path folder = folder_ / format;
     std::filesystem::create_directories(folder);
     std::ofstream(folder / "session.toml") << "format = 1\n[color]\nsource = \"v4l2:/dev/video0\"\npixel_format = \""
