@@ -88,7 +88,7 @@ capture::FrameSet TagPlanes::complete(const capture::FrameSet& frame, const std:
 std::vector<std::string> TagPlanes::warnings() const {
   if (measured_ || awaited_) return {};
   return {
-      "no depth: only the surface around the tag is known; real things hide no object and neither throw nor take its "
+      "no depth: only the surface around the tag is known; other real things hide no object, and cast and receive no "
       "shadows"};
 }
 
