@@ -14,6 +14,7 @@
 #include "reconstruct/pose/pose.h"
 #include "reconstruct/room/enclosure.h"
 #include "reconstruct/room/mirror_detection.h"
+#include "reconstruct/room/tag_planes.h"
 
 namespace lumigraft::reconstruct {
 namespace {
@@ -79,7 +80,10 @@ struct SceneBuilder::State {
   SceneOverrides overrides;
   capture::RegistrationStage registration;
   PoseStage pose;
+  bool located = false;             ///< in any frame so far
+  const std::string never_located;  ///< warning until then
   LampTagStage lamp_tags;
+  TagPlanes tag_planes;
   LightStage light;
   ColorGainStage color_gain;
   std::atomic<float> color_brightness = 1;  ///< newest gain, mean of the channels
@@ -104,7 +108,10 @@ struct SceneBuilder::State {
       : overrides(std::move(the_overrides)),
         registration(session),
         pose(session.tag, session.color.model, session.color.response),
+        never_located(session.tag.family + " " + std::to_string(session.tag.id) +
+                      ": not seen since the start; objects are shown once it is in the colour camera's view"),
         lamp_tags(session),
+        tag_planes(session),
         light(session),
         color_gain(session),
         fusion(session, FusionSettings{}),
@@ -139,7 +146,12 @@ capture::FrameSet SceneBuilder::register_depth(const capture::FrameSet& sensed) 
 PoseStage::Result SceneBuilder::locate_camera(const capture::FrameSet& frame) {
   State& s = *state_;
   if (s.overrides.pose) return {s.overrides.pose(frame), {}};
-  return s.pose.locate(frame, s.store.observed_field().get());
+  PoseStage::Result result = s.pose.locate(frame, s.store.observed_field().get());
+  if (!s.located) {
+    s.located = result.pose.has_value();
+    s.store.publish_warnings("tag", s.located ? std::vector<std::string>{} : std::vector{s.never_located});
+  }
+  return result;
 }
 
 void SceneBuilder::restart_tracking() { state_->pose.reset(); }
@@ -177,6 +189,13 @@ ColorGainStage::Result SceneBuilder::estimate_color_gain(const capture::FrameSet
   if (result.correction > 0) s.color_correction = result.correction;
   s.seen_by_color.put(result.light);
   return result;
+}
+
+capture::FrameSet SceneBuilder::complete_depth(const capture::FrameSet& frame, const std::optional<Pose>& pose) {
+  State& s = *state_;
+  capture::FrameSet completed = s.tag_planes.complete(frame, pose);
+  s.store.publish_warnings("depth", s.tag_planes.warnings());
+  return completed;
 }
 
 void SceneBuilder::fuse_depth(const capture::FrameSet& frame, const Pose& pose) {
@@ -287,6 +306,7 @@ BuildResult SceneBuilder::build(const capture::FrameSet& sensed) {
     append_warnings(built.warnings, locate_lamp_tags(frame, pose).warnings);
     extract_light(frame.fisheye, frame.color.get());
   });
+  run_stage(built, "complete depth", [&] { built.frame = complete_depth(frame, pose); });
   run_stage(built, "color gain", [&] {
     ColorGainStage::Result result = estimate_color_gain(frame, pose);
     built.frame.color_gain = {result.gain[0], result.gain[1], result.gain[2]};

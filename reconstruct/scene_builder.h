@@ -4,8 +4,8 @@
 //
 //   frame ──> register_depth ──> locate_camera ──> locate_lamp_tags ─┐
 //                                      │                             v
-//                                      │             fish-eye ──> extract_light ─┐
-//                                      └──> estimate_color_gain ──> fuse_depth ──┴─> solve_albedo
+//                                      │             fish-eye ──> extract_light ───────────────────┐
+//                                      └──> complete_depth ──> estimate_color_gain ──> fuse_depth ─┴─> solve_albedo
 //
 // Offline, `build` runs them one after another on the caller's thread: nothing is dropped, and the same frames give the
 // same scene on every run. A live pipeline runs each on a thread of its own, with its newest input.
@@ -35,7 +35,7 @@ struct SceneOverrides {
 };
 
 struct BuildResult {
-  capture::FrameSet frame;  ///< with registered depth, after SceneOverrides::frame
+  capture::FrameSet frame;  ///< with registered or completed depth, after SceneOverrides::frame
   Scene scene;
   std::map<std::string, StageCost> stages;
   std::vector<std::string> warnings;  ///< of all stages, in the order in which they ran
@@ -54,7 +54,7 @@ class SceneBuilder {
   // The single stages. Each is for one thread at a time; different ones may run at the same time. Their results and
   // warnings are published in the store.
 
-  /// See RegistrationStage. The other stages take the frames that this returns.
+  /// See RegistrationStage. Poses of camera and lamps take the frames that this returns: with measured depth alone.
   capture::FrameSet register_depth(const capture::FrameSet& sensed);
   PoseStage::Result locate_camera(const capture::FrameSet& frame);
   /// Call when time goes back: the next pose is not predicted from the previous one. The reconstructed room is kept.
@@ -64,6 +64,8 @@ class SceneBuilder {
   /// `fisheye`: one frame, or the exposures of one bracket; empty if none is new: then lamps are only moved to their
   /// newest tag poses. `color`: of about the same time; may be null.
   void extract_light(const capture::FisheyeFrames& fisheye, const capture::Frame* color);
+  /// The frame with depth where the session measures none (TagPlanes): for the stages that follow and for relight.
+  capture::FrameSet complete_depth(const capture::FrameSet& frame, const std::optional<Pose>& pose);
   /// Changes of the colour camera's exposure and white balance: FrameSet::color_gain of this frame.
   ColorGainStage::Result estimate_color_gain(const capture::FrameSet& frame, const std::optional<Pose>& pose);
   /// The frame must have depth. If its pose is not its own, which would blur the field, only the light is followed.

@@ -20,8 +20,9 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 struct PosedFrame {
-  PlayedFrame played;
+  PlayedFrame played;  ///< with depth as measured
   reconstruct::PoseStage::Result located;
+  capture::FrameSet completed;  ///< the same frame: SceneBuilder::complete_depth, with the colour gain
 };
 
 /// Input of the light stage.
@@ -175,28 +176,27 @@ void Pipeline::State::fisheye_turn() {
 }
 
 PosedFrame Pipeline::State::pose_of(const PlayedFrame& played) {
-  PosedFrame posed{played, {}};
-  std::shared_ptr<capture::FrameSet> frame;
+  PosedFrame posed{played, {}, {}};
   {
     const StageTimer timer(metrics, "register depth");
-    frame = std::make_shared<capture::FrameSet>(builder.register_depth(*played.frame));
+    posed.played.frame = std::make_shared<capture::FrameSet>(builder.register_depth(*played.frame));
   }
   try {
     const StageTimer timer(metrics, "pose");
-    posed.located = builder.locate_camera(*frame);
+    posed.located = builder.locate_camera(*posed.played.frame);
   } catch (const std::exception& e) {
     posed.located.warnings.push_back(std::string("pose: ") + e.what());
   }
+  posed.completed = builder.complete_depth(*posed.played.frame, posed.located.pose);
   try {
     const StageTimer timer(metrics, "color gain");
-    const reconstruct::ColorGainStage::Result color = builder.estimate_color_gain(*frame, posed.located.pose);
-    frame->color_gain = {color.gain[0], color.gain[1], color.gain[2]};
-    frame->color_vignetting = color.vignetting;
+    const reconstruct::ColorGainStage::Result color = builder.estimate_color_gain(posed.completed, posed.located.pose);
+    posed.completed.color_gain = {color.gain[0], color.gain[1], color.gain[2]};
+    posed.completed.color_vignetting = color.vignetting;
     reconstruct::append_warnings(posed.located.warnings, color.warnings);
   } catch (const std::exception& e) {
     posed.located.warnings.push_back(std::string("color gain: ") + e.what());
   }
-  posed.played.frame = std::move(frame);
   return posed;
 }
 
@@ -214,7 +214,7 @@ void Pipeline::State::pose_turn(std::uint64_t& round) {
   const auto posed = std::make_shared<const PosedFrame>(pose_of(*played));
   just_in_time.pose_took(Clock::now() - begin);
   const std::optional<reconstruct::Pose>& where = posed->located.pose;
-  if (where && posed->played.frame->depth &&
+  if (where && posed->completed.depth &&
       geometry_rest.over(builder.learning() ? kPipeline.rest : kPipeline.geometry_rest_later)) {
     put(to_geometry, posed);
   }
@@ -227,7 +227,7 @@ void Pipeline::State::relight_turn() {
   if (!posed) return;
   just_in_time.relight_begins();
   const Clock::time_point begin = Clock::now();
-  const capture::FrameSet& frame = *posed->played.frame;
+  const capture::FrameSet& frame = posed->completed;
   const reconstruct::PoseStage::Result& located = posed->located;
   std::vector<std::string> warnings = frame.warnings;
   reconstruct::append_warnings(warnings, located.warnings);
@@ -277,7 +277,7 @@ void Pipeline::State::geometry_turn() {
   if (const std::shared_ptr<const PosedFrame> posed = to_geometry.take(kPipeline.tick).value_or(nullptr)) {
     const ScopedWork work(geometry_rest);
     const StageTimer timer(metrics, "fuse");
-    builder.fuse_depth(*posed->played.frame, *posed->located.pose);
+    builder.fuse_depth(posed->completed, *posed->located.pose);
     const auto memory = builder.fusion_memory();
     metrics.fused(memory.bricks, memory.used_bytes, memory.evicted);
     store.publish_warnings("geometry stage", {});

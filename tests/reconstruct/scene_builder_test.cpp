@@ -122,6 +122,78 @@ TEST(SceneBuilder, AFisheyeIsAwaitedAndReplacesTheEstimate) {
   EXPECT_FALSE(build(0.8, false)->from_shading);
 }
 
+std::vector<std::string> warnings_of(const std::vector<std::string>& warnings, const std::string& about) {
+  std::vector<std::string> result;
+  for (const std::string& warning : warnings)
+    if (warning.starts_with(about)) result.push_back(warning);
+  return result;
+}
+
+/// `sensed` after `time_s`.
+capture::FrameSet later(capture::FrameSet sensed, double time_s, bool with_depth) {
+  sensed.time_ns += static_cast<std::int64_t>(1e9 * time_s);
+  if (!with_depth) sensed.raw_depth = nullptr;
+  return sensed;
+}
+
+/// Distance of the field from the measured surface at points of the table beside the tag, mean of magnitudes.
+double table_error_m(const DistanceField& field) {
+  double sum = 0;
+  int count = 0;
+  for (float x = -0.2f; x < 0.21f; x += 0.05f)
+    for (float y = -0.2f; y < 0.01f; y += 0.05f, ++count) {
+      const auto sample = field.sample({x, y, 0});
+      sum += sample ? std::abs(static_cast<double>(sample->distance_m)) : 1;
+    }
+  return sum / count;
+}
+
+TEST(SceneBuilder, WithoutADepthCameraTheTagsPlaneIsTheRoom) {
+  capture::Session session = tabletop();
+  session.depth.reset();
+  SceneBuilder builder(session);
+  for (const capture::FrameSet& frame : first_frames(session, 3)) {
+    const BuildResult built = builder.build(frame);
+    ASSERT_TRUE(built.scene.field && built.scene.albedo && built.frame.depth);
+    EXPECT_LT(table_error_m(*built.scene.field), 0.001);
+    EXPECT_EQ(warnings_of(built.warnings, "no depth").size(), 1u);
+  }
+}
+
+TEST(SceneBuilder, DepthIsAwaitedAndReplacesThePlane) {
+  const capture::Session session = tabletop();
+  const capture::FrameSet sensed = first_frames(session, 1).front();
+  SceneBuilder builder(session);
+  EXPECT_FALSE(builder.build(later(sensed, 0, false)).scene.field);
+  EXPECT_FALSE(builder.build(later(sensed, 0.4, false)).scene.field);
+  const BuildResult assumed = builder.build(later(sensed, 0.6, false));
+  ASSERT_TRUE(assumed.scene.field);
+  EXPECT_EQ(warnings_of(assumed.warnings, "no depth").size(), 1u);
+  const BuildResult measured = builder.build(later(sensed, 0.7, true));
+  EXPECT_TRUE(warnings_of(measured.warnings, "no depth").empty());
+  EXPECT_GT(measured.scene.field->bricks.size(), 2 * assumed.scene.field->bricks.size()) << "boxes and walls";
+
+  // Where depth ends, what it showed stays.
+  const BuildResult ended = builder.build(later(sensed, 9, false));
+  EXPECT_FALSE(ended.frame.depth);
+  EXPECT_EQ(ended.scene.field->bricks.size(), measured.scene.field->bricks.size());
+}
+
+TEST(SceneBuilder, WithoutATagAWarningNamesIt) {
+  for (const bool with_depth : {true, false}) {
+    capture::Session session = tabletop();
+    session.tag.id += 1;
+    if (!with_depth) session.depth.reset();
+    SceneBuilder builder(session);
+    const BuildResult built = builder.build(later(first_frames(session, 1).front(), 0, with_depth));
+    EXPECT_FALSE(built.scene.pose || built.scene.field);
+    EXPECT_EQ(warnings_of(built.warnings, "tag36h11 " + std::to_string(session.tag.id) + ": not seen").size(), 1u);
+  }
+  const capture::Session session = tabletop();
+  SceneBuilder builder(session);
+  EXPECT_TRUE(warnings_of(builder.build(first_frames(session, 1).front()).warnings, "tag36h11").empty());
+}
+
 TEST(SceneBuilder, OverridesReplaceEstimates) {
   const capture::Session session = tabletop();
   SceneOverrides overrides;

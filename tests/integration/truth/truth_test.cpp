@@ -186,11 +186,11 @@ void check(const fs::path& session, const std::string& group, const std::string&
   EXPECT_GT(score.mean.psnr_db, score.psnr_unchanged_db);
 }
 
-/// A copy of a session whose configuration has no [fisheye] section; the data are links.
-class WithoutFisheye {
+/// A copy of a session whose configuration lacks the section of a camera; the data are links.
+class WithoutCamera {
  public:
-  explicit WithoutFisheye(const fs::path& session)
-      : root_(fs::temp_directory_path() / ("lumigraft-no-fisheye-" + std::to_string(getpid()))),
+  WithoutCamera(const fs::path& session, const std::string& camera)
+      : root_(fs::temp_directory_path() / ("lumigraft-no-" + camera + "-" + std::to_string(getpid()))),
         folder_(root_ / session.filename()) {
     fs::create_directories(folder_);
     for (const auto& entry : fs::directory_iterator(session))
@@ -198,15 +198,15 @@ class WithoutFisheye {
         fs::create_symlink(fs::canonical(entry.path()), folder_ / entry.path().filename());
     std::ifstream from(session / "session.toml");
     std::ofstream to(folder_ / "session.toml");
-    bool fisheye = false;
+    bool left_out = false;
     for (std::string line; std::getline(from, line);) {
-      if (line.starts_with("[")) fisheye = line.starts_with("[fisheye");
-      if (!fisheye) to << line << '\n';
+      if (line.starts_with("[")) left_out = line.starts_with("[" + camera);
+      if (!left_out) to << line << '\n';
     }
   }
-  ~WithoutFisheye() { fs::remove_all(root_); }
-  WithoutFisheye(const WithoutFisheye&) = delete;
-  WithoutFisheye& operator=(const WithoutFisheye&) = delete;
+  ~WithoutCamera() { fs::remove_all(root_); }
+  WithoutCamera(const WithoutCamera&) = delete;
+  WithoutCamera& operator=(const WithoutCamera&) = delete;
   const fs::path& folder() const { return folder_; }
 
  private:
@@ -251,12 +251,19 @@ TEST(Truth, OwnRecordingByCones) {
 
 // Light from what the colour camera sees.
 TEST(Truth, OwnRecordingWithoutFisheye) {
-  const WithoutFisheye session(fs::path(LUMIGRAFT_SOURCE_DIR) / "recordings/tabletop");
+  const WithoutCamera session(fs::path(LUMIGRAFT_SOURCE_DIR) / "recordings/tabletop", "fisheye");
   check(session.folder(), "colour");
 }
 
-/// Sessions of a folder of LUMIGRAFT_EXTRA that have truth; only those with a bound if `bounded`.
-void check_extra(const std::string& folder, const std::string& group, bool bounded, bool with_fisheye = true) {
+// On the plane of its tag. Its boxes are not known, so they take no shadow.
+TEST(Truth, OwnRecordingWithoutDepth) {
+  const WithoutCamera session(fs::path(LUMIGRAFT_SOURCE_DIR) / "recordings/tabletop", "depth");
+  check(session.folder(), "flat");
+}
+
+/// Sessions of a folder of LUMIGRAFT_EXTRA that have truth; only those with a bound if `bounded`. Without the camera
+/// `left_out`.
+void check_extra(const std::string& folder, const std::string& group, bool bounded, const std::string& left_out = "") {
   const char* extra = std::getenv("LUMIGRAFT_EXTRA");
   if (extra == nullptr || !fs::exists(fs::path(extra) / folder)) {
     GTEST_SKIP() << "LUMIGRAFT_EXTRA names no folder with " << folder
@@ -271,16 +278,18 @@ void check_extra(const std::string& folder, const std::string& group, bool bound
   }
   std::sort(sessions.begin(), sessions.end());
   for (const fs::path& session : sessions) {
-    if (with_fisheye)
+    if (left_out.empty())
       check(session, group);
     else
-      check(WithoutFisheye(session).folder(), group);
+      check(WithoutCamera(session, left_out).folder(), group);
   }
 }
 
 TEST(Truth, ExtraSessions) { check_extra("sessions", "extra", false); }
 
-TEST(Truth, ExtraSessionsWithoutFisheye) { check_extra("sessions", "extra_colour", true, false); }
+TEST(Truth, ExtraSessionsWithoutFisheye) { check_extra("sessions", "extra_colour", true, "fisheye"); }
+
+TEST(Truth, ExtraSessionsWithoutDepth) { check_extra("sessions", "extra_flat", true, "depth"); }
 
 // Rooms, cameras and lamps that change while they are seen.
 TEST(Truth, ExtraChangingSessions) { check_extra("sessions-changing", "changing", true); }
