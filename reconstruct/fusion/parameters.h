@@ -26,8 +26,9 @@ struct UpdateSchedule {
   std::array<std::uint32_t, 3> settled_updates = {6, 12, 40};
   std::uint32_t active_updates = 8;  ///< a brick whose content moved is updated in every frame for so many updates
   int active_moved_voxels = 24;      ///< voxels of 512 far from their old distance that count as content that moved
-  /// Bricks updated in one frame, 10 to 15 us each, and 20 more for the memory of a new one; the others wait. With 1500
-  /// more than 3 % of the orbit's bricks are published per frame, since they drift more between updates.
+  /// Bricks updated in one frame after the first, 10 to 15 us each, and 20 more for the memory of a new one; the others
+  /// wait. With 1500 more than 3 % of the orbit's bricks are published per frame, since they drift more between
+  /// updates.
   std::size_t max_bricks = 2000;
 };
 inline constexpr UpdateSchedule kUpdateSchedule;

@@ -33,7 +33,8 @@ bool update_due(const WorkingBrick& brick, std::uint32_t frame, double light_var
 }
 
 bool limit_work(std::vector<VisibleBrick>& bricks, std::uint32_t frame, double light_variance) {
-  if (bricks.size() <= kUpdateSchedule.max_bricks) return false;
+  // Lamps and albedo are first solved from the first frame alone.
+  if (frame == 0 || bricks.size() <= kUpdateSchedule.max_bricks) return false;
   std::vector<std::pair<float, std::size_t>> order;  // negative gain; then the order of creation
   order.reserve(bricks.size());
   for (std::size_t i = 0; i < bricks.size(); ++i) order.emplace_back(-gain(bricks[i], frame, light_variance), i);
