@@ -221,8 +221,13 @@ std::optional<SurfaceFit> align_to_field(const DepthGrid& grid, const DistanceFi
   }
   const double inlier_fraction = static_cast<double>(points) / std::max(1, measured);
   if (inlier_fraction < kIcp.min_inliers || points < kIcp.min_agreement * known) return std::nullopt;
-  const auto fit = moments_of(grid, field, pose).pose(pose, expected, prior);
-  if (!fit) return std::nullopt;
+  // Twice, since the linearization at the pose of the noisy normals is not exact.
+  std::optional<PoseEstimate> fit;
+  for (int round = 0; round < 2; ++round) {
+    fit = moments_of(grid, field, pose).pose(pose, expected, prior);
+    if (!fit) return std::nullopt;
+    pose = fit->T_tag_camera;
+  }
   return SurfaceFit{*fit, inlier_fraction};
 }
 
