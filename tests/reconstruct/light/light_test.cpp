@@ -231,10 +231,10 @@ TEST(LightStage, WhatTheColourCameraShowsDecidesAboutAHiddenLamp) {
     const auto lights = stage.extract(covered).illumination->lights;
     ASSERT_EQ(lights.size(), 2u) << "held as long as its light is there";
     EXPECT_EQ(lights[1].id, id);
-    stage.resolve({.off = {}, .lit = {id}});
+    stage.resolve({.off = {}, .lit = {id}, .dimming = {}});
   }
   const std::uint64_t version = stage.extract(covered).illumination->version;
-  stage.resolve({.off = {id}, .lit = {}});
+  stage.resolve({.off = {id}, .lit = {}, .dimming = {}});
   const auto off = stage.extract({}, nullptr, {}).illumination;
   EXPECT_EQ(off->lights.size(), 1u) << "without a new image";
   EXPECT_GT(off->version, version);

@@ -12,7 +12,6 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 using Step = Eigen::Matrix<double, 6, 1>;
-using test::kDegree;
 
 /// Four tags around a room, of which only neighbours are seen together.
 class TagRing : public testing::Test {
