@@ -86,7 +86,7 @@ class SurfaceMoments {
     noise *= std::max(1.0, misfit_ / points_);
     const Square inverse = information_of(noise);
     // What the normals' noise, ε and η, leaves in the slope: E[ε²η²] is at most a twelfth of E[(ε - η)⁴]. Directions in
-    // which the slope is not more than three of its standard errors are open, and those of which the prior knows far
+    // which the slope is not more than four of its standard errors are open, and those of which the prior knows far
     // more.
     Square slope_noise = Square::Zero();
     for (const Point& p : planes_)
@@ -94,7 +94,7 @@ class SurfaceMoments {
           (p.weight * p.weight * p.difference.dot(inverse * p.difference) * p.difference) * p.difference.transpose();
     slope_noise *= points_ / std::max<std::size_t>(1, planes_.size());
     const Square weighted = slope_.transpose() * inverse, all = weighted * slope_;
-    const Square determined = larger_part(all, 9.0 / 12 * kIcp.correlation * slope_noise + kIcp.min_gain * prior);
+    const Square determined = larger_part(all, 16.0 / 12 * kIcp.correlation * slope_noise + kIcp.min_gain * prior);
     const Square information = determined * all * determined.transpose() + prior;
     const Row step =
         solved(information, prior * step_between(at, expected.T_tag_camera) - determined * weighted * sum_);

@@ -21,7 +21,7 @@ using reconstruct::PoseCovariance;
 using Step = Eigen::Matrix<double, 6, 1>;
 
 constexpr double kPriorSigma = 0.01;  ///< metres and radians
-constexpr int kFields = 2, kTrials = 42;
+constexpr int kFields = 2, kTrials = 56;
 
 /// The floor, and up to two walls.
 Shape corner(int planes) {
@@ -80,10 +80,10 @@ Directions errors(int planes, double noise) {
 
 TEST(SurfacePoseSweep, PlaneDirections) {
   Sweep sweep{.stem = "pose-planes",
-              .title = "Pose by depth against planes, 84 poses each, prior of 10 mm and 10 mrad",
+              .title = "Pose by depth against planes, 112 poses each, prior of 10 mm and 10 mrad",
               .x_label = "depth noise, of a Kinect's",
               .y_label = "largest error, in its reported 1σ",
-              .x = {0.5, 1, 2},
+              .x = {0.5, 1, 1.5},
               .curves = {{"one plane"}, {"two"}, {"three"}},
               .logarithmic = true,
               .max = 3};
