@@ -17,16 +17,19 @@ Eigen::Matrix<double, 6, 1> step_between(const Eigen::Isometry3d& from, const Ei
   return step;
 }
 
+Eigen::Matrix3d cross_with(const Eigen::Vector3d& arm) {
+  Eigen::Matrix3d m;
+  m << 0, arm.z(), -arm.y(), -arm.z(), 0, arm.x(), arm.y(), -arm.x(), 0;
+  return m;
+}
+
 PoseCovariance camera_covariance(const Eigen::Matrix<double, 6, 6>& tag_covariance,
                                  const Eigen::Isometry3d& T_camera_tag) {
   // The camera is at -Rᵀt. A rotation ω of the tag moves it by Rᵀ(ω × t) and rotates it by -Rᵀω; a translation s
   // moves it by -Rᵀs.
   const Eigen::Matrix3d to_tag = T_camera_tag.linear().transpose();
-  const Eigen::Vector3d t = T_camera_tag.translation();
-  Eigen::Matrix3d cross_t;  // ω × t
-  cross_t << 0, t.z(), -t.y(), -t.z(), 0, t.x(), t.y(), -t.x(), 0;
   Eigen::Matrix<double, 6, 6> j = Eigen::Matrix<double, 6, 6>::Zero();
-  j.topLeftCorner<3, 3>() = to_tag * cross_t;
+  j.topLeftCorner<3, 3>() = to_tag * cross_with(T_camera_tag.translation());
   j.topRightCorner<3, 3>() = -to_tag;
   j.bottomLeftCorner<3, 3>() = -to_tag;
   return j * tag_covariance * j.transpose();

@@ -4,6 +4,9 @@
 
 namespace lumigraft::reconstruct {
 
+/// The matrix M with M ω = ω × arm: how a rotation vector ω moves the end of an arm.
+Eigen::Matrix3d cross_with(const Eigen::Vector3d& arm);
+
 /// Covariance of an estimated T_tag_camera: camera position in metres (first three), then a rotation vector about the
 /// camera in radians (last three), both in the tag frame. True position = position + δp, true rotation = exp(δθ) · R.
 using PoseCovariance = Eigen::Matrix<double, 6, 6>;

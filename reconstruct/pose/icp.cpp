@@ -85,16 +85,17 @@ class SurfaceMoments {
     // A camera with more noise than the model's has made the field with it, too.
     noise *= std::max(1.0, misfit_ / points_);
     const Square inverse = information_of(noise);
-    // What the normals' noise, ε and η, leaves in the slope: E[ε²η²] is at most a twelfth of E[(ε - η)⁴]. Directions in
-    // which the slope is not more than four of its standard errors are open, and those of which the prior knows far
-    // more.
+    // Variance of the slope due to the normals' noise, ε and η: E[ε²η²] is at most a twelfth of E[(ε - η)⁴]. Directions
+    // with a slope below some standard errors are undetermined, and so are those in which the prior is far more
+    // certain.
+    constexpr double kErrors = kIcp.undetermined_errors;
     Square slope_noise = Square::Zero();
     for (const Point& p : planes_)
       slope_noise.noalias() +=
           (p.weight * p.weight * p.difference.dot(inverse * p.difference) * p.difference) * p.difference.transpose();
-    slope_noise *= points_ / std::max<std::size_t>(1, planes_.size());
+    slope_noise *= kIcp.correlation / 12 * points_ / std::max<std::size_t>(1, planes_.size());
     const Square weighted = slope_.transpose() * inverse, all = weighted * slope_;
-    const Square determined = larger_part(all, 16.0 / 12 * kIcp.correlation * slope_noise + kIcp.min_gain * prior);
+    const Square determined = larger_part(all, kErrors * kErrors * slope_noise + kIcp.min_gain * prior);
     const Square information = determined * all * determined.transpose() + prior;
     const Row step =
         solved(information, prior * step_between(at, expected.T_tag_camera) - determined * weighted * sum_);

@@ -122,12 +122,15 @@ struct IcpParameters {
   int block_points = 10;            ///< points along a block of the depth grid, over which errors may be correlated
   int min_blocks = 12;              ///< twice the unknowns, for a covariance from them
   float aside_voxels = 3;           ///< distance of normals with independent noise: they share no pixel
-  double min_gain = 0.01;           ///< information about a direction that counts, of the prior's
-  int min_points = 200;             ///< on the surface
-  double min_inliers = 0.15;        ///< of the measured points, on the surface
-  double min_agreement = 0.4;       ///< of the points where the field is known, on the surface
-  double converged = 1e-4;          ///< size of a step after which the next would be far smaller
-  double nearly_converged = 2e-3;   ///< size of a step after which all points are used
+  /// Standard errors of a slope up to which a direction is undetermined: with three, one in thirty poses over a plane
+  /// was taken for determined at twice the modelled noise.
+  double undetermined_errors = 4;
+  double min_gain = 0.01;                        ///< information about a direction that counts, of the prior's
+  int min_points = 200;                          ///< on the surface
+  double min_inliers = 0.15;                     ///< of the measured points, on the surface
+  double min_agreement = 0.4;                    ///< of the points where the field is known, on the surface
+  double converged = 1e-4;                       ///< size of a step after which the next would be far smaller
+  double nearly_converged = 2e-3;                ///< size of a step after which all points are used
   int max_rounds = 12, max_coarse_rounds = 8;    ///< against the field: an 8 cm jump between frames is followed
   float reach = 0.95f;                           ///< of the truncation distance
   float gate_sigmas = 5;                         ///< distance of used points in the last rounds

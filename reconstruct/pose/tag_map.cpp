@@ -34,12 +34,9 @@ class PairResidual : public ceres::SizedCostFunction<6, 6, 6> {
     residual.tail<3>() = to_a * difference.tail<3>();
     residual = residual.cwiseProduct(weight_);
     if (!jacobians) return true;
-    const Eigen::Vector3d arm = a.linear() * T_a_b_.translation();
-    Eigen::Matrix3d cross;  // ω × arm
-    cross << 0, arm.z(), -arm.y(), -arm.z(), 0, arm.x(), arm.y(), -arm.x(), 0;
     Square of_a = Square::Zero(), of_b = Square::Zero();
     of_a.topLeftCorner<3, 3>() = of_a.bottomRightCorner<3, 3>() = -to_a;
-    of_a.topRightCorner<3, 3>() = -to_a * cross;
+    of_a.topRightCorner<3, 3>() = -to_a * cross_with(a.linear() * T_a_b_.translation());
     of_b.topLeftCorner<3, 3>() = of_b.bottomRightCorner<3, 3>() = to_a;
     for (const auto& [jacobian, values] : {std::pair(jacobians[0], &of_a), std::pair(jacobians[1], &of_b)}) {
       if (!jacobian) continue;
@@ -95,7 +92,7 @@ PoseCovariance TagMap::uncertainty(std::size_t tag, const Isometry3d& T_camera_t
   const Tag& known = tags_[tag];
   const Eigen::Vector3d arm = known.T_world_tag->linear() * T_camera_tag.inverse().translation();
   Square j = Square::Identity();
-  j.topRightCorner<3, 3>() << 0, arm.z(), -arm.y(), -arm.z(), 0, arm.x(), arm.y(), -arm.x(), 0;
+  j.topRightCorner<3, 3>() = cross_with(arm);
   return j * known.covariance * j.transpose();
 }
 
@@ -106,10 +103,9 @@ void TagMap::add_pair(std::size_t a, std::size_t b, const Isometry3d& T_a_b) {
     if (pair.contradicting > 0 && pair.contradicting < kTagMap.moved_sightings) return;
   }
   if (pair.contradicting >= kTagMap.moved_sightings) {
-    // The later of both was moved, and with it all that is known of it.
-    std::erase_if(pairs_, [&](const auto& other) { return other.first.first == b || other.first.second == b; });
+    // The later of both was moved.
     tags_[b].T_world_tag.reset();
-    tags_[b].held.reset();
+    forget_pairs(b);
     pairs_[{a, b}] = {.mean = T_a_b, .count = 1};
     return;
   }
@@ -189,9 +185,13 @@ void TagMap::optimize() {
 void TagMap::move(std::size_t tag, const Isometry3d& T_world_tag) {
   tags_[tag].moved_m += (T_world_tag.translation() - tags_[tag].T_world_tag->translation()).norm();
   tags_[tag].T_world_tag = T_world_tag;
+  forget_pairs(tag);
+}
+
+/// All tags stay where they are, although nothing may connect them with the first one any more.
+void TagMap::forget_pairs(std::size_t tag) {
   std::erase_if(pairs_, [&](const auto& pair) { return pair.first.first == tag || pair.first.second == tag; });
-  // The others stay where they are, although nothing may connect them any more.
-  for (Tag& other : tags_) other.held = other.T_world_tag;
+  for (Tag& each : tags_) each.held = each.T_world_tag;
 }
 
 std::string TagMap::warning(std::size_t tag) const {

@@ -56,6 +56,7 @@ class TagMap {
     Eigen::Matrix<double, 6, 1> sigma_of_mean() const;
   };
 
+  void forget_pairs(std::size_t tag);
   void locate_by_chains();
   void optimize();
 

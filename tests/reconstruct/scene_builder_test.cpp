@@ -136,7 +136,7 @@ capture::FrameSet later(capture::FrameSet sensed, double time_s, bool with_depth
   return sensed;
 }
 
-/// Distance of the field from the measured surface at points of the table beside the tag, mean of magnitudes.
+/// Distance of the field from the measured surface at points of the table next to the tag, mean of magnitudes.
 double table_error_m(const DistanceField& field) {
   double sum = 0;
   int count = 0;

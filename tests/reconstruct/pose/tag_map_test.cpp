@@ -71,7 +71,8 @@ TEST_F(TagRing, AClosedRingIsMoreCertainAndItsCovarianceCovers) {
     sigmas += squared_mahalanobis(step_between(*map.T_world_tag(3), T_world_tag[3]), of_tag) / 6 / kRings;
   }
   std::printf(
-      "pose: ring of tags: %.2f mm off, closed %.2f; 1 sigma of a camera %.2f mm, then %.2f; %.2f of what is said\n",
+      "pose: ring of tags: %.2f mm off, closed %.2f; 1 sigma of a camera %.2f mm, then %.2f; errors %.2f of the "
+      "covariance\n",
       open_mm, closed_mm, 1e3 * before, 1e3 * after, std::sqrt(sigmas));
   EXPECT_LT(closed_mm, 0.7 * open_mm);
   EXPECT_LT(after, before);
@@ -97,6 +98,11 @@ TEST_F(TagRing, AMovedTagIsLearntAnewAndTheOthersStay) {
   see(map, 2, 3, 16);
   EXPECT_FALSE(map.T_world_tag(3));
   see(map, 2, 3, 10);
+  for (std::size_t t = 1; t < 4; ++t) EXPECT_LT(off_mm(map, t), 8) << t;
+  // The link between the first and two others was moved.
+  T_world_tag[1].translation().z() += 0.1;
+  see(map, 0, 1, 26);
+  see(map, 2, 3, 20);
   for (std::size_t t = 1; t < 4; ++t) EXPECT_LT(off_mm(map, t), 8) << t;
   // The first was moved while depth showed the camera: the others hold the frame of reference.
   T_world_tag[0].translation().y() += 0.1;

@@ -30,7 +30,8 @@ Pose pose_above() {
   return pose;
 }
 
-/// Where the ray of a pixel meets the plane of a tag, in its frame; empty above the horizon. `z` is the depth there.
+/// Intersection of a pixel's ray with the plane of a tag, in its frame; empty above the horizon. `z` is the depth
+/// there.
 std::optional<Eigen::Vector2d> on_plane(const Eigen::Isometry3d& T_plane_camera, const capture::CameraModel& camera,
                                         int u, int v, double& z) {
   const Eigen::Vector3d ray = camera.unproject({u, v}).value();
