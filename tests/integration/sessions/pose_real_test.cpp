@@ -5,8 +5,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
-#include <filesystem>
-#include <fstream>
 
 #include "capture/formats/picture_file.h"
 #include "reconstruct/fusion/fusion.h"
@@ -15,20 +13,12 @@
 #include "reconstruct/room/mirror_detection.h"
 #include "tests/reconstruct/pose/pose_views.h"
 #include "tests/reconstruct/real_data.h"
+#include "tests/reconstruct/seven_scenes.h"
 
 namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Isometry3d;
-
-Isometry3d read_pose(const std::filesystem::path& path) {
-  std::ifstream in(path);
-  Isometry3d pose = Isometry3d::Identity();
-  for (int r = 0; r < 4; ++r)
-    for (int c = 0; c < 4; ++c) in >> pose.matrix()(r, c);
-  pose.linear() = Eigen::Quaterniond(pose.linear()).normalized().toRotationMatrix();
-  return pose;
-}
 
 /// Median distance in mm of a depth picture's points from a field's surface; points in unknown space are left out.
 double median_off_mm(const DepthGrid& grid, const DistanceField& field, const Isometry3d& T_tag_camera) {
@@ -49,11 +39,7 @@ TEST(PoseReal, AKitchenWithoutATag) {
   const auto folder = test::data_folder("redkitchen/data");
   if (!folder) GTEST_SKIP() << "LUMIGRAFT_EXTRA names no folder with data/redkitchen";
   capture::Session session;
-  session.color.model.width = 640;
-  session.color.model.height = 480;
-  session.color.model.fx = session.color.model.fy = 585;
-  session.color.model.cx = 320;
-  session.color.model.cy = 240;
+  session.color.model = test::seven_scenes_camera();
   FusionSettings settings;
   settings.voxel_m = 0.016;
   FusionStage fusion(session, settings), fusion_given(session, settings);
@@ -69,19 +55,12 @@ TEST(PoseReal, AKitchenWithoutATag) {
   Isometry3d before = Isometry3d::Identity();
   constexpr int kPictures = 40;
   for (int i = 0; i < kPictures; ++i) {
-    char name[40];
-    std::snprintf(name, sizeof(name), "frame-%06d", 10 * i);
-    const auto counts = capture::read_depth(*folder / (std::string(name) + ".depth.png"));
-    capture::DepthFrame depth;
-    depth.depth_m = capture::Image<float>(640, 480, 1);
-    for (std::size_t p = 0; p < counts.data.size(); ++p)
-      depth.depth_m.data[p] = counts.data[p] == 65535 ? 0.0f : 0.001f * counts.data[p];
-    capture::FrameSet frame;
-    frame.index = static_cast<std::uint64_t>(i);
-    frame.time_ns = i * 333'333'333ll;
+    const auto read = test::seven_scenes_frame(*folder, static_cast<unsigned>(10 * i));
+    ASSERT_TRUE(read) << i;
+    capture::FrameSet frame = read->frame;
     frame.color = gray;
-    frame.depth = std::make_shared<capture::DepthFrame>(std::move(depth));
-    const Isometry3d T_world_camera = read_pose(*folder / (std::string(name) + ".pose.txt"));
+    frame.time_ns = i * 333'333'333ll;
+    const Isometry3d& T_world_camera = read->T_world_camera;
     if (i == 0) T_world_first = T_world_camera;
     const Isometry3d truth = T_world_first.inverse() * T_world_camera;
     PoseEstimate pose;
