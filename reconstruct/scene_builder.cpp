@@ -108,8 +108,10 @@ struct SceneBuilder::State {
       : overrides(std::move(the_overrides)),
         registration(session),
         pose(session.tag, session.color.model, session.color.response),
-        never_located(session.tag.family + " " + std::to_string(session.tag.id) +
-                      ": not seen since the start; objects are shown once it is in the colour camera's view"),
+        never_located(session.tag.present()
+                          ? session.tag.family + " " + std::to_string(session.tag.id) +
+                                ": not seen since the start; objects are shown once it is in the colour camera's view"
+                          : "no tag and no level surface seen since the start; objects are shown once depth has one"),
         lamp_tags(session),
         tag_planes(session),
         light(session),

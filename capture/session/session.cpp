@@ -289,6 +289,15 @@ Tag read_tag(const ConfigTable& table, std::set<int>& taken) {
   return tag;
 }
 
+/// Without a tag the world is a surface that depth shows, and no pose in the frame of a tag can be meant.
+void require_surface_anchor(const ConfigTable& root, const Session& session) {
+  if (!session.depth)
+    root.fail("tag",
+              "missing, allowed without it: sessions with [depth], which shows the surface that becomes the world");
+  if (session.fisheye)
+    root.fail("tag", "missing, needed by fisheye.T_tag_fisheye; allowed without it: sessions without [fisheye]");
+}
+
 /// Three numbers; `allowed` describes the range in errors.
 Eigen::Vector3d read_vector(const ConfigTable& table, std::string_view key, double low, double high,
                             const std::string& allowed) {
@@ -359,7 +368,12 @@ Session read_session(const ConfigTable& root) {
   }
   if (calibration) finish_calibration(*calibration, session);
   std::set<int> tags;
-  session.tag = read_tag(root.table("tag"), tags);
+  if (root.has("tag")) {
+    session.tag = read_tag(root.table("tag"), tags);
+  } else {
+    require_surface_anchor(root, session);
+    session.tag.size_m = 0;
+  }
   for (const ConfigTable& table : root.tables("lamp")) {
     session.lamps.push_back(read_lamp(table, session.tag.family, tags));
   }

@@ -54,11 +54,14 @@ struct ExtraTag {
   std::optional<Eigen::Isometry3d> T_tag_extra;  ///< empty: estimated from frames that show both tags
 };
 
+/// The tag whose frame is the world.
 struct Tag {
   std::string family = "tag36h11";
   int id = 0;
-  double size_m = 0.16;  ///< edge of the black square
+  double size_m = 0.16;  ///< edge of the black square; 0: no tag, the world is a level surface of the room
   std::vector<ExtraTag> extra = {};
+
+  bool present() const { return size_m > 0; }
 };
 
 /// A lamp that carries a tag of the family of `Tag`. The lamp's position follows from the tag in the colour frame.

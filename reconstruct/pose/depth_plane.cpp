@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "capture/message_text.h"
+#include "reconstruct/math/depth_noise.h"
 #include "reconstruct/pose/parameters.h"
 
 namespace lumigraft::reconstruct {
@@ -23,7 +24,90 @@ bool inside(const TagCorners& corners, const Vector2d& p) {
   return left == 4 || right == 4;
 }
 
+/// Pixels with depth in a box, at most about `max_samples` of them.
+struct PlaneSample {
+  Vector3d ray;  ///< x/z, y/z, 1
+  double inverse_depth;
+};
+
+std::vector<PlaneSample> samples_in(const capture::Image<float>& depth_m, const capture::CameraModel& camera,
+                                    const Eigen::AlignedBox2d& box) {
+  const int left = std::max(0, static_cast<int>(box.min().x())), top = std::max(0, static_cast<int>(box.min().y()));
+  const int right = std::min(depth_m.width - 1, static_cast<int>(box.max().x())),
+            bottom = std::min(depth_m.height - 1, static_cast<int>(box.max().y()));
+  const double pixels = std::max(0, right - left + 1) * static_cast<double>(std::max(0, bottom - top + 1));
+  const int step = std::max(1, static_cast<int>(std::ceil(std::sqrt(pixels / kSurroundingPlane.max_samples))));
+  std::vector<PlaneSample> samples;
+  for (int v = top; v <= bottom; v += step)
+    for (int u = left; u <= right; u += step) {
+      const float z = depth_m.at(u, v);
+      const auto direction = z > 0 ? camera.unproject(Vector2d(u, v)) : std::nullopt;
+      if (direction && direction->z() > 0)
+        samples.push_back({*direction / direction->z(), 1.0 / static_cast<double>(z)});
+    }
+  return samples;
+}
+
 }  // namespace
+
+std::optional<SurroundingPlane> plane_around(const capture::Image<float>& depth_m, const capture::CameraModel& camera,
+                                             const TagCorners& corners) {
+  const auto inside_tag = plane_inside(depth_m, camera, corners);
+  if (!inside_tag) return std::nullopt;
+  Vector3d plane = inside_tag->inverse_depth;
+  const Eigen::AlignedBox2d tag = box_of(corners);
+  const Vector2d centre_px = tag.center();
+  SurroundingPlane result;
+  double angle_sigma_rad = inside_tag->angle_sigma_rad;
+  for (double growth = 1; growth <= kSurroundingPlane.max_growth; growth *= kSurroundingPlane.growth) {
+    const Eigen::AlignedBox2d box(centre_px - growth * tag.sizes() / 2, centre_px + growth * tag.sizes() / 2);
+    const std::vector<PlaneSample> samples = samples_in(depth_m, camera, box);
+    const auto middle = camera.unproject(centre_px);
+    if (!middle || !(middle->z() > 0)) break;
+    const Vector3d middle_ray = *middle / middle->z();
+    Eigen::Matrix3d moments = Eigen::Matrix3d::Zero();
+    Vector3d right = Vector3d::Zero(), sum = Vector3d::Zero();
+    double count = 0, squares = 0;
+    for (const PlaneSample& sample : samples) {
+      const double z = 1 / sample.inverse_depth, residual = plane.dot(sample.ray) - sample.inverse_depth;
+      // Noise of the pixel, and of the plane that is continued to it.
+      const double noise = static_cast<double>(axial_sigma_m(static_cast<float>(z))) / (z * z);
+      const double continued = angle_sigma_rad * plane.norm() * (sample.ray - middle_ray).norm();
+      if (std::abs(residual) > kSurroundingPlane.gate_sigmas * std::hypot(noise, continued)) continue;
+      moments += sample.ray * sample.ray.transpose();
+      right += sample.inverse_depth * sample.ray;
+      sum += sample.ray;
+      squares += residual * residual;
+      ++count;
+    }
+    if (count < static_cast<double>(kDepthPlane.min_points) ||
+        count < kSurroundingPlane.min_share * static_cast<double>(samples.size()))
+      break;
+    const Eigen::Matrix3d inverse = moments.inverse();
+    const Vector3d fitted = inverse * right;
+    if (!fitted.allFinite() || !(fitted.norm() > 0)) break;
+    const Vector3d mean = sum / count;
+    const double noise = kDepthPlane.noise_factor * std::sqrt(squares / count);
+    // Distortion bends depth over the extent of the plane: a uniform distribution is √12 σ wide.
+    const double distortion = kSurroundingPlane.distortion * fitted.dot(mean) / std::sqrt(12.0);
+    // Slopes by x/z and y/z about the mean, where the depth is known best.
+    const Eigen::Matrix2d spread = moments.topLeftCorner<2, 2>() / count - mean.head<2>() * mean.head<2>().transpose();
+    const Eigen::Matrix2d slopes = (noise * noise / count + distortion * distortion) * spread.inverse();
+    Eigen::Matrix<double, 3, 2> by_slope;
+    by_slope << 1, 0, 0, 1, -mean.x(), -mean.y();
+    const Vector3d normal = -fitted.normalized();
+    by_slope = (Eigen::Matrix3d::Identity() - normal * normal.transpose()) * by_slope / fitted.norm();
+    const Eigen::Matrix3d covariance = by_slope * slopes * by_slope.transpose();
+    if (!covariance.allFinite()) break;
+    plane = fitted;
+    result = {normal, covariance};
+    angle_sigma_rad = std::sqrt(covariance.trace());
+    if (box.min().x() <= 0 && box.min().y() <= 0 && box.max().x() >= depth_m.width && box.max().y() >= depth_m.height)
+      break;
+  }
+  if (result.normal.isZero()) return std::nullopt;
+  return result;
+}
 
 std::optional<DepthPlane> plane_inside(const capture::Image<float>& depth_m, const capture::CameraModel& camera,
                                        const TagCorners& corners) {

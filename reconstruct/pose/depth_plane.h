@@ -17,6 +17,16 @@ struct DepthPlane {
   Eigen::Vector3d inverse_depth = Eigen::Vector3d::Zero();  ///< 1/z = its dot product with (x/z, y/z, 1)
 };
 
+/// The surface around a tag, where depth continues the plane inside it: a larger plane has a better known normal.
+struct SurroundingPlane {
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();      ///< unit, camera frame, towards the camera
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of the normal: noise, and distortion of depth
+};
+
+/// Empty if depth inside the corners is no plane.
+std::optional<SurroundingPlane> plane_around(const capture::Image<float>& depth_m, const capture::CameraModel& camera,
+                                             const TagCorners& corners);
+
 /// Robust least-squares plane through the depth inside the corners. Empty if too few pixels have depth on one plane.
 std::optional<DepthPlane> plane_inside(const capture::Image<float>& depth_m, const capture::CameraModel& camera,
                                        const TagCorners& corners);

@@ -100,6 +100,25 @@ std::optional<PoseEstimate> DepthTracking::track(const capture::FrameSet& frame,
   return pose;
 }
 
+std::optional<PoseEstimate> DepthTracking::restart(const capture::FrameSet& frame, const PoseEstimate& found,
+                                                   const DistanceField* field) {
+  PoseEstimate pose = found;
+  if (field && frame.depth) {
+    const auto fit = align_to_field(sampler_.sample(frame.depth->depth_m), *field, found);
+    if (!fit) return std::nullopt;
+    pose = fit->pose;
+  }
+  if (position_sigma_m(pose.covariance) > kDepthTracking.max_sigma_m ||
+      angle_sigma_rad(pose.covariance) > kDepthTracking.max_sigma_rad)
+    return std::nullopt;
+  tracking_ = true;
+  handover_.setIdentity();
+  fading_.setIdentity();
+  start_covariance_.setZero();
+  store(frame, pose);
+  return pose;
+}
+
 Isometry3d DepthTracking::tag_seen(const capture::FrameSet& frame, const PoseEstimate& measured,
                                    const DistanceField* field) {
   const double elapsed = elapsed_s(frame);

@@ -26,6 +26,12 @@ class DepthTracking {
   /// Tracks the camera in a frame without a tag. Empty without depth or a pose to start from, and where the surfaces do
   /// not determine the pose.
   std::optional<PoseEstimate> track(const capture::FrameSet& frame, const DistanceField& field);
+  /// Starts anew from a pose that was found without an earlier one. Returns it, aligned to the surface if a field is
+  /// given: then empty if they disagree.
+  std::optional<PoseEstimate> restart(const capture::FrameSet& frame, const PoseEstimate& found,
+                                      const DistanceField* field);
+  /// The frame's depth in the form that ICP uses. The frame must have depth.
+  DepthGrid points_of(const capture::FrameSet& frame) const { return sampler_.sample(frame.depth->depth_m); }
   /// Covariance of the tag's last pose, from which tracking started.
   const PoseCovariance& covariance_at_start() const { return start_covariance_; }
   /// Covariance of a pose `elapsed_s` after its measurement, by the motion of a hand-held camera.

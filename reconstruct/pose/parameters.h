@@ -103,6 +103,26 @@ struct DepthPlaneParameters {
 };
 inline constexpr DepthPlaneParameters kDepthPlane;
 
+/// The surface around a tag (depth_plane).
+struct SurroundingPlaneParameters {
+  double growth = 1.6, max_growth = 17;  ///< of the region in each step: the whole image for a tag of a 16th of it
+  double max_samples = 1500;
+  double gate_sigmas = 3;
+  double min_share = 0.5;     ///< of the samples on the plane; else the surface ends before
+  double distortion = 0.005;  ///< bend of depth over a plane, of the depth: half of what cameras state for 2 m (1 %)
+};
+inline constexpr SurroundingPlaneParameters kSurroundingPlane;
+
+/// Bias of a print's tilt (tag_tilt). Nodes of its prior, in pixels at the corners: that of a flat print seen by a
+/// calibrated lens (TagPoseParameters::bias_sigma_px) has half the probability; the other half is spread evenly over
+/// the logarithm up to two pixels: bent paper, lenses that are not calibrated for the image's border.
+struct TagTiltParameters {
+  int nodes = 7;
+  double flat_probability = 0.5;
+  int max_frames = 30;  ///< in the mean of differences
+};
+inline constexpr TagTiltParameters kTagTilt;
+
 /// Points of a depth image for ICP (depth_points).
 struct DepthPointParameters {
   int columns = 80;              ///< points per row
@@ -158,6 +178,49 @@ struct DepthTrackingParameters {
   double max_step = 0.3;  ///< metres and radians
 };
 inline constexpr DepthTrackingParameters kDepthTracking;
+
+/// Views by which the camera is located without a tag (view_features, keyframe_map).
+struct KeyframeParameters {
+  int features = 800;   ///< of ORB in an image
+  float octave = 1.2f;  ///< ratio of its scales, and their number: as published
+  int octaves = 8;
+  int corner_threshold = 10;                ///< of FAST, in codes: rooms have weak texture, and RANSAC drops noise
+  float point_sigma_px = 1;                 ///< 1σ of a point at the finest scale
+  int small_width = 40, small_height = 30;  ///< of the small image (Klein & Murray 2008)
+  double small_blur_px = 1.25;
+  int max_bits = 64;       ///< of 256 that differ between descriptors of one point
+  float max_ratio = 0.8f;  ///< of the differences to the most and the second most similar point (Lowe 2004)
+  int candidates = 5;      ///< views that are compared
+  int min_inliers = 20;    ///< points that agree on a pose: chance gives hardly more than the 4 of a sample
+  double min_inlier_fraction = 0.25;
+  int ransac_rounds = 300;
+  double ransac_confidence = 0.999, ransac_error_px = 4;
+  double expected_reach_px = 60, near_reach_px = 12;  ///< around a point's place by an expected and by a found pose
+  double gate_sigmas = 4;
+  int rounds = 8;          ///< of least squares
+  double block_rad = 0.1;  ///< edge of regions of the image over which errors may be common
+  double new_view_fraction = 0.15, new_view_rad = 0.2;  ///< distance, of the median depth, and turn of a new view
+  /// 1σ of errors that are common to a whole image, as an angle: colour and depth cameras a frame apart in time while
+  /// the camera turns by 20° a second, or a focal length that is 3 % off.
+  double common_rad = 0.01;
+  double max_sigma_m = 0.01;               ///< of a pose by depth, beyond which views are asked, too
+  std::int64_t interval_ns = 250'000'000;  ///< between searches of all views
+  std::size_t max_views = 300;             ///< about 50 kB each
+  std::size_t depth_stride = 97;           ///< pixels for the median depth
+  float rim_fraction = 0.03f;              ///< difference of depth around a point at a rim
+};
+inline constexpr KeyframeParameters kKeyframes;
+
+/// World frame without a tag (surface_anchor).
+struct SurfaceAnchorParameters {
+  std::size_t trials = 150;         ///< planes through points of the image, spread evenly: one of a tenth is hit
+  float min_normal_cosine = 0.94f;  ///< 20°: noise of normals at 3 m
+  float gate_sigmas = 4;            ///< of the noise of depth
+  float min_upwards = 0.3f;         ///< of the normal: the camera looks down by at most 72°
+  float min_slant = 0.1f;           ///< cosine: flatter views of a surface count as this one
+  float min_share = 0.1f;           ///< of the area that is seen
+};
+inline constexpr SurfaceAnchorParameters kSurfaceAnchor;
 
 /// Temporal filter (filter). Swept by pose-filter: no lag from 1 mm a frame on.
 struct PoseFilterParameters {

@@ -8,12 +8,15 @@
 #include "reconstruct/pose/depth_plane.h"
 #include "reconstruct/pose/depth_tracking.h"
 #include "reconstruct/pose/filter.h"
+#include "reconstruct/pose/keyframe_map.h"
 #include "reconstruct/pose/multi_tag_pose.h"
 #include "reconstruct/pose/parameters.h"
+#include "reconstruct/pose/surface_anchor.h"
 #include "reconstruct/pose/tag.h"
 #include "reconstruct/pose/tag_map.h"
 #include "reconstruct/pose/tag_pose_estimator.h"
 #include "reconstruct/pose/tag_search.h"
+#include "reconstruct/pose/tag_tilt.h"
 
 namespace lumigraft::reconstruct {
 namespace {
@@ -26,6 +29,7 @@ struct KnownTag {
   int id;
   TagPoseEstimator estimator;
   TagSizeCheck size_check;
+  TagTilt tilt;
   std::optional<PrintAppearance> appearance{};  ///< when it was last seen
   std::size_t copies = 1;                       ///< sightings of its id in the last search of the whole image
 };
@@ -34,12 +38,18 @@ struct KnownTag {
 
 struct PoseStage::State {
   State(const capture::Tag& tag, const capture::CameraModel& camera_in, const capture::Response& response)
-      : camera(camera_in), search(tag, camera_in), tag_map(tag), tracking(camera_in) {
-    tags.push_back({tag.id, TagPoseEstimator(search.pattern(0), tag.size_m, camera, response), {tag.id, tag.size_m}});
+      : camera(camera_in), search(tag, camera_in), tag_map(tag), tracking(camera_in), keyframes(camera_in) {
+    if (!tag.present()) return;
+    const double focal_px = (camera.fx + camera.fy) / 2;
+    tags.push_back({tag.id,
+                    TagPoseEstimator(search.pattern(0), tag.size_m, camera, response),
+                    {tag.id, tag.size_m},
+                    TagTilt(tag.size_m, focal_px)});
     for (const capture::ExtraTag& extra : tag.extra) {
       tags.push_back({extra.id,
                       TagPoseEstimator(search.pattern(tags.size()), extra.size_m, camera, response),
-                      {extra.id, extra.size_m}});
+                      {extra.id, extra.size_m},
+                      TagTilt(extra.size_m, focal_px)});
     }
   }
 
@@ -57,18 +67,24 @@ struct PoseStage::State {
   bool track_unsharp(const capture::FrameSet& frame, const DistanceField& field, const MultiTagPose& tag);
   bool tag_was_moved(const capture::FrameSet& frame, const DistanceField& field, const TagReading& reading,
                      const MultiTagPose& tag);
-  void use_tracked(const capture::FrameSet& frame, const PoseEstimate& tracked);
+  bool anchor(const capture::FrameSet& frame);
+  bool relocate(const capture::FrameSet& frame, const DistanceField* field,
+                const std::optional<PoseEstimate>& tracked = std::nullopt);
+  void use_tracked(const capture::FrameSet& frame, const PoseEstimate& tracked, const PoseCovariance* noise = nullptr);
+  void keep_view(const capture::FrameSet& frame);
   void add_tag_warnings(std::vector<std::string>& warnings) const;
 
   capture::CameraModel camera;
   TagSearch search;
-  std::vector<KnownTag> tags;  ///< the first defines the world frame
+  std::vector<KnownTag> tags;  ///< the first defines the world frame; none: a surface does
   TagMap tag_map;
   PoseFilter filter;
   DepthTracking tracking;
+  KeyframeMap keyframes;
   std::optional<Pose> last;
   std::int64_t seen_ns = 0;                 ///< when a tag was last seen
   std::optional<std::int64_t> searched_ns;  ///< last search of the whole image
+  std::optional<std::int64_t> compared_ns;  ///< last comparison with all kept views
   int measured = 0;                         ///< frames with a tag
   double sharp_sigma_m = 0;                 ///< running mean of the position's 1σ while the print was sharp
   std::int64_t sharp_ns = 0;                ///< the last time it was
@@ -137,7 +153,8 @@ std::vector<TagReading> PoseStage::State::read_tags(const capture::FrameSet& fra
   std::vector<TagReading> readings;
   for (std::size_t t = 0; t < tags.size(); ++t) {
     PoseHints hints;
-    if (tracked) hints.T_camera_tag_before = expected(t);
+    if (const auto T_camera_tag = tracked ? expected(t) : std::nullopt)
+      hints.T_camera_tag_before = tags[t].tilt.as_printed(*T_camera_tag);
     if (tracked) hints.elapsed_s = 1e-9 * static_cast<double>(frame.time_ns - last->time_ns);
     if (frame.depth) hints.depth_m = &frame.depth->depth_m;
     std::optional<Vector2d> expected_px;
@@ -145,6 +162,8 @@ std::vector<TagReading> PoseStage::State::read_tags(const capture::FrameSet& fra
     const TagSighting* nearest = nearest_sighting(sightings, tags[t].id, expected_px);
     if (!nearest) continue;
     TagReading reading{t, tags[t].estimator.estimate(nearest->corners, *frame.color, hints), nearest->corners};
+    const auto surface = frame.depth ? plane_around(frame.depth->depth_m, camera, nearest->corners) : std::nullopt;
+    for (PoseCandidate& candidate : reading.candidates) tags[t].tilt.correct(candidate, surface);
     if (!reading.candidates.empty()) readings.push_back(std::move(reading));
   }
   if (!readings.empty() || !tracked) return readings;
@@ -152,8 +171,11 @@ std::vector<TagReading> PoseStage::State::read_tags(const capture::FrameSet& fra
   for (std::size_t t = 0; t < tags.size(); ++t) {
     const auto T_camera_tag = expected(t);
     if (!T_camera_tag || !tags[t].appearance) continue;
-    if (auto candidate = tags[t].estimator.follow(*frame.color, *T_camera_tag, *tags[t].appearance))
+    if (auto candidate =
+            tags[t].estimator.follow(*frame.color, tags[t].tilt.as_printed(*T_camera_tag), *tags[t].appearance)) {
+      tags[t].tilt.correct(*candidate, std::nullopt);
       readings.push_back({t, {std::move(*candidate)}});
+    }
   }
   return readings;
 }
@@ -198,7 +220,7 @@ void PoseStage::State::add_tag_warnings(std::vector<std::string>& warnings) cons
 /// Pose from the tags in the frame. False if none is visible.
 bool PoseStage::State::measure(const capture::FrameSet& frame, const DistanceField* field,
                                std::vector<std::string>& warnings) {
-  if (!frame.color) return false;
+  if (!frame.color || tags.empty()) return false;
   const std::vector<TagReading> readings = read_tags(frame);
   const auto chosen = pose_of_tags(readings, tag_map);
   update_tag_map(readings, chosen);
@@ -210,6 +232,7 @@ bool PoseStage::State::measure(const capture::FrameSet& frame, const DistanceFie
   ++measured;
   for (std::size_t r = 0; r < readings.size(); ++r) {
     const PoseCandidate& candidate = readings[r].candidates[chosen->choice[r]];
+    tags[readings[r].tag].tilt.add(candidate);
     if (candidate.alignment) tags[readings[r].tag].appearance = candidate.alignment->appearance;
     if (candidate.alignment && candidate.alignment->clipped_fraction > kPose.max_clipped)
       warnings.push_back("tag " + std::to_string(tags[readings[r].tag].id) +
@@ -243,6 +266,7 @@ bool PoseStage::State::measure(const capture::FrameSet& frame, const DistanceFie
   pose.reprojection_error_px = chosen->error_px;
   pose.time_ns = frame.time_ns;
   last = pose;
+  keep_view(frame);
   return true;
 }
 
@@ -265,7 +289,8 @@ bool PoseStage::State::tag_was_moved(const capture::FrameSet& frame, const Dista
                                      const TagReading& reading, const MultiTagPose& tag) {
   using Step = Eigen::Matrix<double, 6, 1>;
   const int before = std::exchange(moved_alone, 0);
-  const Step noise = (tag.noise + tag.bias).diagonal().cwiseSqrt();
+  // The print's bias is the same before and after, and in the pose from which depth tracks.
+  const Step noise = tag.noise.diagonal().cwiseSqrt();
   if (!contradicts(step_between(last->T_tag_camera, tag.T_tag_camera), noise)) return false;
   DepthTracking by_depth = tracking;  // unchanged if the tag is right
   const auto tracked = by_depth.track(frame, field);
@@ -280,8 +305,7 @@ bool PoseStage::State::tag_was_moved(const capture::FrameSet& frame, const Dista
     return false;
   if (contradicts(step_between(last->T_tag_camera, tracked->T_tag_camera), Step::Zero()) ||
       !contradicts(difference, Step::Zero()) ||
-      squared_mahalanobis(difference, tag.noise + tag.bias + tracked->covariance) <
-          kTagMap.moved_sigmas * kTagMap.moved_sigmas)
+      squared_mahalanobis(difference, tag.noise + tracked->covariance) < kTagMap.moved_sigmas * kTagMap.moved_sigmas)
     return false;
   tracking = std::move(by_depth);
   moved_alone = before + 1;
@@ -295,13 +319,22 @@ bool PoseStage::State::tag_was_moved(const capture::FrameSet& frame, const Dista
 bool PoseStage::State::track(const capture::FrameSet& frame, const DistanceField& field) {
   if (!recent(frame)) return false;
   const auto tracked = tracking.track(frame, field);
+  const bool uncertain = tracked && position_sigma_m(tracked->covariance) > kKeyframes.max_sigma_m;
+  if (uncertain && relocate(frame, &field, tracked)) return true;
   if (tracked) use_tracked(frame, *tracked);
   return tracked.has_value();
 }
 
-void PoseStage::State::use_tracked(const capture::FrameSet& frame, const PoseEstimate& tracked) {
-  const double position_m = kPose.surface_jitter * position_sigma_m(tracked.covariance);
-  const double angle_rad = kPose.surface_jitter * angle_sigma_rad(tracked.covariance);
+/// `noise`: what differs from frame to frame; null: a fraction of the covariance.
+void PoseStage::State::use_tracked(const capture::FrameSet& frame, const PoseEstimate& tracked,
+                                   const PoseCovariance* noise) {
+  if (tags.empty()) seen_ns = frame.time_ns;  // the surface itself is the world
+  double position_m = kPose.surface_jitter * position_sigma_m(tracked.covariance);
+  double angle_rad = kPose.surface_jitter * angle_sigma_rad(tracked.covariance);
+  if (noise) {
+    position_m = std::min(position_m, position_sigma_m(*noise));
+    angle_rad = std::min(angle_rad, angle_sigma_rad(*noise));
+  }
   Pose pose;
   pose.from = Pose::From::surface;
   pose.T_tag_camera_raw = tracked.T_tag_camera;
@@ -310,6 +343,43 @@ void PoseStage::State::use_tracked(const capture::FrameSet& frame, const PoseEst
   pose.time_ns = frame.time_ns;
   pose.age_ns = frame.time_ns - seen_ns;
   last = pose;
+  keep_view(frame);
+}
+
+/// The first pose of a room without a tag. False if there is one, or depth shows no surface.
+bool PoseStage::State::anchor(const capture::FrameSet& frame) {
+  if (!tags.empty() || last || !keyframes.empty() || !frame.depth) return false;
+  const auto pose = anchored_on_surface(tracking.points_of(frame));
+  if (!pose || !tracking.restart(frame, *pose, nullptr)) return false;
+  use_tracked(frame, *pose);
+  return true;
+}
+
+/// Pose from kept views of the room, aligned to the surface where it is known. `tracked`: by depth, which leaves it
+/// uncertain. False if no view agrees.
+bool PoseStage::State::relocate(const capture::FrameSet& frame, const DistanceField* field,
+                                const std::optional<PoseEstimate>& tracked) {
+  if (!frame.color || !search.fits(*frame.color) || keyframes.empty()) return false;
+  std::optional<PoseEstimate> expected = tracked;
+  if (!tracked && recent(frame)) {
+    expected = {last->T_tag_camera_raw,
+                DepthTracking::predicted(last->covariance, 1e-9 * static_cast<double>(frame.time_ns - last->time_ns))};
+  } else if (!tracked) {
+    if (compared_ns && frame.time_ns >= *compared_ns && frame.time_ns - *compared_ns < kKeyframes.interval_ns)
+      return false;
+    compared_ns = frame.time_ns;
+  }
+  const auto found = keyframes.locate(*frame.color, expected);
+  const auto pose = found ? tracking.restart(frame, found->pose, field) : std::nullopt;
+  if (!pose) return false;
+  if (!expected) filter.reset();
+  use_tracked(frame, *pose, &found->noise);
+  return true;
+}
+
+void PoseStage::State::keep_view(const capture::FrameSet& frame) {
+  if (position_sigma_m(last->covariance) < kDepthTracking.max_sigma_m)
+    keyframes.add(frame, {last->T_tag_camera_raw, last->covariance});
 }
 
 PoseStage::PoseStage(const capture::Tag& tag, const capture::CameraModel& color, const capture::Response& response)
@@ -319,33 +389,42 @@ PoseStage::~PoseStage() = default;
 
 PoseStage::Result PoseStage::locate(const capture::FrameSet& frame, const DistanceField* field) {
   Result result;
-  const bool measured = state_->measure(frame, field, result.warnings);
-  state_->add_tag_warnings(result.warnings);
-  const auto& last = state_->last;
+  State& s = *state_;
+  const bool has_tag = !s.tags.empty();
+  const auto warn = [&](const std::string& text) {
+    result.warnings.push_back(has_tag ? "tag: not in the picture" + text : "camera" + text);
+  };
+  const bool measured = s.measure(frame, field, result.warnings);
+  s.add_tag_warnings(result.warnings);
   if (measured) {
-    result.pose = last;
+    result.pose = s.last;
     return result;
   }
-  if (!last || frame.time_ns < last->time_ns) {
-    result.warnings.push_back("tag: not in the picture");
+  if (field && s.track(frame, *field)) {
+    result.pose = s.last;
+    if (has_tag) warn(", the pose is tracked by depth");
     return result;
   }
-  const std::int64_t unseen_ns = frame.time_ns - state_->seen_ns;
-  if (field && state_->track(frame, *field)) {
-    result.pose = last;
-    result.warnings.push_back("tag: not in the picture, the pose is tracked by depth");
+  if (s.relocate(frame, field) || s.anchor(frame)) {
+    result.pose = s.last;
+    if (has_tag) warn(", the pose is found by earlier views of the room");
     return result;
   }
-  const std::int64_t age_ns = frame.time_ns - last->time_ns;
+  if (!s.last || frame.time_ns < s.last->time_ns) {
+    warn(has_tag ? "" : ": not located, neither depth nor earlier views show the room");
+    return result;
+  }
+  const std::int64_t age_ns = frame.time_ns - s.last->time_ns;
   if (age_ns > kAgeLimitNs) {
-    result.warnings.push_back("tag: not in the picture, its pose is too old to use");
+    warn(has_tag ? ", its pose is too old to use" : ": lost, neither depth nor earlier views show where it is");
     return result;
   }
-  result.warnings.push_back("tag: not in the picture, the pose is an old one");
-  result.pose = last;
+  warn(has_tag ? ", the pose is an old one"
+               : ": neither depth nor earlier views show where it is, its pose is an old one");
+  result.pose = s.last;
   result.pose->from = Pose::From::past;
-  result.pose->covariance = DepthTracking::predicted(last->covariance, 1e-9 * static_cast<double>(age_ns));
-  result.pose->age_ns = unseen_ns;
+  result.pose->covariance = DepthTracking::predicted(s.last->covariance, 1e-9 * static_cast<double>(age_ns));
+  result.pose->age_ns = frame.time_ns - s.seen_ns;
   return result;
 }
 

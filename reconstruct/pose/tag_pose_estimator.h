@@ -13,6 +13,12 @@
 
 namespace lumigraft::reconstruct {
 
+/// Normal of the surface around a tag by depth, in the frame of the print: x and y of the unit vector.
+struct TiltDifference {
+  Eigen::Vector2d normal_xy = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  ///< of depth
+};
+
 /// One of the poses that explain a sighting.
 struct PoseCandidate {
   Eigen::Isometry3d T_camera_tag = Eigen::Isometry3d::Identity();
@@ -21,6 +27,8 @@ struct PoseCandidate {
   PoseCovariance noise = PoseCovariance::Zero();     ///< of the camera in the tag frame, independent in each frame
   PoseCovariance bias = PoseCovariance::Zero();      ///< the part that is the same in all frames
   std::optional<Alignment> alignment;
+  std::optional<TiltDifference> tilt_by_depth;                    ///< before its correction (TagTilt),
+  Eigen::Isometry3d T_tag_print = Eigen::Isometry3d::Identity();  ///< and that correction
   double cost = 0;  ///< sum of evidence terms against it: squared deviations in σ, each at most evidence_cap
 };
 

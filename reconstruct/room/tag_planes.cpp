@@ -60,7 +60,7 @@ TagPlanes::TagPlanes(const capture::Session& session)
     for (int x = 0; x < columns_; ++x)
       blocks_.push_back({Vector3f::Zero(), ray_at(model, (x + 0.5) * block_px_ - 0.5, (y + 0.5) * block_px_ - 0.5)});
   const capture::Tag& tag = session.tag;
-  planes_.push_back({Eigen::Isometry3d::Identity(), static_cast<float>(tag.size_m)});
+  if (tag.present()) planes_.push_back({Eigen::Isometry3d::Identity(), static_cast<float>(tag.size_m)});
   for (const capture::ExtraTag& extra : tag.extra)
     if (extra.T_tag_extra) planes_.push_back({*extra.T_tag_extra, static_cast<float>(extra.size_m)});
 }

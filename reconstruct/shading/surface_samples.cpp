@@ -30,7 +30,8 @@ std::vector<SurfacePoint> surface_points(const DistanceField& field, const Field
 
 bool on_paper(const Eigen::Vector3f& p, double print_edge_m, float margin_m) {
   const float reach_m = static_cast<float>(0.5 * print_edge_m) + margin_m;
-  return std::abs(p.x()) < reach_m && std::abs(p.y()) < reach_m && std::abs(p.z()) < kPaper.thickness_m + margin_m;
+  return print_edge_m > 0 && std::abs(p.x()) < reach_m && std::abs(p.y()) < reach_m &&
+         std::abs(p.z()) < kPaper.thickness_m + margin_m;
 }
 
 }  // namespace

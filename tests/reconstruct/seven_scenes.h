@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "capture/camera/camera_model.h"
 #include "capture/formats/picture_file.h"
 #include "capture/formats/pixel_format.h"
 #include "capture/frame.h"

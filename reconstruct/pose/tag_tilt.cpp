@@ -1,0 +1,101 @@
+#include "reconstruct/pose/tag_tilt.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "reconstruct/pose/parameters.h"
+#include "reconstruct/pose/planar_pose.h"
+
+namespace lumigraft::reconstruct {
+namespace {
+
+using Eigen::Matrix2d;
+using Eigen::Vector2d;
+using Step = Eigen::Matrix<double, 6, 1>;
+
+/// Difference after one more frame.
+TiltDifference blended(const TiltDifference& mean, int count, const TiltDifference& next) {
+  const double part = 1.0 / (count + 1);
+  TiltDifference result;
+  result.normal_xy = mean.normal_xy + part * (next.normal_xy - mean.normal_xy);
+  // Distortion is the same in all frames, so the mean is not known better than one of them.
+  result.covariance = mean.covariance + part * (next.covariance - mean.covariance);
+  return result;
+}
+
+}  // namespace
+
+void TagTilt::correct(PoseCandidate& candidate, const std::optional<SurroundingPlane>& plane) const {
+  std::optional<TiltDifference> difference;
+  if (count_ > 0) difference = mean_;
+  if (plane) {
+    const Eigen::Matrix3d to_tag = candidate.T_camera_tag.linear().transpose();
+    const Eigen::Vector3d normal = to_tag * plane->normal;
+    if (!(normal.z() > 0)) return;  // the other of the two poses, or no surface of this tag
+    candidate.tilt_by_depth =
+        TiltDifference{normal.head<2>(), (to_tag * plane->covariance * to_tag.transpose()).topLeftCorner<2, 2>()};
+    difference = blended(mean_, std::min(count_, kTagTilt.max_frames - 1), *candidate.tilt_by_depth);
+  }
+
+  // A step (δp, δθ) of the camera's pose moves the print's normal, as the camera sees it, by (-δθy, δθx) in the tag
+  // frame.
+  Eigen::Matrix<double, 2, 6> by_step = Eigen::Matrix<double, 2, 6>::Zero();
+  by_step(0, 4) = -1;
+  by_step(1, 3) = 1;
+  const PoseCovariance of_a_pixel = square_covariance(candidate.T_camera_tag, size_m_, 1 / focal_px_);
+  std::vector<double> log_weights;
+  std::vector<Step> steps;
+  std::vector<PoseCovariance> covariances;
+  for (int node = 0; node <= kTagTilt.nodes; ++node) {
+    const double bias_px = kTagPose.bias_sigma_px * std::pow(2.0, node);
+    const PoseCovariance prior = node == 0 ? candidate.bias : PoseCovariance(bias_px * bias_px * of_a_pixel);
+    const double share = node == 0 ? kTagTilt.flat_probability : (1 - kTagTilt.flat_probability) / kTagTilt.nodes;
+    // What the corners' residuals say: eight coordinates less six unknowns.
+    const double corner_variance = kTagPose.corner_sigma_px * kTagPose.corner_sigma_px + bias_px * bias_px;
+    const double squared_residuals = 4 * candidate.error_px * candidate.error_px;
+    double log_weight = std::log(share);
+    if (candidate.error_px > 0) log_weight -= std::log(corner_variance) + squared_residuals / (2 * corner_variance);
+    Step step = Step::Zero();
+    PoseCovariance covariance = prior;
+    if (difference) {
+      const Matrix2d innovation = by_step * prior * by_step.transpose() + difference->covariance;
+      const Matrix2d inverse = innovation.inverse();
+      const Eigen::Matrix<double, 6, 2> gain = prior * by_step.transpose() * inverse;
+      log_weight -=
+          0.5 * (std::log(innovation.determinant()) + difference->normal_xy.dot(inverse * difference->normal_xy));
+      step = gain * difference->normal_xy;
+      covariance -= gain * by_step * prior;
+    }
+    if (!std::isfinite(log_weight)) return;
+    log_weights.push_back(log_weight);
+    steps.push_back(step);
+    covariances.push_back(covariance);
+  }
+  const double largest = *std::max_element(log_weights.begin(), log_weights.end());
+  double weights = 0;
+  Step mean = Step::Zero();
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    const double weight = std::exp(log_weights[i] - largest);
+    weights += weight;
+    mean += weight * steps[i];
+  }
+  mean /= weights;
+  candidate.bias.setZero();
+  for (std::size_t i = 0; i < steps.size(); ++i)
+    candidate.bias += std::exp(log_weights[i] - largest) / weights *
+                      (covariances[i] + (steps[i] - mean) * (steps[i] - mean).transpose());
+  const Eigen::Isometry3d T_camera_print = candidate.T_camera_tag;
+  candidate.T_camera_tag = apply_step(T_camera_print.inverse(), mean).inverse();
+  candidate.T_tag_print = candidate.T_camera_tag.inverse() * T_camera_print;
+}
+
+void TagTilt::add(const PoseCandidate& candidate) {
+  T_tag_print_ = candidate.T_tag_print;
+  if (!candidate.tilt_by_depth) return;  // no depth
+  mean_ = blended(mean_, count_, *candidate.tilt_by_depth);
+  count_ = std::min(count_ + 1, kTagTilt.max_frames - 1);
+}
+
+}  // namespace lumigraft::reconstruct

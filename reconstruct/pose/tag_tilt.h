@@ -1,0 +1,38 @@
+#pragma once
+// Corrects the tilt of a tag by the surface on which it lies.
+//
+// Four corners a hand wide determine a tag's tilt badly: half a pixel of error, by bent paper or by a lens that is not
+// calibrated where it is seen, is some degrees, and the camera is then displaced by centimetres. Depth measures the
+// surface around the tag, whose normal is known to a fraction of a degree, whatever the depth's scale.
+#include <Eigen/Core>
+#include <optional>
+
+#include "reconstruct/pose/depth_plane.h"
+#include "reconstruct/pose/tag_pose_estimator.h"
+
+namespace lumigraft::reconstruct {
+
+/// Of one tag. The size of its print's bias is unknown; a prior over it (TagTiltParameters) is updated by the corners'
+/// residuals and by the difference of both normals, so that a print that agrees with depth within depth's errors is not
+/// moved by them, and one that does not agree is turned to the surface. Without depth only its covariance changes.
+class TagTilt {
+ public:
+  /// `focal_px`: of the colour camera.
+  TagTilt(double size_m, double focal_px) : size_m_(size_m), focal_px_(focal_px) {}
+
+  /// Corrects a candidate by the differences so far, and that of this frame if a plane is given. The candidate's bias
+  /// becomes what remains.
+  void correct(PoseCandidate& candidate, const std::optional<SurroundingPlane>& plane) const;
+  /// Takes the difference of a candidate that was chosen.
+  void add(const PoseCandidate& candidate);
+  /// Where the print appears if the tag is at `T_camera_tag`: without the last correction.
+  Eigen::Isometry3d as_printed(const Eigen::Isometry3d& T_camera_tag) const { return T_camera_tag * T_tag_print_; }
+
+ private:
+  double size_m_, focal_px_;
+  int count_ = 0;
+  TiltDifference mean_;
+  Eigen::Isometry3d T_tag_print_ = Eigen::Isometry3d::Identity();
+};
+
+}  // namespace lumigraft::reconstruct

@@ -1,0 +1,178 @@
+// The camera is found again by views that were kept, and a room without a tag has a world of its own.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "reconstruct/fusion/fusion.h"
+#include "reconstruct/pose/keyframe_map.h"
+#include "reconstruct/pose/pose.h"
+#include "reconstruct/pose/surface_anchor.h"
+#include "tests/reconstruct/pose/textured_room.h"
+
+namespace lumigraft::reconstruct {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+using test::kDegree;
+
+Isometry3d on_arc(double angle_rad) {
+  return test::looking_at_tag(1.3, 50 * kDegree, -1.6 + angle_rad, {0.0, 0.15, 0.1});
+}
+
+TestRoom large_room() {
+  TestRoom room = test::furnished_room();
+  room.half_m = 3;
+  return room;
+}
+
+capture::FrameSet at(capture::FrameSet frame, std::uint64_t index) {
+  frame.index = index;
+  frame.time_ns = static_cast<std::int64_t>(index) * test::kFrameNs;
+  return frame;
+}
+
+TEST(Relocation, ViewsLocateTheCameraWithinTheirCovariance) {
+  const capture::CameraModel camera = test::small_camera();
+  const TestRoom room = large_room();
+  KeyframeMap map(camera);
+  for (const double angle : {0.0, 0.3, 0.6})
+    map.add(test::textured_view(room, camera, on_arc(angle), 1), {on_arc(angle), 1e-8 * PoseCovariance::Identity()});
+  ASSERT_EQ(map.views().size(), 3u);
+  map.add(test::textured_view(room, camera, on_arc(0.02), 1), {on_arc(0.02), 1e-8 * PoseCovariance::Identity()});
+  EXPECT_EQ(map.views().size(), 3u) << "the same view again";
+  double worst_mm = 0, worst_sigmas = 0;
+  for (const double angle : {-0.1, 0.1, 0.2, 0.45, 0.7}) {
+    const Isometry3d truth = on_arc(angle);
+    const auto found = map.locate(*test::textured_view(room, camera, truth, 7).color);
+    ASSERT_TRUE(found) << angle;
+    const double off_mm = test::millimetres_apart(found->pose.T_tag_camera, truth);
+    worst_mm = std::max(worst_mm, off_mm);
+    worst_sigmas = std::max(worst_sigmas, 1e-3 * off_mm / position_sigma_m(found->pose.covariance));
+  }
+  std::printf("relocation: views between others: at most %.1f mm off, %.2f sigma\n", worst_mm, worst_sigmas);
+  EXPECT_LT(worst_mm, 12);
+  EXPECT_LT(worst_sigmas, 1.5);
+}
+
+TEST(Relocation, AnotherRoomIsNotFound) {
+  const capture::CameraModel camera = test::small_camera();
+  KeyframeMap map(camera);
+  map.add(test::textured_view(large_room(), camera, on_arc(0), 1), {on_arc(0), 1e-8 * PoseCovariance::Identity()});
+  TestRoom other = large_room();
+  other.boxes = {{{-0.5f, -0.5f, -0.1f}, {0.6f, 0.6f, 0.15f}}};
+  Isometry3d elsewhere = on_arc(0.3);
+  elsewhere.translation() += Vector3d(1.9, 1.7, 0);
+  EXPECT_FALSE(map.locate(*test::textured_view(other, camera, elsewhere, 2).color));
+  capture::Frame plain;
+  plain.encoded = capture::Image<std::uint8_t>(320, 240, 3, 90);
+  EXPECT_FALSE(map.locate(plain));
+}
+
+TEST(Relocation, TheWorldOfARoomWithoutATagIsItsFloor) {
+  const capture::CameraModel camera = test::small_camera();
+  TestRoom room = large_room();
+  room.boxes.push_back({{-3, 1.2f, -0.1f}, {3, 1.4f, 3}});  // a wall that is larger in the image than the floor
+  for (const double tilt : {35.0, 55.0, 75.0}) {
+    const Isometry3d T_room_camera = test::looking_at_tag(1.3, tilt * kDegree, -1.5, {0, 0.4, 0.2});
+    const DepthSampler sampler(camera);
+    const auto anchor =
+        anchored_on_surface(sampler.sample(test::depth_of_room(room, camera, T_room_camera, 5, 1).depth_m));
+    ASSERT_TRUE(anchor) << tilt;
+    const Isometry3d T_room_world = T_room_camera * anchor->T_tag_camera.inverse();
+    const double off_rad = std::acos(std::min(1.0, T_room_world.linear().col(2).z()));
+    EXPECT_LT(off_rad, 0.3 * kDegree) << tilt;
+    EXPECT_LT(off_rad, 3 * angle_sigma_rad(anchor->covariance)) << tilt;
+    EXPECT_LT(std::abs(T_room_world.translation().z()), 0.005) << tilt;
+    EXPECT_GT(T_room_world.linear().col(0).dot(T_room_camera.linear().col(0)), 0.9) << "x is the camera's right";
+  }
+}
+
+TEST(Relocation, WithoutATagTheCameraIsTrackedLostAndFoundAgain) {
+  const capture::CameraModel camera = test::small_camera();
+  const TestRoom room = large_room();
+  capture::Session session;
+  session.color.model = camera;
+  session.tag.size_m = 0;
+  PoseStage stage(session.tag, camera);
+  FusionStage fusion(session, {});
+  std::shared_ptr<const DistanceField> field;
+  Isometry3d T_room_world = Isometry3d::Identity();
+  double tracked_mm = 0;
+  std::uint64_t index = 0;
+  const auto angle_of = [](std::uint64_t i) { return 0.02 * static_cast<double>(i); };  // 35° a second
+  for (; index < 24; ++index) {
+    const Isometry3d truth = on_arc(angle_of(index));
+    const capture::FrameSet frame = test::textured_view(room, camera, truth, index);
+    const auto result = stage.locate(frame, field.get());
+    ASSERT_TRUE(result.pose) << index;
+    EXPECT_TRUE(result.warnings.empty()) << result.warnings.front();
+    EXPECT_EQ(result.pose->age_ns, 0);
+    if (index == 0) T_room_world = truth * result.pose->T_tag_camera.inverse();
+    tracked_mm = std::max(tracked_mm, test::millimetres_apart(T_room_world * result.pose->T_tag_camera, truth));
+    field = fusion.fuse(frame, *result.pose);
+  }
+  // Covered for a second, then back at an earlier place.
+  int unknown = 0;
+  for (; index < 54; ++index) {
+    capture::FrameSet covered = test::textured_view(room, camera, on_arc(0.3), 1);
+    auto dark = std::make_shared<capture::Frame>();
+    dark->encoded = capture::Image<std::uint8_t>(320, 240, 3, 4);
+    covered.color = dark;
+    covered.depth = nullptr;
+    const auto result = stage.locate(at(covered, index), field.get());
+    EXPECT_FALSE(result.warnings.empty()) << index;
+    unknown += !result.pose;
+  }
+  EXPECT_GT(unknown, 10);
+  const Isometry3d back = on_arc(0.07);
+  PoseStage::Result result;
+  // All views are compared four times a second.
+  for (int i = 0; i < 9 && !result.pose; ++i, ++index)
+    result = stage.locate(at(test::textured_view(room, camera, back, 3), index), field.get());
+  ASSERT_TRUE(result.pose);
+  const double found_mm = test::millimetres_apart(T_room_world * result.pose->T_tag_camera, back);
+  std::printf("relocation: without a tag: tracked within %.1f mm, found again within %.1f mm\n", tracked_mm, found_mm);
+  EXPECT_LT(tracked_mm, 8);
+  EXPECT_LT(found_mm, 8);
+}
+
+// Depth of a bare floor leaves three directions of the pose open; its texture determines them.
+TEST(Relocation, TextureOfABareFloorDeterminesThePose) {
+  const capture::CameraModel camera = test::small_camera();
+  TestRoom room = large_room();
+  room.boxes.clear();
+  const DistanceField floor = room.field();
+  PoseStage stage(test::some_tag(), camera);
+  const TagFinder finder(test::some_tag());
+  const Isometry3d above = test::looking_at_tag(0.9, 20 * kDegree, -1.2);
+  // The tag is seen once, on the textured floor; then it is taken away.
+  capture::FrameSet first = test::textured_view(room, camera, above, 0);
+  auto with_tag = std::make_shared<capture::Frame>(*first.color);
+  const capture::Frame tag = test::view_of_tag(camera, finder.pattern(), 0.16, above);
+  for (int v = 0; v < camera.height; ++v)
+    for (int u = 0; u < camera.width; ++u) {
+      const Vector3d d = above.linear() * *camera.unproject({static_cast<double>(u), static_cast<double>(v)});
+      const Vector3d p = above.translation() - above.translation().z() / d.z() * d;
+      if (p.cwiseAbs().maxCoeff() < 0.11)
+        for (int c = 0; c < 3; ++c) with_tag->encoded.at(u, v, c) = tag.encoded.at(u, v, c);
+    }
+  first.color = with_tag;
+  ASSERT_TRUE(stage.locate(first, &floor).pose);
+  double worst_mm = 0;
+  for (std::uint64_t i = 1; i < 40; ++i) {
+    const Isometry3d truth =
+        Eigen::Translation3d(0.003 * static_cast<double>(i), 0.002 * static_cast<double>(i), 0) * above;
+    const auto result = stage.locate(test::textured_view(room, camera, truth, i), &floor);
+    ASSERT_TRUE(result.pose) << i;
+    EXPECT_EQ(result.pose->from, Pose::From::surface) << i;
+    worst_mm = std::max(worst_mm, test::millimetres_apart(result.pose->T_tag_camera, truth));
+  }
+  std::printf("relocation: over a bare floor with texture: at most %.1f mm off in %d frames\n", worst_mm, 39);
+  EXPECT_LT(worst_mm, 12);
+}
+
+}  // namespace
+}  // namespace lumigraft::reconstruct
