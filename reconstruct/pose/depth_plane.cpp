@@ -59,6 +59,7 @@ std::optional<SurroundingPlane> plane_around(const capture::Image<float>& depth_
   const Vector2d centre_px = tag.center();
   SurroundingPlane result;
   double angle_sigma_rad = inside_tag->angle_sigma_rad;
+  std::optional<double> pixel_noise;  ///< 1σ of inverse depth about the plane so far
   for (double growth = 1; growth <= kSurroundingPlane.max_growth; growth *= kSurroundingPlane.growth) {
     const Eigen::AlignedBox2d box(centre_px - growth * tag.sizes() / 2, centre_px + growth * tag.sizes() / 2);
     const std::vector<PlaneSample> samples = samples_in(depth_m, camera, box);
@@ -71,7 +72,7 @@ std::optional<SurroundingPlane> plane_around(const capture::Image<float>& depth_
     for (const PlaneSample& sample : samples) {
       const double z = 1 / sample.inverse_depth, residual = plane.dot(sample.ray) - sample.inverse_depth;
       // Noise of the pixel, and of the plane that is continued to it.
-      const double noise = static_cast<double>(axial_sigma_m(static_cast<float>(z))) / (z * z);
+      const double noise = pixel_noise.value_or(static_cast<double>(axial_sigma_m(static_cast<float>(z))) / (z * z));
       const double continued = angle_sigma_rad * plane.norm() * (sample.ray - middle_ray).norm();
       if (std::abs(residual) > kSurroundingPlane.gate_sigmas * std::hypot(noise, continued)) continue;
       moments += sample.ray * sample.ray.transpose();
@@ -98,8 +99,11 @@ std::optional<SurroundingPlane> plane_around(const capture::Image<float>& depth_
     const Vector3d normal = -fitted.normalized();
     by_slope = (Eigen::Matrix3d::Identity() - normal * normal.transpose()) * by_slope / fitted.norm();
     const Eigen::Matrix3d covariance = by_slope * slopes * by_slope.transpose();
-    if (!covariance.allFinite()) break;
+    // A residual larger than noise and bend: things lie on the surface that are too flat for the gate.
+    const double rms = std::sqrt(squares / count);
+    if (!covariance.allFinite() || (pixel_noise && rms > std::hypot(*pixel_noise, distortion))) break;
     plane = fitted;
+    pixel_noise = rms;
     result = {normal, covariance};
     angle_sigma_rad = std::sqrt(covariance.trace());
     if (box.min().x() <= 0 && box.min().y() <= 0 && box.max().x() >= depth_m.width && box.max().y() >= depth_m.height)
