@@ -15,28 +15,18 @@ using Eigen::Matrix2d;
 using Eigen::Vector2d;
 using Step = Eigen::Matrix<double, 6, 1>;
 
-/// Difference after one more frame.
-TiltDifference blended(const TiltDifference& mean, int count, const TiltDifference& next) {
-  const double part = 1.0 / (count + 1);
-  TiltDifference result;
-  result.normal_xy = mean.normal_xy + part * (next.normal_xy - mean.normal_xy);
-  // Distortion is the same in all frames, so the mean is not known better than one of them.
-  result.covariance = mean.covariance + part * (next.covariance - mean.covariance);
-  return result;
-}
-
 }  // namespace
 
 void TagTilt::correct(PoseCandidate& candidate, const std::optional<SurroundingPlane>& plane) const {
   std::optional<TiltDifference> difference;
-  if (count_ > 0) difference = mean_;
+  if (count_ > 0 && !plane) difference = mean_;
   if (plane) {
     const Eigen::Matrix3d to_tag = candidate.T_camera_tag.linear().transpose();
     const Eigen::Vector3d normal = to_tag * plane->normal;
     if (!(normal.z() > 0)) return;  // the other of the two poses, or no surface of this tag
     candidate.tilt_by_depth =
         TiltDifference{normal.head<2>(), (to_tag * plane->covariance * to_tag.transpose()).topLeftCorner<2, 2>()};
-    difference = blended(mean_, std::min(count_, kTagTilt.max_frames - 1), *candidate.tilt_by_depth);
+    difference = candidate.tilt_by_depth;
   }
 
   // A step (δp, δθ) of the camera's pose moves the print's normal, as the camera sees it, by (-δθy, δθx) in the tag
@@ -94,8 +84,10 @@ void TagTilt::correct(PoseCandidate& candidate, const std::optional<SurroundingP
 void TagTilt::add(const PoseCandidate& candidate) {
   T_tag_print_ = candidate.T_tag_print;
   if (!candidate.tilt_by_depth) return;  // no depth
-  mean_ = blended(mean_, count_, *candidate.tilt_by_depth);
-  count_ = std::min(count_ + 1, kTagTilt.max_frames - 1);
+  count_ = std::min(count_ + 1, kTagTilt.max_frames);
+  mean_.normal_xy += (candidate.tilt_by_depth->normal_xy - mean_.normal_xy) / count_;
+  // Distortion is the same in all frames, so the mean is not known better than one of them.
+  mean_.covariance += (candidate.tilt_by_depth->covariance - mean_.covariance) / count_;
 }
 
 }  // namespace lumigraft::reconstruct

@@ -13,15 +13,16 @@
 namespace lumigraft::reconstruct {
 
 /// Of one tag. The size of its print's bias is unknown; a prior over it (TagTiltParameters) is updated by the corners'
-/// residuals and by the difference of both normals, so that a print that agrees with depth within depth's errors is not
-/// moved by them, and one that does not agree is turned to the surface. Without depth only its covariance changes.
+/// residuals and by the difference of both normals, so that a print that agrees with depth within depth's
+/// errors is not moved by them, and one that does not agree is turned to the surface. Without depth only its covariance
+/// changes.
 class TagTilt {
  public:
   /// `focal_px`: of the colour camera.
   TagTilt(double size_m, double focal_px) : size_m_(size_m), focal_px_(focal_px) {}
 
-  /// Corrects a candidate by the differences so far, and that of this frame if a plane is given. The candidate's bias
-  /// becomes what remains.
+  /// Corrects a candidate by this frame's plane, or without one by the mean of earlier differences. The candidate's
+  /// bias becomes what remains.
   void correct(PoseCandidate& candidate, const std::optional<SurroundingPlane>& plane) const;
   /// Takes the difference of a candidate that was chosen.
   void add(const PoseCandidate& candidate);
