@@ -5,8 +5,12 @@
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
 
 #include "capture/formats/picture_file.h"
+#include "capture/source.h"
 #include "reconstruct/fusion/fusion.h"
 #include "reconstruct/pose/depth_tracking.h"
 #include "reconstruct/pose/pose.h"
@@ -137,6 +141,38 @@ TEST(PoseReal, ATagOnATurntable) {
       "corners by %.2f px\n",
       T_camera_front->translation().norm(), max_degrees, max_mm, max_px);
   EXPECT_LT(max_degrees, 4);
+}
+
+// Two printed tags on a floor, photographed by a calibrated fish-eye. The floor's plane follows from both tags.
+TEST(PoseReal, ATagOnTheFloorOfACorridorIsAsLevelAsTheFloor) {
+  const char* extra = std::getenv("LUMIGRAFT_EXTRA");
+  const auto folder = std::filesystem::path(extra ? extra : "") / "sessions-real/corridor";
+  if (!extra || !std::filesystem::exists(folder / "expected.json"))
+    GTEST_SKIP() << "LUMIGRAFT_EXTRA names no folder with sessions-real/corridor";
+  const capture::Session session = capture::read_session(capture::ConfigTable::load(folder / "session.toml"));
+  const auto expected = nlohmann::json::parse(std::ifstream(folder / "expected.json"))["T_tag_color"];
+  Isometry3d truth = Isometry3d::Identity();
+  for (int r = 0; r < 4; ++r)
+    for (int c = 0; c < 4; ++c)
+      truth.matrix()(r, c) = expected[static_cast<std::size_t>(r)][static_cast<std::size_t>(c)];
+  auto frame = capture::open_frames(session)->next(std::chrono::seconds(1));
+  ASSERT_TRUE(frame);
+  const auto tilt = [&](const Isometry3d& T_tag_camera) {
+    const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
+    return std::acos((T_tag_camera.linear().transpose() * up).dot(truth.linear().transpose() * up)) / test::kDegree;
+  };
+  const auto with = PoseStage(session.tag, session.color.model, session.color.response).locate(*frame).pose;
+  frame->depth = nullptr;
+  const auto without = PoseStage(session.tag, session.color.model, session.color.response).locate(*frame).pose;
+  ASSERT_TRUE(with && without);
+  const double off_m = (with->T_tag_camera.translation() - truth.translation()).norm();
+  std::printf(
+      "pose: tag on the floor of a corridor: tilted by %.2f deg by its print, %.2f deg with depth; %.1f mm off\n",
+      tilt(without->T_tag_camera), tilt(with->T_tag_camera), 1e3 * off_m);
+  EXPECT_LT(tilt(with->T_tag_camera), 1);
+  EXPECT_LT(off_m, 0.03);
+  EXPECT_LT(off_m, 3 * position_sigma_m(with->covariance));
+  EXPECT_LT(tilt(without->T_tag_camera) * test::kDegree, 3 * angle_sigma_rad(without->covariance));
 }
 
 }  // namespace
