@@ -161,8 +161,8 @@ std::optional<LocatedView> refined(const std::vector<Sighting>& sightings, Isome
 }  // namespace
 
 bool KeyframeMap::shows_nothing_new(const Isometry3d& T_tag_camera, float distance_m) const {
-  return std::any_of(views_.begin(), views_.end(), [&](const Keyframe& view) {
-    const Step step = step_between(view.pose.T_tag_camera, T_tag_camera);
+  return std::any_of(views_.begin(), views_.end(), [&](const auto& view) {
+    const Step step = step_between(view->pose.T_tag_camera, T_tag_camera);
     return step.head<3>().norm() < kKeyframes.new_view_fraction * static_cast<double>(distance_m) &&
            step.tail<3>().norm() < kKeyframes.new_view_rad;
   });
@@ -183,7 +183,6 @@ void KeyframeMap::add(const capture::FrameSet& frame, const PoseEstimate& pose) 
   Keyframe view;
   view.features.small = seen.small;
   view.pose = pose;
-  view.used = located_;
   std::vector<std::size_t> kept;
   for (std::size_t i = 0; i < seen.size(); ++i) {
     const auto ray = ray_of(camera_, seen.pixels[i]);
@@ -208,11 +207,20 @@ void KeyframeMap::add(const capture::FrameSet& frame, const PoseEstimate& pose) 
   view.features.descriptors = capture::Image<std::uint8_t>(kBytes, static_cast<int>(kept.size()), 1);
   for (std::size_t i = 0; i < kept.size(); ++i)
     std::copy_n(&seen.descriptors.data[kept[i] * kBytes], kBytes, &view.features.descriptors.data[i * kBytes]);
-  if (views_.size() < kKeyframes.max_views)
-    views_.push_back(std::move(view));
-  else
-    *std::min_element(views_.begin(), views_.end(),
-                      [](const Keyframe& a, const Keyframe& b) { return a.used < b.used; }) = std::move(view);
+  auto kept_view = std::make_shared<const Keyframe>(std::move(view));
+  if (views_.size() < kKeyframes.max_views) {
+    views_.push_back(std::move(kept_view));
+    used_.push_back(located_);
+    return;
+  }
+  const auto oldest = std::min_element(used_.begin(), used_.end());
+  views_[static_cast<std::size_t>(oldest - used_.begin())] = std::move(kept_view);
+  *oldest = located_;
+}
+
+void KeyframeMap::restore(Views views) {
+  views_ = std::move(views);
+  used_.assign(views_.size(), located_);
 }
 
 /// Views to compare, the most promising first.
@@ -221,10 +229,10 @@ std::vector<std::size_t> KeyframeMap::candidates(const ViewFeatures& seen,
   std::vector<std::pair<double, std::size_t>> order;
   for (std::size_t i = 0; i < views_.size(); ++i) {
     if (!expected) {
-      order.emplace_back(-static_cast<double>(similarity(views_[i].features, seen)), i);
+      order.emplace_back(-static_cast<double>(similarity(views_[i]->features, seen)), i);
       continue;
     }
-    const Step step = step_between(views_[i].pose.T_tag_camera, expected->T_tag_camera);
+    const Step step = step_between(views_[i]->pose.T_tag_camera, expected->T_tag_camera);
     order.emplace_back(step.head<3>().norm() + step.tail<3>().norm(), i);  // a metre is as far as a radian
   }
   std::sort(order.begin(), order.end());
@@ -245,7 +253,7 @@ std::optional<LocatedView> KeyframeMap::locate(const capture::Frame& color,
   } else {
     for (const std::size_t i : candidates(seen, std::nullopt)) {
       std::vector<Sighting> sightings;
-      add_sightings(views_[i], seen, matched_points(views_[i].features, seen), camera_, sightings);
+      add_sightings(*views_[i], seen, matched_points(views_[i]->features, seen), camera_, sightings);
       T_tag_camera = consistent_pose(sightings, error);
       if (T_tag_camera) break;
     }
@@ -256,16 +264,16 @@ std::optional<LocatedView> KeyframeMap::locate(const capture::Frame& color,
   const double reach_px = expected ? kKeyframes.expected_reach_px : kKeyframes.near_reach_px;
   const std::vector<std::size_t> near = candidates(seen, PoseEstimate{*T_tag_camera});
   for (const std::size_t i : near)
-    add_sightings(views_[i], seen,
-                  matched_points(views_[i].features, seen, projected(views_[i], *T_tag_camera, camera_),
+    add_sightings(*views_[i], seen,
+                  matched_points(views_[i]->features, seen, projected(*views_[i], *T_tag_camera, camera_),
                                  static_cast<float>(reach_px)),
                   camera_, sightings);
   if (expected) T_tag_camera = consistent_pose(sightings, error);
   auto result = T_tag_camera ? refined(sightings, *T_tag_camera) : std::nullopt;
   if (!result) return std::nullopt;
   ++located_;
-  for (const std::size_t i : near) views_[i].used = located_;
-  result->pose.covariance += views_[near.front()].pose.covariance;
+  for (const std::size_t i : near) used_[i] = located_;
+  result->pose.covariance += views_[near.front()]->pose.covariance;
   return result;
 }
 

@@ -2,6 +2,7 @@
 // Where the camera is, from views of the room that were kept: without a tag, and without an earlier pose.
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -18,7 +19,6 @@ struct Keyframe {
   ViewFeatures features;                  ///< those with depth
   std::vector<Eigen::Vector3f> points_m;  ///< of each feature, camera frame
   PoseEstimate pose;
-  std::uint64_t used = 0;  ///< counter of the map when it last located the camera
 };
 
 /// A pose by kept views.
@@ -42,15 +42,18 @@ class KeyframeMap {
                                     const std::optional<PoseEstimate>& expected = std::nullopt);
   bool empty() const { return views_.empty(); }
 
-  const std::vector<Keyframe>& views() const { return views_; }
-  void set_views(std::vector<Keyframe> views) { views_ = std::move(views); }
+  using Views = std::vector<std::shared_ptr<const Keyframe>>;
+  const Views& views() const { return views_; }
+  /// Goes on from views that were kept before.
+  void restore(Views views);
 
  private:
   bool shows_nothing_new(const Eigen::Isometry3d& T_tag_camera, float distance_m) const;
   std::vector<std::size_t> candidates(const ViewFeatures& seen, const std::optional<PoseEstimate>& expected) const;
 
   capture::CameraModel camera_;
-  std::vector<Keyframe> views_;
+  Views views_;
+  std::vector<std::uint64_t> used_;  ///< of each view: value of located_ when it last located the camera
   std::uint64_t located_ = 0;
 };
 

@@ -151,7 +151,7 @@ Input read_folder_views(const CalibrateCommand& command, const std::atomic<bool>
 std::optional<capture::Tag> room_tag_of(const capture::Session& session, const reconstruct::Board& board) {
   const bool on_board = session.tag.family == board.family && session.tag.id >= board.first_id &&
                         session.tag.id < board.first_id + board.tags();
-  return on_board ? std::nullopt : std::optional(session.tag);
+  return on_board || !session.tag.present() ? std::nullopt : std::optional(session.tag);
 }
 
 /// Calibrates a camera; `views` gets its views by moment, refined with the lens.

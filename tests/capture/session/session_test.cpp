@@ -163,6 +163,21 @@ TEST_F(SessionFile, ReadsEveryKey) {
   EXPECT_EQ(s.real_surfaces[0].base_color, Eigen::Vector3f(0.6f, 0.5f, 0.4f));
 }
 
+TEST_F(SessionFile, ASurfaceIsTheWorldWithoutATag) {
+  std::string text = kCompleteSession;
+  const auto cut = [&](const std::string& from, const std::string& to) {
+    text.erase(text.find(from), text.find(to) - text.find(from));
+    std::ofstream(folder_ / "session.toml") << text;
+  };
+  EXPECT_TRUE(read().tag.present());
+  cut("[tag]", "[[real_surface]]");
+  EXPECT_NE(error({}).find("tag: missing, needed by fisheye.T_tag_fisheye"), std::string::npos) << error({});
+  cut("[fisheye]", "[[real_surface]]");
+  EXPECT_FALSE(read().tag.present());
+  cut("[depth]", "[[real_surface]]");
+  EXPECT_NE(error({}).find("tag: missing, allowed without it: sessions with [depth]"), std::string::npos) << error({});
+}
+
 constexpr const char* kExtraTags = R"([[tag.extra]]
 id = 7
 size_m = 0.08

@@ -4,8 +4,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
 
+#include "capture/error.h"
 #include "reconstruct/fusion/fusion.h"
+#include "reconstruct/pose/keyframe_file.h"
 #include "reconstruct/pose/keyframe_map.h"
 #include "reconstruct/pose/pose.h"
 #include "reconstruct/pose/surface_anchor.h"
@@ -55,6 +61,63 @@ TEST(Relocation, ViewsLocateTheCameraWithinTheirCovariance) {
   std::printf("relocation: views between others: at most %.1f mm off, %.2f sigma\n", worst_mm, worst_sigmas);
   EXPECT_LT(worst_mm, 12);
   EXPECT_LT(worst_sigmas, 1.5);
+}
+
+// Views survive a restart as a file; one that cannot be used is refused with its reason.
+TEST(Relocation, ViewsAreReadFromAFile) {
+  const capture::CameraModel camera = test::small_camera();
+  const TestRoom room = large_room();
+  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "views";
+  std::filesystem::remove_all(folder);
+  std::filesystem::create_directories(folder);
+  const std::filesystem::path file = folder / "kiosk.views.yml.gz";
+  KeyframeMap map(camera);
+  for (const double angle : {0.0, 0.4})
+    map.add(test::textured_view(room, camera, on_arc(angle), 1), {on_arc(angle), 1e-8 * PoseCovariance::Identity()});
+  write_views(file, map.views(), test::some_tag(), camera);
+  EXPECT_LT(std::filesystem::file_size(file), 2 * 60'000u);
+
+  KeyframeMap restored(camera);
+  restored.restore(read_views(file, test::some_tag(), camera));
+  const capture::FrameSet seen = test::textured_view(room, camera, on_arc(0.2), 3);
+  const auto before = map.locate(*seen.color), after = restored.locate(*seen.color);
+  ASSERT_TRUE(before && after);
+  EXPECT_TRUE(after->pose.T_tag_camera.isApprox(before->pose.T_tag_camera, 1e-6));
+
+  const auto reason = [&](const std::filesystem::path& path, const capture::Tag& tag,
+                          const capture::CameraModel& model) -> std::string {
+    try {
+      read_views(path, tag, model);
+    } catch (const capture::InputError& e) {
+      return e.what();
+    }
+    return {};
+  };
+  capture::Tag other = test::some_tag();
+  other.id = 5;
+  EXPECT_NE(reason(file, other, camera).find("kiosk.views.yml.gz: world: found \"tag36h11 2"), std::string::npos)
+      << reason(file, other, camera);
+  capture::CameraModel zoomed = camera;
+  zoomed.fx = 400;
+  EXPECT_NE(reason(file, test::some_tag(), zoomed).find("world: found"), std::string::npos);
+  EXPECT_NE(reason(folder / "absent.yml", test::some_tag(), camera), "");
+
+  const std::filesystem::path plain = folder / "views.yml";
+  write_views(plain, map.views(), test::some_tag(), camera);
+  std::ifstream in(plain, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  const auto damaged = [&](const std::string& content) {
+    std::ofstream(plain, std::ios::binary) << content;
+    return reason(plain, test::some_tag(), camera);
+  };
+  EXPECT_EQ(damaged(text), "");
+  for (const double part : {0.01, 0.3, 0.6, 0.9, 0.999})
+    EXPECT_NE(damaged(text.substr(0, static_cast<std::size_t>(part * static_cast<double>(text.size())))), "") << part;
+  std::string version = text;
+  version.replace(version.find("format: 1"), 9, "format: 7");
+  EXPECT_NE(damaged(version).find("format: found 7, allowed: 1"), std::string::npos) << damaged(version);
+  EXPECT_NE(damaged("not a file of views"), "");
+  EXPECT_NE(damaged(""), "");
 }
 
 TEST(Relocation, AnotherRoomIsNotFound) {
