@@ -59,6 +59,8 @@ struct Tag {
   int id = 0;
   double size_m = 0.16;  ///< edge of the black square
   std::vector<ExtraTag> extra = {};
+  std::filesystem::path map = {};  ///< file of the extra tags' learnt poses; empty: not stated
+  bool moves_exhibit = false;      ///< the exhibit follows the first tag if it is moved in the room; else it stays
 };
 
 /// A lamp that carries a tag of the family of `Tag`. The lamp's position follows from the tag in the colour frame.
