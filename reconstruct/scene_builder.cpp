@@ -100,6 +100,7 @@ struct SceneBuilder::State {
   std::atomic<std::int64_t> fused_span_ns = 0;  ///< time over which depth was fused
   AlbedoSchedule schedule;
   std::atomic<bool> learning = true;
+  Shared<std::optional<TagMap::State>> newest_tag_map;  ///< until it is taken
   Shared<LampTags> newest_lamp_tags;
   Shared<SeenByColor> seen_by_color;  ///< until the light stage takes it
   SceneStore store;
@@ -149,6 +150,7 @@ PoseStage::Result SceneBuilder::locate_camera(const capture::FrameSet& frame) {
   State& s = *state_;
   if (s.overrides.pose) return {s.overrides.pose(frame), {}};
   PoseStage::Result result = s.pose.locate(frame, s.store.observed_field().get());
+  if (auto learnt = s.pose.take_tag_map()) s.newest_tag_map.put(std::move(learnt));
   if (!s.located) {
     s.located = result.pose.has_value();
     s.store.publish_warnings("tag", s.located ? std::vector<std::string>{} : std::vector{s.never_located});
@@ -156,6 +158,8 @@ PoseStage::Result SceneBuilder::locate_camera(const capture::FrameSet& frame) {
   return result;
 }
 
+void SceneBuilder::restore_tag_map(TagMap::State learnt) { state_->pose.restore_tag_map(std::move(learnt)); }
+std::optional<TagMap::State> SceneBuilder::take_tag_map() { return state_->newest_tag_map.take(); }
 void SceneBuilder::restart_tracking() { state_->pose.reset(); }
 
 LampTagStage::Result SceneBuilder::locate_lamp_tags(const capture::FrameSet& frame, const std::optional<Pose>& pose) {

@@ -12,6 +12,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -59,6 +60,10 @@ class SceneBuilder {
   PoseStage::Result locate_camera(const capture::FrameSet& frame);
   /// Call when time goes back: the next pose is not predicted from the previous one. The reconstructed room is kept.
   void restart_tracking();
+  /// Call before the first frame: where the tags are, as learnt before.
+  void restore_tag_map(TagMap::State learnt);
+  /// Where the tags are, if more was learnt since the last call. Any thread.
+  std::optional<TagMap::State> take_tag_map();
   /// Poses of lamps that carry tags, for the light that is extracted next.
   LampTagStage::Result locate_lamp_tags(const capture::FrameSet& frame, const std::optional<Pose>& pose);
   /// `fisheye`: one frame, or the exposures of one bracket; empty if none is new: then lamps are only moved to their

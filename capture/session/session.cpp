@@ -278,6 +278,8 @@ Tag read_tag(const ConfigTable& table, std::set<int>& taken) {
   tag.id = table.integer("id", 0, largest);
   take_tag(table, "id", tag.id, taken);
   tag.size_m = table.number("size_m", kLimits.min_tag_size_m, kLimits.max_tag_size_m);
+  tag.moves_exhibit = table.choice("moves", {"nothing", "exhibit"}, "nothing") == "exhibit";
+  if (table.has("map")) tag.map = table.folder() / table.text("map");
   for (const ConfigTable& extra_table : table.tables(table.renamed("extra", "also"))) {
     ExtraTag& extra = tag.extra.emplace_back();
     extra.id = extra_table.integer("id", 0, largest);

@@ -60,6 +60,8 @@ struct Tag {
   int id = 0;
   double size_m = 0.16;  ///< edge of the black square; 0: no tag, the world is a level surface of the room
   std::vector<ExtraTag> extra = {};
+  std::filesystem::path map = {};  ///< file of the extra tags' learnt poses; empty: not stated
+  bool moves_exhibit = false;      ///< the exhibit follows the first tag if it is moved in the room; else it stays
 
   bool present() const { return size_m > 0; }
 };

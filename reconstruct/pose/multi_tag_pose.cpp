@@ -59,12 +59,14 @@ void average(const std::vector<EvidenceTerm>& evidence_terms, MultiTagPose& resu
 
 }  // namespace
 
-std::optional<MultiTagPose> pose_of_tags(const std::vector<TagReading>& readings, const TagMap& tag_map) {
+std::optional<MultiTagPose> pose_of_tags(const std::vector<TagReading>& readings, const TagMap& tag_map,
+                                         const std::vector<bool>& left_out) {
+  const auto is_left_out = [&](std::size_t tag) { return tag < left_out.size() && left_out[tag]; };
   std::vector<std::vector<EvidenceTerm>> evidence_terms(readings.size());
   bool first_seen = false;
   for (std::size_t r = 0; r < readings.size(); ++r) {
     if (!tag_map.T_world_tag(readings[r].tag)) continue;
-    first_seen |= readings[r].tag == 0;
+    first_seen |= readings[r].tag == 0 && !is_left_out(0);
     for (const PoseCandidate& candidate : readings[r].candidates)
       evidence_terms[r].push_back(evidence_of(candidate, tag_map, readings[r].tag));
   }
@@ -73,7 +75,7 @@ std::optional<MultiTagPose> pose_of_tags(const std::vector<TagReading>& readings
   double best = std::numeric_limits<double>::max();
   std::size_t base = 0;
   for (std::size_t r = 0; r < readings.size(); ++r) {
-    if (first_seen && readings[r].tag != 0) continue;
+    if ((first_seen && readings[r].tag != 0) || is_left_out(readings[r].tag)) continue;
     for (std::size_t c = 0; c < evidence_terms[r].size(); ++c) {
       double cost = evidence_terms[r][c].candidate->cost;
       std::vector<std::size_t> choice(readings.size(), 0);
@@ -124,7 +126,7 @@ std::optional<MultiTagPose> pose_of_tags(const std::vector<TagReading>& readings
   for (std::size_t r = 0; r < readings.size(); ++r) {
     if (evidence_terms[r].empty()) continue;
     const EvidenceTerm& evidence = evidence_terms[r][result.choice[r]];
-    if (r != base && distance(chosen, evidence) > kTagPose.tag_disagreement) {
+    if (r != base && (is_left_out(readings[r].tag) || distance(chosen, evidence) > kTagPose.tag_disagreement)) {
       result.contradicting.push_back(readings[r].tag);
       continue;
     }

@@ -30,7 +30,9 @@ struct MultiTagPose {
 };
 
 /// Chooses one candidate per tag so that all agree best, and averages them weighted by information. If another tag
-/// contradicts the first, the first is right. Empty if no tag has a known pose in the world.
-std::optional<MultiTagPose> pose_of_tags(const std::vector<TagReading>& readings, const TagMap& tag_map);
+/// contradicts the first, the first is right. `left_out`, by tag: those that are known to be elsewhere; empty: none.
+/// Empty if no other tag has a known pose in the world.
+std::optional<MultiTagPose> pose_of_tags(const std::vector<TagReading>& readings, const TagMap& tag_map,
+                                         const std::vector<bool>& left_out = {});
 
 }  // namespace lumigraft::reconstruct

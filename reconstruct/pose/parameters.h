@@ -15,6 +15,7 @@ struct TagSearchParameters {
   double min_margin_px = 16;    ///< around the last position; at least half the tag, the motion between two frames
   std::int64_t interval_ns = 1'000'000'000;      ///< between searches of the whole image while tags are tracked
   std::int64_t short_interval_ns = 250'000'000;  ///< the same while a tag is hidden or not located yet
+  std::int64_t mirrored_ns = 2'000'000'000;      ///< between searches for mirrored tags while a tag is not seen at all
 };
 inline constexpr TagSearchParameters kTagSearch;
 
@@ -77,12 +78,23 @@ struct TagMapParameters {
   int moved_alone = 3;  ///< frames in a row in which depth shows that the only tag was moved: no flip of its pose
   /// Of variance expected by the camera's motion over that with depth, along the tag's jump: depth measured it.
   double measured_by_depth = 16;
+  /// Between comparisons with an earlier frame while the camera or the tag moves: each costs two alignments to the
+  /// field.
+  std::int64_t rest_check_interval_ns = 250'000'000;
   double configured_sigma_m = 0.003, configured_sigma_rad = 0.01;  ///< 1σ of what a person measures
   double min_sigma_m = 0.0003, min_sigma_rad = 0.0005;             ///< 1σ that more sightings do not improve
   double moved_m = 0.01, moved_rad = 0.035;  ///< a larger difference, besides noise, is a contradiction
   double moved_sigmas = 4;                   ///< that noise
 };
 inline constexpr TagMapParameters kTagMap;
+
+/// File of the tag map (tag_map_file).
+struct TagMapFileParameters {
+  double same_number = 1e-9;  ///< relative difference of numbers that were written with 17 digits
+  int max_id = 586;           ///< of the largest family, tag36h11
+  int max_tables = 200'000;   ///< pairs of that many tags
+};
+inline constexpr TagMapFileParameters kTagMapFile;
 
 /// Comparison of a tag's size with depth (depth_plane).
 struct TagSizeParameters {

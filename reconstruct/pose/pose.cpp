@@ -9,11 +9,12 @@
 #include "reconstruct/pose/depth_tracking.h"
 #include "reconstruct/pose/filter.h"
 #include "reconstruct/pose/keyframe_map.h"
+#include "reconstruct/pose/moved_tags.h"
 #include "reconstruct/pose/multi_tag_pose.h"
 #include "reconstruct/pose/parameters.h"
+#include "reconstruct/pose/rest_check.h"
 #include "reconstruct/pose/surface_anchor.h"
 #include "reconstruct/pose/tag.h"
-#include "reconstruct/pose/tag_map.h"
 #include "reconstruct/pose/tag_pose_estimator.h"
 #include "reconstruct/pose/tag_search.h"
 #include "reconstruct/pose/tag_tilt.h"
@@ -38,7 +39,14 @@ struct KnownTag {
 
 struct PoseStage::State {
   State(const capture::Tag& tag, const capture::CameraModel& camera_in, const capture::Response& response)
-      : camera(camera_in), search(tag, camera_in), tag_map(tag), tracking(camera_in), keyframes(camera_in) {
+      : camera(camera_in),
+        search(tag, camera_in),
+        tag_map(tag),
+        moves_exhibit(tag.moves_exhibit),
+        moved(tag.extra.size() + 1),
+        tracking(camera_in),
+        rest_check(camera_in),
+        keyframes(camera_in) {
     if (!tag.present()) return;
     const double focal_px = (camera.fx + camera.fy) / 2;
     tags.push_back({tag.id,
@@ -59,36 +67,49 @@ struct PoseStage::State {
   std::vector<TagSighting> find(const capture::FrameSet& frame);
   std::vector<TagSighting> find_expected(const capture::FrameSet& frame);
   std::vector<TagSighting> search_image(const capture::FrameSet& frame);
+  void search_mirrored(const capture::FrameSet& frame);
   std::vector<TagReading> read_tags(const capture::FrameSet& frame);
   void check_size(const capture::FrameSet& frame, const TagReading& reading, const PoseCandidate& candidate);
   void update_tag_map(const std::vector<TagReading>& readings, const std::optional<MultiTagPose>& pose);
+  std::optional<MultiTagPose> choose_pose(const capture::FrameSet& frame, const DistanceField* field,
+                                          const std::vector<TagReading>& readings);
   bool measure(const capture::FrameSet& frame, const DistanceField* field, std::vector<std::string>& warnings);
   bool track(const capture::FrameSet& frame, const DistanceField& field);
   bool track_unsharp(const capture::FrameSet& frame, const DistanceField& field, const MultiTagPose& tag);
   bool tag_was_moved(const capture::FrameSet& frame, const DistanceField& field, const TagReading& reading,
                      const MultiTagPose& tag);
+  bool tag_crept(const capture::FrameSet& frame, const DistanceField& field, const MultiTagPose& tag);
   bool anchor(const capture::FrameSet& frame);
   bool relocate(const capture::FrameSet& frame, const DistanceField* field,
                 const std::optional<PoseEstimate>& tracked = std::nullopt);
   void use_tracked(const capture::FrameSet& frame, const PoseEstimate& tracked, const PoseCovariance* noise = nullptr);
   void keep_view(const capture::FrameSet& frame);
   void add_tag_warnings(std::vector<std::string>& warnings) const;
+  Isometry3d exhibit_place() const { return moves_exhibit ? *tag_map.T_world_tag(0) : Isometry3d::Identity(); }
 
   capture::CameraModel camera;
   TagSearch search;
   std::vector<KnownTag> tags;  ///< the first defines the world frame; none: a surface does
   TagMap tag_map;
+  bool moves_exhibit;
+  MovedTags moved;
+  std::uint64_t taken_map = 0;  ///< version of the map that was taken last
   PoseFilter filter;
   DepthTracking tracking;
+  RestCheck rest_check;
   KeyframeMap keyframes;
   std::optional<Pose> last;
   std::int64_t seen_ns = 0;                 ///< when a tag was last seen
   std::optional<std::int64_t> searched_ns;  ///< last search of the whole image
-  std::optional<std::int64_t> compared_ns;  ///< last comparison with all kept views
-  int measured = 0;                         ///< frames with a tag
-  double sharp_sigma_m = 0;                 ///< running mean of the position's 1σ while the print was sharp
-  std::int64_t sharp_ns = 0;                ///< the last time it was
-  int moved_alone = 0;                      ///< frames in a row in which the only tag had moved
+  std::optional<std::int64_t> mirror_searched_ns;
+  std::vector<int> mirrored;                     ///< tags that were seen mirrored in that search
+  std::optional<std::int64_t> compared_ns;       ///< last comparison with all kept views
+  int measured = 0;                              ///< frames with a tag
+  double sharp_sigma_m = 0;                      ///< running mean of the position's 1σ while the print was sharp
+  std::int64_t sharp_ns = 0;                     ///< the last time it was
+  int moved_alone = 0;                           ///< frames in a row in which the only tag had moved and rested there
+  Isometry3d moved_to = Isometry3d::Identity();  ///< T_world_tag at the first of them
+  bool crept = false;                            ///< it moved slowly: it may go on
 };
 
 bool PoseStage::State::recent(const capture::FrameSet& frame) const {
@@ -104,7 +125,8 @@ bool PoseStage::State::has_unlocated_tag() const {
 
 /// T_camera_tag if the camera has not moved since the last pose.
 std::optional<Isometry3d> PoseStage::State::expected(std::size_t tag) const {
-  const auto& T_world_tag = tag_map.T_world_tag(tag);
+  const auto place = moved.place(tag);
+  const auto& T_world_tag = place ? place : tag_map.T_world_tag(tag);
   if (!last || !T_world_tag) return std::nullopt;
   return last->T_tag_camera_raw.inverse() * *T_world_tag;
 }
@@ -144,6 +166,21 @@ std::vector<TagSighting> PoseStage::State::find(const capture::FrameSet& frame) 
   if (found.empty() && !by_depth) interval_ns = 0;
   if (frame.time_ns - *searched_ns >= interval_ns) add_new_sightings(found, search_image(frame));
   return found;
+}
+
+/// While no tag is found, or one that was never located, it may be printed mirrored: its code is then another one.
+void PoseStage::State::search_mirrored(const capture::FrameSet& frame) {
+  if (!frame.color || !search.fits(*frame.color)) return;
+  const bool seen = last && seen_ns == frame.time_ns;
+  if (seen && !has_unlocated_tag()) {
+    mirror_searched_ns = frame.time_ns;
+    mirrored.clear();
+    return;
+  }
+  if (!mirror_searched_ns || frame.time_ns < *mirror_searched_ns) mirror_searched_ns = frame.time_ns;
+  if (frame.time_ns - *mirror_searched_ns < kTagSearch.mirrored_ns) return;
+  mirror_searched_ns = frame.time_ns;
+  mirrored = search.mirrored_in_image(*frame.color);
 }
 
 /// Candidates from each tag in the image. Of several sightings of one id the nearest to the last position is used.
@@ -203,11 +240,14 @@ void PoseStage::State::update_tag_map(const std::vector<TagReading>& readings,
   }
   for (std::size_t r = 0; r < readings.size(); ++r)
     for (std::size_t q = r + 1; q < readings.size(); ++q)
-      if (sure[r] && sure[q])
+      if (sure[r] && sure[q] && !moved.left_out()[readings[r].tag] && !moved.left_out()[readings[q].tag])
         tag_map.add_pair(readings[r].tag, readings[q].tag, sure[r]->T_camera_tag.inverse() * sure[q]->T_camera_tag);
 }
 
 void PoseStage::State::add_tag_warnings(std::vector<std::string>& warnings) const {
+  for (const int id : mirrored)
+    warnings.push_back("tag " + std::to_string(id) + ": is seen mirrored, and not used: print it as it is, or keep " +
+                       "mirrors out of view");
   for (std::size_t t = 0; t < tags.size(); ++t) {
     if (tags[t].copies > 1)
       warnings.push_back("tag " + std::to_string(tags[t].id) + ": seen " + std::to_string(tags[t].copies) +
@@ -217,14 +257,32 @@ void PoseStage::State::add_tag_warnings(std::vector<std::string>& warnings) cons
   }
 }
 
+/// Pose from those tags that were not moved.
+std::optional<MultiTagPose> PoseStage::State::choose_pose(const capture::FrameSet& frame, const DistanceField* field,
+                                                          const std::vector<TagReading>& readings) {
+  if (!recent(frame)) {
+    moved.reset();
+    rest_check.reset();
+    return pose_of_tags(readings, tag_map);
+  }
+  const auto chosen = pose_of_tags(readings, tag_map, moved.left_out());
+  const auto by_depth = [&]() -> std::optional<PoseEstimate> {
+    DepthTracking unchanged = tracking;
+    return field ? unchanged.track(frame, *field) : std::nullopt;
+  };
+  if (!chosen || !moved.find(readings, *chosen, tag_map, by_depth)) return chosen;
+  return pose_of_tags(readings, tag_map, moved.left_out());
+}
+
 /// Pose from the tags in the frame. False if none is visible.
 bool PoseStage::State::measure(const capture::FrameSet& frame, const DistanceField* field,
                                std::vector<std::string>& warnings) {
   if (!frame.color || tags.empty()) return false;
   const std::vector<TagReading> readings = read_tags(frame);
-  const auto chosen = pose_of_tags(readings, tag_map);
+  const auto chosen = choose_pose(frame, field, readings);
   update_tag_map(readings, chosen);
   if (!chosen) return false;
+  moved.follow(readings, *chosen, tag_map);
   if (last && !recent(frame)) {
     filter.reset();
     tracking.reset();
@@ -249,6 +307,10 @@ bool PoseStage::State::measure(const capture::FrameSet& frame, const DistanceFie
     warnings.push_back("tag: it moves and the room does not, the pose is tracked by depth");
     return true;
   }
+  if (field && recent(frame) && readings.size() == 1 && tag_crept(frame, *field, *chosen)) {
+    warnings.push_back("tag: it moves and the room does not, the pose is tracked by depth");
+    return true;
+  }
   if (field && recent(frame) && track_unsharp(frame, *field, *chosen)) {
     warnings.push_back("tag: its print is blurred or partly covered, the pose is tracked by depth");
     return true;
@@ -258,6 +320,7 @@ bool PoseStage::State::measure(const capture::FrameSet& frame, const DistanceFie
   sharp_ns = frame.time_ns;
 
   Pose pose;
+  pose.T_tag_exhibit = exhibit_place();
   pose.T_tag_camera_raw = chosen->T_tag_camera;
   const Isometry3d used = tracking.tag_seen(frame, {chosen->T_tag_camera, chosen->noise + chosen->bias}, field);
   pose.T_tag_camera = filter.update(used.inverse(), chosen->position_sigma_m, chosen->angle_sigma_rad).inverse();
@@ -295,23 +358,31 @@ bool PoseStage::State::tag_was_moved(const capture::FrameSet& frame, const Dista
   DepthTracking by_depth = tracking;  // unchanged if the tag is right
   const auto tracked = by_depth.track(frame, field);
   if (!tracked) return false;
-  const Step difference = step_between(tracked->T_tag_camera, tag.T_tag_camera);
-  // Depth of a bare floor does not determine motion along it: the tracked pose is then as uncertain as the expected
-  // one.
   const double elapsed_s = 1e-9 * static_cast<double>(frame.time_ns - last->time_ns);
-  const PoseCovariance expected = DepthTracking::predicted(last->covariance, elapsed_s);
-  if (squared_mahalanobis(difference, tracked->covariance) <
-      kTagMap.measured_by_depth * squared_mahalanobis(difference, expected))
-    return false;
-  if (contradicts(step_between(last->T_tag_camera, tracked->T_tag_camera), Step::Zero()) ||
-      !contradicts(difference, Step::Zero()) ||
-      squared_mahalanobis(difference, tag.noise + tracked->covariance) < kTagMap.moved_sigmas * kTagMap.moved_sigmas)
+  if (!tag_moved_alone({tag.T_tag_camera, tag.noise}, *tracked, last->T_tag_camera,
+                       DepthTracking::predicted(last->covariance, elapsed_s)))
     return false;
   tracking = std::move(by_depth);
-  moved_alone = before + 1;
-  if (moved_alone == kTagMap.moved_alone)
-    tag_map.move(reading.tag, tracked->T_tag_camera * reading.candidates[tag.choice.front()].T_camera_tag);
+  const Isometry3d T_world_tag = tracked->T_tag_camera * reading.candidates[tag.choice.front()].T_camera_tag;
+  moved_alone = before > 0 && contradicts(step_between(moved_to, T_world_tag), Step::Zero()) ? 1 : before + 1;
+  if (moved_alone == 1) moved_to = T_world_tag;
+  if (moved_alone == (crept ? kTagMap.moved_sightings : kTagMap.moved_alone)) {
+    tag_map.move(reading.tag, T_world_tag);
+    crept = false;
+  }
   use_tracked(frame, *tracked);
+  return true;
+}
+
+/// Goes on from the pose that depth gives if the tag moved slowly while the camera rests.
+bool PoseStage::State::tag_crept(const capture::FrameSet& frame, const DistanceField& field, const MultiTagPose& tag) {
+  const auto rested = rest_check.tag_crept(frame, {tag.T_tag_camera, tag.noise}, field);
+  if (!rested) return false;
+  crept = true;
+  tracking.reset();
+  tracking.tag_seen(frame, *rested, nullptr);
+  tracking.set_displayed(rested->T_tag_camera);
+  use_tracked(frame, *rested);
   return true;
 }
 
@@ -336,6 +407,7 @@ void PoseStage::State::use_tracked(const capture::FrameSet& frame, const PoseEst
     angle_rad = std::min(angle_rad, angle_sigma_rad(*noise));
   }
   Pose pose;
+  pose.T_tag_exhibit = exhibit_place();
   pose.from = Pose::From::surface;
   pose.T_tag_camera_raw = tracked.T_tag_camera;
   pose.T_tag_camera = filter.update(tracked.T_tag_camera.inverse(), position_m, angle_rad).inverse();
@@ -395,6 +467,7 @@ PoseStage::Result PoseStage::locate(const capture::FrameSet& frame, const Distan
     result.warnings.push_back(has_tag ? "tag: not in the picture" + text : "camera" + text);
   };
   const bool measured = s.measure(frame, field, result.warnings);
+  s.search_mirrored(frame);
   s.add_tag_warnings(result.warnings);
   if (measured) {
     result.pose = s.last;
@@ -433,6 +506,14 @@ void PoseStage::reset() {
   state_->tracking.reset();
   state_->last.reset();
   state_->searched_ns.reset();
+}
+
+void PoseStage::restore_tag_map(TagMap::State learnt) { state_->tag_map.restore(std::move(learnt)); }
+
+std::optional<TagMap::State> PoseStage::take_tag_map() {
+  const TagMap& map = state_->tag_map;
+  if (state_->tags.size() < 2 || std::exchange(state_->taken_map, map.version()) == map.version()) return std::nullopt;
+  return map.state();
 }
 
 }  // namespace lumigraft::reconstruct

@@ -13,6 +13,7 @@
 #include "reconstruct/field/distance_field.h"
 #include "reconstruct/math/pose_covariance.h"
 #include "reconstruct/pose/parameters.h"
+#include "reconstruct/pose/tag_map.h"
 
 namespace lumigraft::reconstruct {
 
@@ -21,9 +22,12 @@ struct Pose {
   Eigen::Isometry3d T_tag_camera_raw = Eigen::Isometry3d::Identity();  ///< of this frame alone
   double reprojection_error_px = 0;                                    ///< RMS over the four corners
   PoseCovariance covariance = PoseCovariance::Zero();                  ///< of T_tag_camera
-  enum class From { tag, surface, past } from = From::tag;             ///< past: an older pose, nothing was seen
-  std::int64_t time_ns = 0;                                            ///< device time of the measurement
-  std::int64_t age_ns = 0;  ///< since a tag was last seen; 0 if in this frame
+  /// Of the frame in which the exhibit is placed: the first tag's original place, or where it is now
+  /// (Tag::moves_exhibit).
+  Eigen::Isometry3d T_tag_exhibit = Eigen::Isometry3d::Identity();
+  enum class From { tag, surface, past } from = From::tag;  ///< past: an older pose, nothing was seen
+  std::int64_t time_ns = 0;                                 ///< device time of the measurement
+  std::int64_t age_ns = 0;                                  ///< since a tag was last seen; 0 if in this frame
 };
 
 /// Detects the tag, aligns both poses that explain its corners (Schweighofer & Pinz 2006) to the whole print, and
@@ -48,6 +52,11 @@ class PoseStage {
   /// `field`: the room's known surface; may be null.
   Result locate(const capture::FrameSet& frame, const DistanceField* field = nullptr);
   void reset();  ///< forgets the past, e.g. if a recording restarts
+
+  /// Goes on from a tag map that was learnt before (read_tag_map), from the next frame on.
+  void restore_tag_map(TagMap::State learnt);
+  /// The map of several tags if it changed since the last call.
+  std::optional<TagMap::State> take_tag_map();
 
  private:
   struct State;

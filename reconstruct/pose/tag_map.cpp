@@ -76,20 +76,20 @@ Step TagMap::Pair::sigma_of_mean() const {
                 std::hypot(kTagMap.min_sigma_rad, std::sqrt(variance.tail<3>().sum() / 3)));
 }
 
-TagMap::TagMap(const capture::Tag& tag) {
-  tags_.push_back({.id = tag.id, .configured = {}, .held = {}, .T_world_tag = Isometry3d::Identity()});
+TagMap::TagMap(const capture::Tag& tag) : moves_exhibit_(tag.moves_exhibit) {
+  state_.tags.push_back({.id = tag.id, .configured = {}, .held = {}, .T_world_tag = Isometry3d::Identity()});
   const Step sigma = sigmas(kTagMap.configured_sigma_m, kTagMap.configured_sigma_rad);
   for (const capture::ExtraTag& extra : tag.extra)
-    tags_.push_back({.id = extra.id,
-                     .configured = extra.T_tag_extra,
-                     .held = extra.T_tag_extra,
-                     .T_world_tag = extra.T_tag_extra,
-                     .covariance = Square(sigma.cwiseAbs2().asDiagonal())});
+    state_.tags.push_back({.id = extra.id,
+                           .configured = extra.T_tag_extra,
+                           .held = extra.T_tag_extra,
+                           .T_world_tag = extra.T_tag_extra,
+                           .covariance = Square(sigma.cwiseAbs2().asDiagonal())});
 }
 
 PoseCovariance TagMap::uncertainty(std::size_t tag, const Isometry3d& T_camera_tag) const {
   // A camera turns about the tag with the tag's error.
-  const Tag& known = tags_[tag];
+  const Tag& known = state_.tags[tag];
   const Eigen::Vector3d arm = known.T_world_tag->linear() * T_camera_tag.inverse().translation();
   Square j = Square::Identity();
   j.topRightCorner<3, 3>() = cross_with(arm);
@@ -97,16 +97,17 @@ PoseCovariance TagMap::uncertainty(std::size_t tag, const Isometry3d& T_camera_t
 }
 
 void TagMap::add_pair(std::size_t a, std::size_t b, const Isometry3d& T_a_b) {
-  Pair& pair = pairs_[{a, b}];
+  Pair& pair = state_.pairs[{a, b}];
   if (pair.count > 0) {
     pair.contradicting = contradicts(step_between(pair.mean, T_a_b), pair.sigma_of_one()) ? pair.contradicting + 1 : 0;
     if (pair.contradicting > 0 && pair.contradicting < kTagMap.moved_sightings) return;
   }
   if (pair.contradicting >= kTagMap.moved_sightings) {
     // The later of both was moved.
-    tags_[b].T_world_tag.reset();
+    state_.tags[b].T_world_tag.reset();
     forget_pairs(b);
-    pairs_[{a, b}] = {.mean = T_a_b, .count = 1};
+    state_.pairs[{a, b}] = {.mean = T_a_b, .count = 1};
+    ++version_;
     return;
   }
   // Welford's running mean and sum of squares with a limited count.
@@ -124,12 +125,18 @@ void TagMap::add_pair(std::size_t a, std::size_t b, const Isometry3d& T_a_b) {
   optimize();
 }
 
+bool TagMap::contradicts_pair(std::size_t a, std::size_t b, const Isometry3d& T_a_b) const {
+  const auto pair = state_.pairs.find({a, b});
+  return pair != state_.pairs.end() && pair->second.known() &&
+         contradicts(step_between(pair->second.mean, T_a_b), pair->second.sigma_of_mean());
+}
+
 /// First poses of tags that are not located, along pairs from those that are.
 void TagMap::locate_by_chains() {
   for (bool found = true; found;) {
     found = false;
-    for (const auto& [ab, pair] : pairs_) {
-      Tag &a = tags_[ab.first], &b = tags_[ab.second];
+    for (const auto& [ab, pair] : state_.pairs) {
+      Tag &a = state_.tags[ab.first], &b = state_.tags[ab.second];
       if (!pair.known() || a.T_world_tag.has_value() == b.T_world_tag.has_value()) continue;
       if (a.T_world_tag)
         b.T_world_tag = *a.T_world_tag * pair.mean;
@@ -141,7 +148,8 @@ void TagMap::locate_by_chains() {
 }
 
 void TagMap::optimize() {
-  std::vector<Step> steps(tags_.size(), Step::Zero());
+  ++version_;
+  std::vector<Step> steps(state_.tags.size(), Step::Zero());
   Step world = Step::Zero();
   ceres::Problem problem;
   problem.AddParameterBlock(world.data(), 6);
@@ -149,19 +157,19 @@ void TagMap::optimize() {
   const auto add = [&](const Isometry3d& T_world_a, Step& a, std::size_t b, const Isometry3d& T_a_b, const Step& sigma,
                        ceres::LossFunction* loss) {
     // NOLINTNEXTLINE(cppcoreguidelines-owning-memory): the problem owns it
-    auto* residual = new PairResidual(T_world_a, *tags_[b].T_world_tag, T_a_b, sigma);
+    auto* residual = new PairResidual(T_world_a, *state_.tags[b].T_world_tag, T_a_b, sigma);
     problem.AddResidualBlock(residual, loss, a.data(), steps[b].data());
   };
-  for (auto& [ab, pair] : pairs_) {
-    if (!pair.known() || !tags_[ab.first].T_world_tag || !tags_[ab.second].T_world_tag) continue;
+  for (auto& [ab, pair] : state_.pairs) {
+    if (!pair.known() || !state_.tags[ab.first].T_world_tag || !state_.tags[ab.second].T_world_tag) continue;
     pair.optimized = pair.count;
-    tags_[ab.first].seen_from_others = tags_[ab.second].seen_from_others = true;
-    add(*tags_[ab.first].T_world_tag, steps[ab.first], ab.second, pair.mean, pair.sigma_of_mean(), nullptr);
+    state_.tags[ab.first].seen_from_others = state_.tags[ab.second].seen_from_others = true;
+    add(*state_.tags[ab.first].T_world_tag, steps[ab.first], ab.second, pair.mean, pair.sigma_of_mean(), nullptr);
   }
   const Step held_sigma = sigmas(kTagMap.configured_sigma_m, kTagMap.configured_sigma_rad);
-  for (std::size_t t = 1; t < tags_.size(); ++t)
-    if (tags_[t].held && problem.HasParameterBlock(steps[t].data()))  // a wrong one must not pull: robust
-      add(Isometry3d::Identity(), world, t, *tags_[t].held, held_sigma, new ceres::CauchyLoss(1));
+  for (std::size_t t = 1; t < state_.tags.size(); ++t)
+    if (state_.tags[t].held && problem.HasParameterBlock(steps[t].data()))  // a wrong one must not pull: robust
+      add(Isometry3d::Identity(), world, t, *state_.tags[t].held, held_sigma, new ceres::CauchyLoss(1));
   if (problem.HasParameterBlock(steps[0].data())) problem.SetParameterBlockConstant(steps[0].data());
   ceres::Solver::Options options;
   options.logging_type = ceres::SILENT;
@@ -170,36 +178,37 @@ void TagMap::optimize() {
   ceres::Solve(options, &problem, &summary);
   ceres::Covariance covariance{ceres::Covariance::Options()};
   std::vector<std::pair<const double*, const double*>> blocks;
-  for (std::size_t t = 1; t < tags_.size(); ++t)
+  for (std::size_t t = 1; t < state_.tags.size(); ++t)
     if (problem.HasParameterBlock(steps[t].data())) blocks.emplace_back(steps[t].data(), steps[t].data());
   const bool computed = !blocks.empty() && covariance.Compute(blocks, &problem);
-  for (std::size_t t = 1; t < tags_.size(); ++t) {
+  for (std::size_t t = 1; t < state_.tags.size(); ++t) {
     if (!problem.HasParameterBlock(steps[t].data())) continue;
-    tags_[t].T_world_tag = apply_step(*tags_[t].T_world_tag, steps[t]);
+    state_.tags[t].T_world_tag = apply_step(*state_.tags[t].T_world_tag, steps[t]);
     Eigen::Matrix<double, 6, 6, Eigen::RowMajor> of_tag;
     if (computed && covariance.GetCovarianceBlock(steps[t].data(), steps[t].data(), of_tag.data()))
-      tags_[t].covariance = of_tag;
+      state_.tags[t].covariance = of_tag;
   }
 }
 
 void TagMap::move(std::size_t tag, const Isometry3d& T_world_tag) {
-  tags_[tag].moved_m += (T_world_tag.translation() - tags_[tag].T_world_tag->translation()).norm();
-  tags_[tag].T_world_tag = T_world_tag;
+  state_.tags[tag].moved_m += (T_world_tag.translation() - state_.tags[tag].T_world_tag->translation()).norm();
+  state_.tags[tag].T_world_tag = T_world_tag;
   forget_pairs(tag);
+  ++version_;
 }
 
 /// All tags stay where they are, although nothing may connect them with the first one any more.
 void TagMap::forget_pairs(std::size_t tag) {
-  std::erase_if(pairs_, [&](const auto& pair) { return pair.first.first == tag || pair.first.second == tag; });
-  for (Tag& each : tags_) each.held = each.T_world_tag;
+  std::erase_if(state_.pairs, [&](const auto& pair) { return pair.first.first == tag || pair.first.second == tag; });
+  for (Tag& each : state_.tags) each.held = each.T_world_tag;
 }
 
 std::string TagMap::warning(std::size_t tag) const {
-  const Tag& known = tags_[tag];
+  const Tag& known = state_.tags[tag];
   if (!known.T_world_tag) return capture::formatted("tag %d: not used until it is seen together with others", known.id);
   if (known.moved_m > 0)
-    return capture::formatted("tag %d: it was moved by %.0f mm, objects stay where they were", known.id,
-                              1e3 * known.moved_m);
+    return capture::formatted("tag %d: it was moved by %.0f mm, objects %s", known.id, 1e3 * known.moved_m,
+                              tag == 0 && moves_exhibit_ ? "moved with it" : "stay where they were");
   if (!known.configured || !known.seen_from_others) return {};
   const Step difference = step_between(*known.configured, *known.T_world_tag);
   if (!contradicts(difference, known.covariance.diagonal().cwiseSqrt())) return {};

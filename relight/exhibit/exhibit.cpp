@@ -107,6 +107,19 @@ Eigen::Affine3d VirtualObject::T_tag_model(double time_s) const {
   return Eigen::Translation3d(at.position_m) * at.rotation * Eigen::Scaling(scale);
 }
 
+Exhibit placed_at(Exhibit exhibit, const Eigen::Isometry3d& T_tag_exhibit) {
+  const Eigen::Quaterniond turn(T_tag_exhibit.linear());
+  for (VirtualObject& object : exhibit.objects) {
+    object.position_m = T_tag_exhibit * object.position_m;
+    object.rotation = turn * object.rotation;
+    for (KeyFrame& key : object.motion) {
+      key.position_m = T_tag_exhibit * key.position_m;
+      key.rotation = turn * key.rotation;
+    }
+  }
+  return exhibit;
+}
+
 Exhibit read_exhibit(const capture::ConfigTable& root) {
   Exhibit exhibit;
   ModelCache cache;

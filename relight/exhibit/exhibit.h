@@ -83,6 +83,9 @@ struct Exhibit {
   std::vector<VirtualObject> objects;
 };
 
+/// The exhibit with its frame elsewhere in the tag frame: all objects and their motion are moved.
+Exhibit placed_at(Exhibit exhibit, const Eigen::Isometry3d& T_tag_exhibit);
+
 /// Reads [[object]] tables; the caller calls root.finish(). Throws InputError.
 Exhibit read_exhibit(const capture::ConfigTable& root);
 

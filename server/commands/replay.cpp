@@ -12,6 +12,7 @@
 #include "capture/recorded/seekable_reader.h"
 #include "capture/source.h"
 #include "reconstruct/field/surface_mesh.h"
+#include "server/commands/tag_map_file.h"
 #include "server/pipeline/frame_record.h"
 #include "server/pipeline/offline_pipeline.h"
 
@@ -99,6 +100,13 @@ bool run_replay(const ReplayCommand& command, const std::atomic<bool>& interrupt
   PartialOutput output(command.out);
   const auto make_device = [backend = input.server.backend] { return relight::gpu::create_device(backend, {}); };
   OfflinePipeline pipeline(input.session, std::move(input.exhibit), input.plan, make_device, std::move(oracle));
+  if (const fs::path& map = input.session.tag.map; !map.empty()) {
+    const TagMapFile file(map, input.session.tag);
+    std::cerr << "lumigraft: "
+              << (file.message().empty() ? map.string() + ": no such file, tags are learnt anew" : file.message())
+              << '\n';
+    if (file.learnt()) pipeline.restore_tag_map(*file.learnt());
+  }
 
   std::ofstream lines(output.folder() / "frames.jsonl", std::ios::binary);
   auto limit = static_cast<std::uint64_t>(command.frames);

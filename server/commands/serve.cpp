@@ -9,6 +9,7 @@
 #include "server/commands/serve_log.h"
 #include "server/commands/serve_texts.h"
 #include "server/commands/stop_signal.h"
+#include "server/commands/tag_map_file.h"
 #include "server/pipeline/pipeline.h"
 #include "server/stream/page.h"
 #include "server/stream/web_server.h"
@@ -58,6 +59,13 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
   std::optional<RecordButton> button;
   if (live && !server.recordings.empty()) button.emplace(input.session_text, named, server.recordings, tap);
 
+  std::optional<TagMapFile> tag_map;
+  if (!session.tag.extra.empty() && (live || !session.tag.map.empty())) {
+    tag_map.emplace(session.tag.map.empty() ? default_tag_map(input.session_text.file) : session.tag.map, session.tag);
+    if (!tag_map->message().empty()) std::fprintf(stderr, "lumigraft: %s\n", tag_map->message().c_str());
+    input.tag_map = tag_map->learnt();
+  }
+
   EncoderDemand demand;
   Metrics metrics;
   JpegEncoder snapshots(server.jpeg_quality);
@@ -98,6 +106,11 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
   std::fprintf(stderr, "lumigraft: serving http://%s%s%s:%u/  (session %s)\n", v6 ? "[" : "", server.address.c_str(),
                v6 ? "]" : "", web.port(), session.name.c_str());
 
+  const auto save_tag_map = [&] {
+    const auto learnt = tag_map ? pipeline.take_tag_map() : std::nullopt;
+    const std::string failure = learnt ? tag_map->save(*learnt) : "";
+    if (!failure.empty()) std::fprintf(stderr, "lumigraft: %s\n", failure.c_str());
+  };
   ServeLog log;
   while (!stop.wait(std::chrono::seconds(1))) {
     const Pipeline::Record record = pipeline.newest_record();
@@ -105,10 +118,12 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
                      stats_text(record, metrics, metrics.take_interval(),
                                 button ? std::optional(button->state()) : std::nullopt, pipeline.playback().state()));
     log.tick(record.warnings, metrics.drops());
+    save_tag_map();
   }
   pipeline.stop();  // requests the stages to stop, while viewers are disconnected
   web.stop();
   pipeline.join();  // or the stop signal's grace period ends first
+  save_tag_map();
 }
 
 }  // namespace lumigraft::server

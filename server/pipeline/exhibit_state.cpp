@@ -38,6 +38,10 @@ Json json_of(const relight::MaterialOverride& material) {
 
 }  // namespace
 
+relight::Exhibit shown_exhibit(const relight::Exhibit& exhibit, const std::optional<reconstruct::Pose>& pose) {
+  return pose ? relight::placed_at(exhibit, pose->T_tag_exhibit) : exhibit;
+}
+
 ExhibitState::ExhibitState(relight::Exhibit exhibit) {
   for (const relight::VirtualObject& object : exhibit.objects) {
     rest_.push_back(object.rotation);

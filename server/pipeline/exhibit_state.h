@@ -7,10 +7,14 @@
 #include <string>
 #include <vector>
 
+#include "reconstruct/pose/pose.h"
 #include "relight/exhibit/exhibit.h"
 #include "server/stream/protocol.h"
 
 namespace lumigraft::server {
+
+/// The exhibit at the place that the pose gives its frame.
+relight::Exhibit shown_exhibit(const relight::Exhibit& exhibit, const std::optional<reconstruct::Pose>& pose);
 
 class ExhibitState {
  public:

@@ -4,6 +4,7 @@
 
 #include "reconstruct/scene_store.h"
 #include "server/pipeline/camera_picture.h"
+#include "server/pipeline/exhibit_state.h"
 #include "server/pipeline/make_renderer.h"
 
 namespace lumigraft::server {
@@ -33,19 +34,20 @@ FrameRecord OfflinePipeline::step(const capture::FrameSet& sensed, bool with_map
                      .warnings = std::move(built.warnings),
                      .choices = {}};
   const reconstruct::CostClock clock;
+  const relight::Exhibit exhibit = shown_exhibit(exhibit_, record.scene.pose);
   relight::Planner::Decision decision =
-      planner_.decide(record.scene, exhibit_, 1e-9 * static_cast<double>(sensed.time_ns));
+      planner_.decide(record.scene, exhibit, 1e-9 * static_cast<double>(sensed.time_ns));
   record.choices = std::move(decision.choices);
   try {
     if (!renderer_) make();  // the device was lost during the previous frame, and creating another failed
     try {
-      record.picture = renderer_->relight(built.frame, record.scene, exhibit_, decision.plan, with_maps);
+      record.picture = renderer_->relight(built.frame, record.scene, exhibit, decision.plan, with_maps);
     } catch (const relight::gpu::DeviceLost& e) {
       reconstruct::append_warnings(
           record.warnings, {std::string("the GPU device was lost, the frame is rendered on a new one: ") + e.what()});
       renderer_.reset();  // frees the device before another is created
       make();
-      record.picture = renderer_->relight(built.frame, record.scene, exhibit_, decision.plan, with_maps);
+      record.picture = renderer_->relight(built.frame, record.scene, exhibit, decision.plan, with_maps);
     }
   } catch (const relight::gpu::GpuError&) {
     throw;

@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "reconstruct/scene_builder.h"
@@ -32,6 +33,8 @@ class OfflinePipeline {
   OfflinePipeline(const capture::Session& session, relight::Exhibit exhibit, const relight::Plan& plan,
                   MakeDevice make_device, std::shared_ptr<Oracle> oracle);
 
+  /// Call before the first frame: where the tags are, as learnt before.
+  void restore_tag_map(reconstruct::TagMap::State learnt) { builder_.restore_tag_map(std::move(learnt)); }
   /// An exception of a stage becomes a warning of the frame. If the device is lost, the frame is rendered again on a
   /// new one; other gpu::GpuErrors are rethrown, since there is no image then.
   FrameRecord step(const capture::FrameSet& frame, bool with_maps);

@@ -88,7 +88,9 @@ struct Pipeline::State {
         builder(session, {}, std::make_unique<RestingPace>(the_metrics)),
         planner(input.plan),
         relighter(session, input.plan, std::move(make_device)),
-        encode(input.server.jpeg_quality, demand, metrics) {}
+        encode(input.server.jpeg_quality, demand, metrics) {
+    if (input.tag_map) builder.restore_tag_map(*std::move(input.tag_map));
+  }
 
   template <typename T>
   void put(Mailbox<T>& box, T item) {
@@ -238,12 +240,11 @@ void Pipeline::State::relight_turn() {
   LiveRelighter::Result relit;
   {
     const StageTimer timer(metrics, "relight");
-    const std::shared_ptr<const relight::Exhibit> shown_exhibit = exhibit.newest();
-    const relight::Planner::Decision decision =
-        planner.decide(scene, *shown_exhibit, 1e-9 * static_cast<double>(frame.time_ns));
+    const relight::Exhibit shown = shown_exhibit(*exhibit.newest(), located.pose);
+    const relight::Planner::Decision decision = planner.decide(scene, shown, 1e-9 * static_cast<double>(frame.time_ns));
     for (const relight::PlanChoice& choice : decision.choices)
       metrics.decided(choice.key, choice.value, choice.left_out);
-    relit = relighter.relight(frame, scene, *shown_exhibit, decision.plan);
+    relit = relighter.relight(frame, scene, shown, decision.plan);
   }
   for (const relight::gpu::PassTime& pass : relit.picture.passes) {
     metrics.time("relight/" + pass.name, 1e-3 * pass.gpu_ms);
@@ -260,14 +261,16 @@ void Pipeline::State::relight_turn() {
     std::lock_guard lock(newest_mutex);
     shown.sequence = newest.sequence + 1;
     newest = shown;
-    newest_record = {.warnings = std::move(warnings),
-                     .T_tag_camera = located.pose ? std::optional(located.pose->T_tag_camera) : std::nullopt,
-                     .plan = relit.picture.plan,
-                     .learning = builder.learning(),
-                     .settled = settled && relit.up_to_date,
-                     .field_version = scene.field ? scene.field->version : 0,
-                     .light_version = scene.illumination ? scene.illumination->version : 0,
-                     .albedo_version = scene.albedo ? scene.albedo->version : 0};
+    newest_record = {
+        .warnings = std::move(warnings),
+        .T_tag_camera = located.pose ? std::optional(located.pose->T_tag_exhibit.inverse() * located.pose->T_tag_camera)
+                                     : std::nullopt,
+        .plan = relit.picture.plan,
+        .learning = builder.learning(),
+        .settled = settled && relit.up_to_date,
+        .field_version = scene.field ? scene.field->version : 0,
+        .light_version = scene.illumination ? scene.illumination->version : 0,
+        .albedo_version = scene.albedo ? scene.albedo->version : 0};
   }
   put(to_encode, std::move(shown));
   just_in_time.relight_took(Clock::now() - begin);
@@ -388,6 +391,8 @@ void Pipeline::join() { state_->threads.clear(); }
 ExhibitState& Pipeline::exhibit() { return state_->exhibit; }
 
 Playback& Pipeline::playback() { return state_->playback; }
+
+std::optional<reconstruct::TagMap::State> Pipeline::take_tag_map() { return state_->builder.take_tag_map(); }
 
 ShownFrame Pipeline::newest() const {
   std::lock_guard lock(state_->newest_mutex);

@@ -54,12 +54,14 @@ class Pipeline {
   ExhibitState& exhibit();
   /// Playback of a recording; without effect on live cameras.
   Playback& playback();
+  /// Where the tags are, if more was learnt since the last call.
+  std::optional<reconstruct::TagMap::State> take_tag_map();
   /// The newest image; its srgb is null before the first.
   ShownFrame newest() const;
   /// The record of the newest image.
   struct Record {
     std::vector<std::string> warnings;
-    std::optional<Eigen::Isometry3d> T_tag_camera;
+    std::optional<Eigen::Isometry3d> T_tag_camera;  ///< in the frame in which the exhibit is placed
     relight::Plan plan;
     bool learning = true;  ///< albedo is unsolved, or was solved for much less of the room or for other light
     bool settled = false;  ///< see SceneStore::settled

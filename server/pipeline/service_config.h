@@ -2,10 +2,12 @@
 // Configuration of a service, from files and the command line.
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "capture/session/session.h"
+#include "reconstruct/pose/tag_map.h"
 #include "relight/exhibit/exhibit.h"
 #include "relight/gpu/device.h"
 #include "relight/plan.h"
@@ -37,7 +39,8 @@ struct ServiceInput {
   relight::Exhibit exhibit;
   relight::Plan plan;
   ServerSettings server;
-  std::vector<std::string> warnings;  ///< about former and obsolete keys in these files
+  std::optional<reconstruct::TagMap::State> tag_map;  ///< learnt earlier; see TagMapFile
+  std::vector<std::string> warnings;                  ///< about former and obsolete keys in these files
 };
 
 /// A configuration defines cameras like a session.toml, or names a recorded session: session = "FOLDER"; `--set` then

@@ -157,6 +157,12 @@ TEST_F(SessionFile, ReadsEveryKey) {
   EXPECT_NEAR(R(0, 0), 0.64278761, 1e-8);
   EXPECT_EQ(s.tag.id, 2);
   EXPECT_EQ(s.tag.size_m, 0.16);
+  EXPECT_FALSE(s.tag.moves_exhibit);
+  EXPECT_TRUE(s.tag.map.empty());
+  const Session other = read({"tag.moves=exhibit", "tag.map=room.tags.toml"});
+  EXPECT_TRUE(other.tag.moves_exhibit);
+  EXPECT_EQ(other.tag.map, folder_ / "room.tags.toml");
+  EXPECT_NE(error({"tag.moves=room"}).find("tag.moves: found \"room\""), std::string::npos);
   ASSERT_EQ(s.real_surfaces.size(), 1u);
   EXPECT_EQ(s.real_surfaces[0].name, "floor");
   EXPECT_EQ(s.real_surfaces[0].mesh, folder_ / "floor.ply");

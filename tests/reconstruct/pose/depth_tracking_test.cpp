@@ -120,6 +120,63 @@ TEST_F(DepthTrackingFrames, ATagThatIsPushedMovesNoObject) {
   }
 }
 
+// The same where the exhibit follows the tag: the room stays, the exhibit's frame is that of the tag.
+TEST_F(DepthTrackingFrames, ATagThatIsPushedTakesTheExhibitWithIt) {
+  constexpr std::uint64_t kPushed = 5, kKnown = kPushed + 3;
+  const Isometry3d truth = camera_on_path(0), T_tag_pushed(Eigen::Translation3d(0.04, 0, 0));
+  for (const bool follows : {false, true}) {
+    capture::Tag tag = some_tag();
+    tag.moves_exhibit = follows;
+    PoseStage stage(tag, camera);
+    for (std::uint64_t i = 0; i < 12; ++i) {
+      const Isometry3d T_pushed_camera = i < kPushed ? truth : T_tag_pushed.inverse() * truth;
+      capture::FrameSet seen = test::frame_of(
+          test::view_of_tag(camera, finder.pattern(), 0.16, T_pushed_camera, {2, static_cast<unsigned>(i) + 1}), i,
+          static_cast<std::int64_t>(i) * kFrameNs);
+      seen.depth = frame(0, true, 1).depth;
+      const auto result = stage.locate(seen, &field);
+      ASSERT_TRUE(result.pose) << i;
+      EXPECT_LT(test::millimetres_apart(result.pose->T_tag_camera, truth), 5) << i << ": the room stays";
+      if (i >= kPushed && i < kKnown - 1) continue;
+      const Isometry3d expected = follows && i >= kKnown ? T_tag_pushed : Isometry3d::Identity();
+      if (i != kKnown - 1) {
+        EXPECT_LT(test::millimetres_apart(result.pose->T_tag_exhibit, expected), 5) << i;
+        EXPECT_EQ(result.pose->T_tag_exhibit.isApprox(Isometry3d::Identity(), 1e-12), !follows || i < kPushed) << i;
+      }
+      if (i < kKnown) continue;
+      EXPECT_NE(result.warnings.front().find(follows ? "objects moved with it" : "objects stay where they were"),
+                std::string::npos)
+          << result.warnings.front();
+    }
+  }
+}
+
+// Someone carries the tag away slowly: less from frame to frame than noise, while the camera and the room rest.
+TEST_F(DepthTrackingFrames, ATagThatIsCarriedSlowlyMovesNoCamera) {
+  const Isometry3d truth = camera_on_path(0);
+  for (const double step_m : {0.002, 0.004}) {
+    PoseStage stage(some_tag(), camera);
+    double max_mm = 0, silent_mm = 0;
+    for (std::uint64_t i = 0; i < 60; ++i) {
+      const double carried_m = i < 10 ? 0 : step_m * static_cast<double>(i - 9);
+      const Isometry3d T_tag_room(Eigen::Translation3d(-0.6 * carried_m, -0.8 * carried_m, 0));
+      capture::FrameSet seen = test::frame_of(
+          test::view_of_tag(camera, finder.pattern(), 0.16, T_tag_room * truth, {2, static_cast<unsigned>(i) + 1}), i,
+          static_cast<std::int64_t>(i) * kFrameNs);
+      seen.depth = std::make_shared<capture::DepthFrame>(
+          test::depth_of_room(room, camera, truth, static_cast<unsigned>(i) + 1, 1));
+      const auto result = stage.locate(seen, &field);
+      ASSERT_TRUE(result.pose) << i;
+      const double off_mm = test::millimetres_apart(result.pose->T_tag_camera, truth);
+      max_mm = std::max(max_mm, off_mm);
+      if (result.warnings.empty()) silent_mm = std::max(silent_mm, off_mm);
+    }
+    std::printf("pose: tag carried at %.0f mm a frame over %.0f mm: the camera at most %.1f mm off, in silence %.1f\n",
+                1e3 * step_m, 5e4 * step_m, max_mm, silent_mm);
+    EXPECT_LT(max_mm, 20);
+  }
+}
+
 // Over a bare floor depth cannot distinguish a camera that starts to move from a tag that is pushed: the tag is used.
 TEST_F(DepthTrackingFrames, OverABareFloorTheCameraMovesAndNotTheTag) {
   TestRoom bare;

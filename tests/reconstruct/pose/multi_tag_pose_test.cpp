@@ -7,6 +7,7 @@
 
 #include "reconstruct/pose/pose.h"
 #include "tests/reconstruct/pose/pose_views.h"
+#include "tests/reconstruct/pose/tag_table.h"
 
 namespace lumigraft::reconstruct {
 namespace {
@@ -14,52 +15,9 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 using test::kDegree;
-using test::kFrameNs;
-
-Isometry3d lying_at(const Vector3d& place_m, double turn_rad) {
-  Isometry3d T = Isometry3d::Identity();
-  T.translation() = place_m;
-  T.linear() = Eigen::AngleAxisd(turn_rad, Vector3d::UnitZ()).toRotationMatrix();
-  return T;
-}
-
-const Isometry3d kSecondTag = lying_at({0.28, 0.05, 0.0}, 0.4);
-
-/// Tag 2 at the origin and, if `second`, tag 5 next to it.
-struct Table {
-  bool first = true, second = true;
-  double size_m = 0.16;
-  int second_id = 5;
-  Isometry3d T_tag_second = kSecondTag;
-
-  /// Whether the second tag is nearer to the pixel's point on the table.
-  bool is_of_second(const capture::CameraModel& camera, const Isometry3d& T_tag_camera, int u, int v) const {
-    const auto ray = camera.unproject({static_cast<double>(u), static_cast<double>(v)});
-    const Vector3d d = T_tag_camera.linear() * *ray, from = T_tag_camera.translation();
-    const Vector3d p = from - from.z() / d.z() * d;
-    return (p - T_tag_second.translation()).norm() < p.norm();
-  }
-
-  capture::FrameSet seen_from(const Isometry3d& T_tag_camera, std::uint64_t index, double code_sigma = 1) const {
-    const TagFinder finder(capture::Tag{"tag36h11", 2, 0.16, {{5, 0.16, std::nullopt}}});
-    const capture::CameraModel camera = test::small_camera();
-    const test::ViewNoise noise{code_sigma, static_cast<unsigned>(index) + 1};
-    capture::Frame picture = test::view_of_tag(camera, finder.pattern(), size_m, T_tag_camera, noise);
-    const capture::Frame other = test::view_of_tag(camera, finder.pattern(second_id == 5 ? 1 : 0), 0.16,
-                                                   T_tag_second.inverse() * T_tag_camera, noise);
-    for (int v = 0; v < camera.height; ++v)
-      for (int u = 0; u < camera.width; ++u) {
-        const bool to_second = is_of_second(camera, T_tag_camera, u, v);
-        if (to_second && second) std::copy_n(&other.encoded.at(u, v), 3, &picture.encoded.at(u, v));
-        if ((to_second && !second) || (!to_second && !first)) std::fill_n(&picture.encoded.at(u, v), 3, 130);
-      }
-    return test::frame_of(std::move(picture), index, static_cast<std::int64_t>(index) * kFrameNs);
-  }
-};
-
-Isometry3d camera_at(unsigned index) {
-  return test::looking_at_tag(0.9, 45 * kDegree, -1.4 + 0.01 * index, {0.12, 0.03, 0});
-}
+using test::kSecondTag;
+using test::lying_at;
+using Table = test::TagTable;
 
 std::vector<std::string> all_warnings(const PoseStage::Result& result, const char* with) {
   std::vector<std::string> found;
@@ -74,26 +32,26 @@ TEST(PoseTags, OneOfABundleIsEnough) {
     Table table;
     table.first = i < 3 || i >= 9;
     table.second = i < 6 || i >= 9;
-    const auto result = stage.locate(table.seen_from(camera_at(i), i));
+    const auto result = stage.locate(table.seen_from(test::above_the_table(i), i));
     ASSERT_TRUE(result.pose) << i;
     if (i >= 6 && i < 9) continue;  // neither
     EXPECT_EQ(result.pose->age_ns, 0) << i;
     EXPECT_TRUE(result.warnings.empty()) << i << ": " << result.warnings[0];
-    EXPECT_LT(test::millimetres_apart(result.pose->T_tag_camera_raw, camera_at(i)), 4) << i;
-    EXPECT_LT(test::degrees_apart(result.pose->T_tag_camera_raw, camera_at(i)), 0.25) << i;
+    EXPECT_LT(test::millimetres_apart(result.pose->T_tag_camera_raw, test::above_the_table(i)), 4) << i;
+    EXPECT_LT(test::degrees_apart(result.pose->T_tag_camera_raw, test::above_the_table(i)), 0.25) << i;
   }
 }
 
 TEST(PoseTags, TwoAreMoreCertainThanOne) {
   double one_mm = 0, two_mm = 0, one_sigma = 0, two_sigma = 0;
   for (unsigned i = 0; i < 8; ++i) {
-    const capture::FrameSet frame = Table().seen_from(camera_at(3 * i), 0, 5);
+    const capture::FrameSet frame = Table().seen_from(test::above_the_table(3 * i), 0, 5);
     PoseStage one({"tag36h11", 2, 0.16}, test::small_camera());
     PoseStage two({"tag36h11", 2, 0.16, {{5, 0.16, kSecondTag}}}, test::small_camera());
     const auto a = one.locate(frame), b = two.locate(frame);
     ASSERT_TRUE(a.pose && b.pose);
-    one_mm += test::millimetres_apart(a.pose->T_tag_camera, camera_at(3 * i)) / 8;
-    two_mm += test::millimetres_apart(b.pose->T_tag_camera, camera_at(3 * i)) / 8;
+    one_mm += test::millimetres_apart(a.pose->T_tag_camera, test::above_the_table(3 * i)) / 8;
+    two_mm += test::millimetres_apart(b.pose->T_tag_camera, test::above_the_table(3 * i)) / 8;
     one_sigma += 1e3 * position_sigma_m(a.pose->covariance) / 8;
     two_sigma += 1e3 * position_sigma_m(b.pose->covariance) / 8;
   }
@@ -105,29 +63,29 @@ TEST(PoseTags, TwoAreMoreCertainThanOne) {
 TEST(PoseTags, AnUnknownPoseIsLearntWhileBothAreSeen) {
   PoseStage stage({"tag36h11", 2, 0.16, {{5, 0.16, std::nullopt}}}, test::small_camera());
   Table table;
-  const auto first = stage.locate(table.seen_from(camera_at(0), 0));
+  const auto first = stage.locate(table.seen_from(test::above_the_table(0), 0));
   ASSERT_TRUE(first.pose);
   EXPECT_EQ(all_warnings(first, "tag 5: not used until").size(), 1u);
   std::uint64_t i = 1;
   PoseStage::Result result = first;
   // Until its pose is known the whole image is searched four times a second.
   for (; i < 120 && !all_warnings(result, "tag 5").empty(); i += 8)
-    result = stage.locate(table.seen_from(camera_at(static_cast<unsigned>(i)), i));
+    result = stage.locate(table.seen_from(test::above_the_table(static_cast<unsigned>(i)), i));
   EXPECT_LT(i, 110u);
   table.first = false;
-  const auto alone = stage.locate(table.seen_from(camera_at(static_cast<unsigned>(i)), i));
+  const auto alone = stage.locate(table.seen_from(test::above_the_table(static_cast<unsigned>(i)), i));
   ASSERT_TRUE(alone.pose);
   EXPECT_EQ(alone.pose->age_ns, 0);
-  EXPECT_LT(test::millimetres_apart(alone.pose->T_tag_camera_raw, camera_at(static_cast<unsigned>(i))), 4);
+  EXPECT_LT(test::millimetres_apart(alone.pose->T_tag_camera_raw, test::above_the_table(static_cast<unsigned>(i))), 4);
 }
 
 TEST(PoseTags, AMisplacedTagIsReported) {
   PoseStage stage({"tag36h11", 2, 0.16, {{5, 0.16, lying_at({0.33, 0.05, 0}, 0.4)}}}, test::small_camera());
   std::size_t left_out = 0, misplaced = 0;
   for (unsigned i = 0; i < 12; ++i) {
-    const auto result = stage.locate(Table().seen_from(camera_at(i), i));
+    const auto result = stage.locate(Table().seen_from(test::above_the_table(i), i));
     ASSERT_TRUE(result.pose);
-    EXPECT_LT(test::millimetres_apart(result.pose->T_tag_camera_raw, camera_at(i)), 4) << i;
+    EXPECT_LT(test::millimetres_apart(result.pose->T_tag_camera_raw, test::above_the_table(i)), 4) << i;
     left_out += all_warnings(result, "tag 5: contradicts the others").size();
     misplaced += all_warnings(result, "tag 5: is 50 mm").size();
   }
@@ -143,9 +101,9 @@ TEST(PoseTags, TwoTagsOfOneIdAreReportedAndTheNearerIsTracked) {
   for (unsigned i = 0; i < 40; ++i) {
     if (i % 4 != 0 && i != 1) continue;
     table.second = i > 2;  // someone lays a second one down
-    const auto result = stage.locate(table.seen_from(camera_at(i), i));
+    const auto result = stage.locate(table.seen_from(test::above_the_table(i), i));
     ASSERT_TRUE(result.pose);
-    EXPECT_LT(test::millimetres_apart(result.pose->T_tag_camera_raw, camera_at(i)), 4) << i;
+    EXPECT_LT(test::millimetres_apart(result.pose->T_tag_camera_raw, test::above_the_table(i)), 4) << i;
     EXPECT_EQ(all_warnings(result, "tag 2: seen 2 times at once").size(), i >= 32 ? 1u : 0u) << i;
   }
 }
@@ -158,8 +116,8 @@ TEST(PoseTags, AnotherSizeIsDetectedByDepth) {
     table.size_m = printed_m;
     PoseStage::Result result;
     for (unsigned i = 0; i < 6; ++i) {
-      capture::FrameSet frame = table.seen_from(camera_at(i), i);
-      capture::DepthFrame depth = test::depth_of_table(test::small_camera(), camera_at(i), i, 1);
+      capture::FrameSet frame = table.seen_from(test::above_the_table(i), i);
+      capture::DepthFrame depth = test::depth_of_table(test::small_camera(), test::above_the_table(i), i, 1);
       for (float& z : depth.depth_m.data) z *= depth_scale;
       frame.depth = std::make_shared<capture::DepthFrame>(std::move(depth));
       result = stage.locate(frame);

@@ -37,6 +37,19 @@ TEST(ExhibitState, CommandsChangeACopy) {
   EXPECT_NE(apply(board, R"({"type":"object","index":2,"visible":false})"), std::nullopt);
 }
 
+TEST(ExhibitState, IsShownWhereItsFrameIs) {
+  const relight::Exhibit exhibit = two_objects();
+  EXPECT_EQ(shown_exhibit(exhibit, std::nullopt).objects[1].position_m, exhibit.objects[1].position_m);
+  reconstruct::Pose pose;
+  pose.T_tag_exhibit = Eigen::Translation3d(0.1, 0.2, 0) * Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitZ());
+  const relight::Exhibit shown = shown_exhibit(exhibit, pose);
+  for (std::size_t i = 0; i < 2; ++i)
+    for (const double time_s : {0.0, 0.3, 2.0}) {  // one of them moves by its key frames
+      const Eigen::Affine3d expected = pose.T_tag_exhibit * exhibit.objects[i].T_tag_model(time_s);
+      EXPECT_TRUE(shown.objects[i].T_tag_model(time_s).isApprox(expected, 1e-12)) << i << " at " << time_s;
+    }
+}
+
 TEST(ExhibitState, YawTurnsFromRestAboutTheTagsNormal) {
   ExhibitState board(two_objects());
   apply(board, R"({"type":"object","index":0,"yaw_degrees":50})");
