@@ -100,7 +100,8 @@ struct SceneBuilder::State {
   std::atomic<std::int64_t> fused_span_ns = 0;  ///< time over which depth was fused
   AlbedoSchedule schedule;
   std::atomic<bool> learning = true;
-  Shared<std::optional<TagMap::State>> newest_tag_map;  ///< until it is taken
+  Shared<std::optional<TagMap::State>> newest_tag_map;     ///< until it is taken
+  Shared<std::optional<KeyframeMap::Views>> newest_views;  ///< the same
   Shared<LampTags> newest_lamp_tags;
   Shared<SeenByColor> seen_by_color;  ///< until the light stage takes it
   SceneStore store;
@@ -151,6 +152,7 @@ PoseStage::Result SceneBuilder::locate_camera(const capture::FrameSet& frame) {
   if (s.overrides.pose) return {s.overrides.pose(frame), {}};
   PoseStage::Result result = s.pose.locate(frame, s.store.observed_field().get());
   if (auto learnt = s.pose.take_tag_map()) s.newest_tag_map.put(std::move(learnt));
+  if (auto views = s.pose.take_views()) s.newest_views.put(std::move(views));
   if (!s.located) {
     s.located = result.pose.has_value();
     s.store.publish_warnings("tag", s.located ? std::vector<std::string>{} : std::vector{s.never_located});
@@ -159,6 +161,8 @@ PoseStage::Result SceneBuilder::locate_camera(const capture::FrameSet& frame) {
 }
 
 void SceneBuilder::restore_tag_map(TagMap::State learnt) { state_->pose.restore_tag_map(std::move(learnt)); }
+void SceneBuilder::restore_views(KeyframeMap::Views views) { state_->pose.restore_views(std::move(views)); }
+std::optional<KeyframeMap::Views> SceneBuilder::take_views() { return state_->newest_views.take(); }
 std::optional<TagMap::State> SceneBuilder::take_tag_map() { return state_->newest_tag_map.take(); }
 void SceneBuilder::restart_tracking() { state_->pose.reset(); }
 

@@ -62,6 +62,10 @@ class SceneBuilder {
   void restart_tracking();
   /// Call before the first frame: where the tags are, as learnt before.
   void restore_tag_map(TagMap::State learnt);
+  /// Call before the first frame: views of the room, as kept before.
+  void restore_views(KeyframeMap::Views views);
+  /// The kept views of the room, if there are new ones since the last call. Any thread.
+  std::optional<KeyframeMap::Views> take_views();
   /// Where the tags are, if more was learnt since the last call. Any thread.
   std::optional<TagMap::State> take_tag_map();
   /// Poses of lamps that carry tags, for the light that is extracted next.

@@ -207,6 +207,7 @@ void KeyframeMap::add(const capture::FrameSet& frame, const PoseEstimate& pose) 
   view.features.descriptors = capture::Image<std::uint8_t>(kBytes, static_cast<int>(kept.size()), 1);
   for (std::size_t i = 0; i < kept.size(); ++i)
     std::copy_n(&seen.descriptors.data[kept[i] * kBytes], kBytes, &view.features.descriptors.data[i * kBytes]);
+  ++kept_;
   auto kept_view = std::make_shared<const Keyframe>(std::move(view));
   if (views_.size() < kKeyframes.max_views) {
     views_.push_back(std::move(kept_view));

@@ -44,6 +44,7 @@ class KeyframeMap {
 
   using Views = std::vector<std::shared_ptr<const Keyframe>>;
   const Views& views() const { return views_; }
+  int kept() const { return kept_; }  ///< views that were added so far
   /// Goes on from views that were kept before.
   void restore(Views views);
 
@@ -55,6 +56,7 @@ class KeyframeMap {
   Views views_;
   std::vector<std::uint64_t> used_;  ///< of each view: value of located_ when it last located the camera
   std::uint64_t located_ = 0;
+  int kept_ = 0;
 };
 
 }  // namespace lumigraft::reconstruct

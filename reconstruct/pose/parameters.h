@@ -132,6 +132,9 @@ struct TagTiltParameters {
   int nodes = 7;
   double flat_probability = 0.5;
   int max_frames = 30;  ///< in the mean of differences
+  /// Probability of a flat print above which it is taken for one: at first, and afterwards with a distance between both
+  /// ways, so that a pose does not jump to and fro.
+  double flat_at_first = 0.5, bent = 0.1, flat_again = 0.9;
 };
 inline constexpr TagTiltParameters kTagTilt;
 
@@ -217,6 +220,8 @@ struct KeyframeParameters {
   double common_rad = 0.01;
   double max_sigma_m = 0.01;               ///< of a pose by depth, beyond which views are asked, too
   std::int64_t interval_ns = 250'000'000;  ///< between searches of all views
+  int confirmations = 40;                  ///< such searches with a tag in view, after which restored views are dropped
+  double max_disagreement = 25;            ///< squared Mahalanobis distance up to which a restored view and a tag agree
   std::size_t max_views = 300;             ///< about 50 kB each
   std::size_t depth_stride = 97;           ///< pixels for the median depth
   float rim_fraction = 0.03f;              ///< difference of depth around a point at a rim

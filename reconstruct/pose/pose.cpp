@@ -84,6 +84,8 @@ struct PoseStage::State {
                 const std::optional<PoseEstimate>& tracked = std::nullopt);
   void use_tracked(const capture::FrameSet& frame, const PoseEstimate& tracked, const PoseCovariance* noise = nullptr);
   void keep_view(const capture::FrameSet& frame);
+  void confirm_views(const capture::FrameSet& frame);
+  bool compare_now(const capture::FrameSet& frame);
   void add_tag_warnings(std::vector<std::string>& warnings) const;
   Isometry3d exhibit_place() const { return moves_exhibit ? *tag_map.T_world_tag(0) : Isometry3d::Identity(); }
 
@@ -98,6 +100,8 @@ struct PoseStage::State {
   DepthTracking tracking;
   RestCheck rest_check;
   KeyframeMap keyframes;
+  int unconfirmed_views = 0;  ///< searches left for restored views to agree with a tag
+  int taken_views = 0;        ///< KeyframeMap::kept when they were taken last
   std::optional<Pose> last;
   std::int64_t seen_ns = 0;                 ///< when a tag was last seen
   std::optional<std::int64_t> searched_ns;  ///< last search of the whole image
@@ -329,6 +333,7 @@ bool PoseStage::State::measure(const capture::FrameSet& frame, const DistanceFie
   pose.reprojection_error_px = chosen->error_px;
   pose.time_ns = frame.time_ns;
   last = pose;
+  confirm_views(frame);
   keep_view(frame);
   return true;
 }
@@ -432,14 +437,13 @@ bool PoseStage::State::anchor(const capture::FrameSet& frame) {
 bool PoseStage::State::relocate(const capture::FrameSet& frame, const DistanceField* field,
                                 const std::optional<PoseEstimate>& tracked) {
   if (!frame.color || !search.fits(*frame.color) || keyframes.empty()) return false;
+  if (unconfirmed_views > 0 && measured > 0) return false;  // the tag may have been moved since they were kept
   std::optional<PoseEstimate> expected = tracked;
   if (!tracked && recent(frame)) {
     expected = {last->T_tag_camera_raw,
                 DepthTracking::predicted(last->covariance, 1e-9 * static_cast<double>(frame.time_ns - last->time_ns))};
   } else if (!tracked) {
-    if (compared_ns && frame.time_ns >= *compared_ns && frame.time_ns - *compared_ns < kKeyframes.interval_ns)
-      return false;
-    compared_ns = frame.time_ns;
+    if (!compare_now(frame)) return false;
   }
   const auto found = keyframes.locate(*frame.color, expected);
   const auto pose = found ? tracking.restart(frame, found->pose, field) : std::nullopt;
@@ -449,7 +453,28 @@ bool PoseStage::State::relocate(const capture::FrameSet& frame, const DistanceFi
   return true;
 }
 
+/// Whether a comparison with all views is due.
+bool PoseStage::State::compare_now(const capture::FrameSet& frame) {
+  if (compared_ns && frame.time_ns >= *compared_ns && frame.time_ns - *compared_ns < kKeyframes.interval_ns)
+    return false;
+  compared_ns = frame.time_ns;
+  return true;
+}
+
+/// Compares views that were restored with the first poses from a tag, and drops them if they are of another world.
+void PoseStage::State::confirm_views(const capture::FrameSet& frame) {
+  if (unconfirmed_views == 0 || !compare_now(frame)) return;
+  --unconfirmed_views;
+  const auto found = keyframes.locate(*frame.color);
+  const bool agree =
+      found && squared_mahalanobis(step_between(found->pose.T_tag_camera, last->T_tag_camera_raw),
+                                   found->pose.covariance + last->covariance) < kKeyframes.max_disagreement;
+  if (found ? !agree : unconfirmed_views == 0) keyframes.restore({});
+  if (found) unconfirmed_views = 0;
+}
+
 void PoseStage::State::keep_view(const capture::FrameSet& frame) {
+  if (unconfirmed_views > 0 && measured > 0) return;
   if (position_sigma_m(last->covariance) < kDepthTracking.max_sigma_m)
     keyframes.add(frame, {last->T_tag_camera_raw, last->covariance});
 }
@@ -506,6 +531,17 @@ void PoseStage::reset() {
   state_->tracking.reset();
   state_->last.reset();
   state_->searched_ns.reset();
+}
+
+void PoseStage::restore_views(KeyframeMap::Views views) {
+  state_->unconfirmed_views = views.empty() ? 0 : kKeyframes.confirmations;
+  state_->keyframes.restore(std::move(views));
+}
+
+std::optional<KeyframeMap::Views> PoseStage::take_views() {
+  const KeyframeMap& map = state_->keyframes;
+  if (std::exchange(state_->taken_views, map.kept()) == map.kept()) return std::nullopt;
+  return map.views();
 }
 
 void PoseStage::restore_tag_map(TagMap::State learnt) { state_->tag_map.restore(std::move(learnt)); }

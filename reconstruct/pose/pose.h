@@ -12,6 +12,7 @@
 #include "capture/session/session.h"
 #include "reconstruct/field/distance_field.h"
 #include "reconstruct/math/pose_covariance.h"
+#include "reconstruct/pose/keyframe_map.h"
 #include "reconstruct/pose/parameters.h"
 #include "reconstruct/pose/tag_map.h"
 
@@ -55,6 +56,11 @@ class PoseStage {
 
   /// Goes on from a tag map that was learnt before (read_tag_map), from the next frame on.
   void restore_tag_map(TagMap::State learnt);
+  /// Goes on from views that were kept before (read_views). They are dropped if a tag shows that they are of another
+  /// room, or that it was moved since. Without a tag they define the world.
+  void restore_views(KeyframeMap::Views views);
+  /// The kept views if some were added since the last call.
+  std::optional<KeyframeMap::Views> take_views();
   /// The map of several tags if it changed since the last call.
   std::optional<TagMap::State> take_tag_map();
 

@@ -29,7 +29,8 @@ struct PoseCandidate {
   std::optional<Alignment> alignment;
   std::optional<TiltDifference> tilt_by_depth;                    ///< before its correction (TagTilt),
   Eigen::Isometry3d T_tag_print = Eigen::Isometry3d::Identity();  ///< and that correction
-  double cost = 0;  ///< sum of evidence terms against it: squared deviations in σ, each at most evidence_cap
+  bool flat_print = true;  ///< its normal is that of the surface around it, as far as depth shows (TagTilt)
+  double cost = 0;         ///< sum of evidence terms against it: squared deviations in σ, each at most evidence_cap
 };
 
 /// Further evidence for the choice between candidates.

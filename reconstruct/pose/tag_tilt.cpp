@@ -18,15 +18,16 @@ using Step = Eigen::Matrix<double, 6, 1>;
 }  // namespace
 
 void TagTilt::correct(PoseCandidate& candidate, const std::optional<SurroundingPlane>& plane) const {
-  std::optional<TiltDifference> difference;
-  if (count_ > 0 && !plane) difference = mean_;
+  TiltDifference difference = mean_;
   if (plane) {
     const Eigen::Matrix3d to_tag = candidate.T_camera_tag.linear().transpose();
     const Eigen::Vector3d normal = to_tag * plane->normal;
     if (!(normal.z() > 0)) return;  // the other of the two poses, or no surface of this tag
     candidate.tilt_by_depth =
         TiltDifference{normal.head<2>(), (to_tag * plane->covariance * to_tag.transpose()).topLeftCorner<2, 2>()};
-    difference = candidate.tilt_by_depth;
+    difference = *candidate.tilt_by_depth;
+  } else if (count_ == 0) {
+    return;
   }
 
   // A step (δp, δθ) of the camera's pose moves the print's normal, as the camera sees it, by (-δθy, δθx) in the tag
@@ -42,26 +43,15 @@ void TagTilt::correct(PoseCandidate& candidate, const std::optional<SurroundingP
     const double bias_px = kTagPose.bias_sigma_px * std::pow(2.0, node);
     const PoseCovariance prior = node == 0 ? candidate.bias : PoseCovariance(bias_px * bias_px * of_a_pixel);
     const double share = node == 0 ? kTagTilt.flat_probability : (1 - kTagTilt.flat_probability) / kTagTilt.nodes;
-    // What the corners' residuals say: eight coordinates less six unknowns.
-    const double corner_variance = kTagPose.corner_sigma_px * kTagPose.corner_sigma_px + bias_px * bias_px;
-    const double squared_residuals = 4 * candidate.error_px * candidate.error_px;
     double log_weight = std::log(share);
-    if (candidate.error_px > 0) log_weight -= std::log(corner_variance) + squared_residuals / (2 * corner_variance);
-    Step step = Step::Zero();
-    PoseCovariance covariance = prior;
-    if (difference) {
-      const Matrix2d innovation = by_step * prior * by_step.transpose() + difference->covariance;
-      const Matrix2d inverse = innovation.inverse();
-      const Eigen::Matrix<double, 6, 2> gain = prior * by_step.transpose() * inverse;
-      log_weight -=
-          0.5 * (std::log(innovation.determinant()) + difference->normal_xy.dot(inverse * difference->normal_xy));
-      step = gain * difference->normal_xy;
-      covariance -= gain * by_step * prior;
-    }
+    const Matrix2d innovation = by_step * prior * by_step.transpose() + difference.covariance;
+    const Matrix2d inverse = innovation.inverse();
+    const Eigen::Matrix<double, 6, 2> gain = prior * by_step.transpose() * inverse;
+    log_weight -= 0.5 * (std::log(innovation.determinant()) + difference.normal_xy.dot(inverse * difference.normal_xy));
     if (!std::isfinite(log_weight)) return;
     log_weights.push_back(log_weight);
-    steps.push_back(step);
-    covariances.push_back(covariance);
+    steps.emplace_back(gain * difference.normal_xy);
+    covariances.emplace_back(prior - gain * by_step * prior);
   }
   const double largest = *std::max_element(log_weights.begin(), log_weights.end());
   double weights = 0;
@@ -72,6 +62,9 @@ void TagTilt::correct(PoseCandidate& candidate, const std::optional<SurroundingP
     mean += weight * steps[i];
   }
   mean /= weights;
+  const double flat = std::exp(log_weights[0] - largest) / weights;
+  candidate.flat_print = flat > (!flat_ ? kTagTilt.flat_at_first : *flat_ ? kTagTilt.bent : kTagTilt.flat_again);
+  if (candidate.flat_print) return;
   candidate.bias.setZero();
   for (std::size_t i = 0; i < steps.size(); ++i)
     candidate.bias += std::exp(log_weights[i] - largest) / weights *
@@ -83,6 +76,7 @@ void TagTilt::correct(PoseCandidate& candidate, const std::optional<SurroundingP
 
 void TagTilt::add(const PoseCandidate& candidate) {
   T_tag_print_ = candidate.T_tag_print;
+  flat_ = candidate.flat_print;
   if (!candidate.tilt_by_depth) return;  // no depth
   count_ = std::min(count_ + 1, kTagTilt.max_frames);
   mean_.normal_xy += (candidate.tilt_by_depth->normal_xy - mean_.normal_xy) / count_;

@@ -12,10 +12,10 @@
 
 namespace lumigraft::reconstruct {
 
-/// Of one tag. The size of its print's bias is unknown; a prior over it (TagTiltParameters) is updated by the corners'
-/// residuals and by the difference of both normals, so that a print that agrees with depth within depth's
-/// errors is not moved by them, and one that does not agree is turned to the surface. Without depth only its covariance
-/// changes.
+/// Of one tag. The size of its print's bias is unknown; a prior over it (TagTiltParameters) is updated by the
+/// difference of both normals. A print that agrees with depth within depth's errors keeps its pose and its covariance;
+/// one that does not is turned to the surface, as far as its bias explains the difference. Residuals of the corners are
+/// no evidence: the detector displaces corners of exact prints by a quarter of a pixel, too.
 class TagTilt {
  public:
   /// `focal_px`: of the colour camera.
@@ -31,6 +31,7 @@ class TagTilt {
 
  private:
   double size_m_, focal_px_;
+  std::optional<bool> flat_;  ///< the print's bias is that of a flat print and a calibrated lens; empty: no frame yet
   int count_ = 0;
   TiltDifference mean_;
   Eigen::Isometry3d T_tag_print_ = Eigen::Isometry3d::Identity();

@@ -1,5 +1,6 @@
 #include "server/commands/serve.h"
 
+#include <chrono>
 #include <cstdio>
 
 #include "capture/error.h"
@@ -10,6 +11,7 @@
 #include "server/commands/serve_texts.h"
 #include "server/commands/stop_signal.h"
 #include "server/commands/tag_map_file.h"
+#include "server/commands/views_file.h"
 #include "server/pipeline/pipeline.h"
 #include "server/stream/page.h"
 #include "server/stream/web_server.h"
@@ -65,6 +67,12 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
     if (!tag_map->message().empty()) std::fprintf(stderr, "lumigraft: %s\n", tag_map->message().c_str());
     input.tag_map = tag_map->learnt();
   }
+  std::optional<ViewsFile> views;
+  if (live) {
+    views.emplace(views_file_of(input.session_text.file), session);
+    if (!views->message().empty()) std::fprintf(stderr, "lumigraft: %s\n", views->message().c_str());
+    input.views = views->views();
+  }
 
   EncoderDemand demand;
   Metrics metrics;
@@ -111,6 +119,13 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
     const std::string failure = learnt ? tag_map->save(*learnt) : "";
     if (!failure.empty()) std::fprintf(stderr, "lumigraft: %s\n", failure.c_str());
   };
+  const auto save_views = [&] {
+    const auto kept = views ? pipeline.take_views() : std::nullopt;
+    const std::string failure = kept ? views->save(*kept) : "";
+    if (!failure.empty()) std::fprintf(stderr, "lumigraft: %s\n", failure.c_str());
+  };
+  // Some megabytes; new views are many in the first minute and rare later.
+  auto views_saved = std::chrono::steady_clock::now();
   ServeLog log;
   while (!stop.wait(std::chrono::seconds(1))) {
     const Pipeline::Record record = pipeline.newest_record();
@@ -119,11 +134,16 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
                                 button ? std::optional(button->state()) : std::nullopt, pipeline.playback().state()));
     log.tick(record.warnings, metrics.drops());
     save_tag_map();
+    if (std::chrono::steady_clock::now() - views_saved >= std::chrono::minutes(1)) {
+      save_views();
+      views_saved = std::chrono::steady_clock::now();
+    }
   }
   pipeline.stop();  // requests the stages to stop, while viewers are disconnected
   web.stop();
   pipeline.join();  // or the stop signal's grace period ends first
   save_tag_map();
+  save_views();
 }
 
 }  // namespace lumigraft::server

@@ -6,18 +6,12 @@
 #include "capture/message_text.h"
 #include "capture/text_file.h"
 #include "reconstruct/pose/tag_map_file.h"
+#include "server/commands/unused_file.h"
 
 namespace lumigraft::server {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// FILE.unused, or the first of FILE.unused2, FILE.unused3 ... that does not exist.
-fs::path free_name(const fs::path& file) {
-  fs::path name = file.string() + ".unused";
-  for (int i = 2; fs::exists(name); ++i) name = file.string() + ".unused" + std::to_string(i);
-  return name;
-}
 
 }  // namespace
 
@@ -39,7 +33,7 @@ TagMapFile::TagMapFile(fs::path file, capture::Tag tag) : file_(std::move(file))
 
 std::string TagMapFile::save(const reconstruct::TagMap::State& state) {
   try {
-    if (unusable_) fs::rename(file_, free_name(file_));
+    if (unusable_) keep_as_unused(file_);
     unusable_ = false;
     capture::write_text(file_, reconstruct::tag_map_text(tag_, state));
     failed_ = false;

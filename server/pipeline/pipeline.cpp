@@ -90,6 +90,7 @@ struct Pipeline::State {
         relighter(session, input.plan, std::move(make_device)),
         encode(input.server.jpeg_quality, demand, metrics) {
     if (input.tag_map) builder.restore_tag_map(*std::move(input.tag_map));
+    builder.restore_views(std::move(input.views));
   }
 
   template <typename T>
@@ -391,6 +392,8 @@ void Pipeline::join() { state_->threads.clear(); }
 ExhibitState& Pipeline::exhibit() { return state_->exhibit; }
 
 Playback& Pipeline::playback() { return state_->playback; }
+
+std::optional<reconstruct::KeyframeMap::Views> Pipeline::take_views() { return state_->builder.take_views(); }
 
 std::optional<reconstruct::TagMap::State> Pipeline::take_tag_map() { return state_->builder.take_tag_map(); }
 

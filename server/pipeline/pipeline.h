@@ -56,6 +56,8 @@ class Pipeline {
   Playback& playback();
   /// Where the tags are, if more was learnt since the last call.
   std::optional<reconstruct::TagMap::State> take_tag_map();
+  /// The kept views of the room, if there are new ones since the last call.
+  std::optional<reconstruct::KeyframeMap::Views> take_views();
   /// The newest image; its srgb is null before the first.
   ShownFrame newest() const;
   /// The record of the newest image.

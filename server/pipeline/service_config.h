@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "capture/session/session.h"
+#include "reconstruct/pose/keyframe_map.h"
 #include "reconstruct/pose/tag_map.h"
 #include "relight/exhibit/exhibit.h"
 #include "relight/gpu/device.h"
@@ -40,6 +41,7 @@ struct ServiceInput {
   relight::Plan plan;
   ServerSettings server;
   std::optional<reconstruct::TagMap::State> tag_map;  ///< learnt earlier; see TagMapFile
+  reconstruct::KeyframeMap::Views views;              ///< kept earlier; see ViewsFile
   std::vector<std::string> warnings;                  ///< about former and obsolete keys in these files
 };
 

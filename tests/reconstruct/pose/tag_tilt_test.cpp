@@ -74,23 +74,7 @@ TEST(TagTilt, DepthDoesNotSpoilAnExactPrint) {
   }
   std::printf("tag tilt: exact lens: RMS %.3f deg by the print, %.3f deg with depth\n", std::sqrt(squares_without / 24),
               std::sqrt(squares_with / 24));
-  EXPECT_LT(squares_with, 1.1 * squares_without);
-}
-
-// Corners that do not fit a square by half a pixel: without depth the pose is as uncertain as that.
-TEST(TagTilt, ResidualsOfCornersWidenTheCovariance) {
-  TagTilt tilt(0.16, 262.5);
-  PoseCandidate exact;
-  exact.T_camera_tag = test::looking_at_tag(1, 0.6, 0.3).inverse();
-  exact.bias = PoseCovariance::Identity() * 1e-8;
-  exact.error_px = 0.03;
-  PoseCandidate bent = exact;
-  bent.error_px = 0.5;
-  tilt.correct(exact, std::nullopt);
-  tilt.correct(bent, std::nullopt);
-  EXPECT_TRUE(bent.T_camera_tag.isApprox(exact.T_camera_tag));
-  EXPECT_LT(angle_sigma_rad(exact.bias), 0.5 * kDegree);
-  EXPECT_GT(angle_sigma_rad(bent.bias), 1 * kDegree);
+  EXPECT_LT(squares_with, 1.01 * squares_without);
 }
 
 // The plane around the tag ends where the table does: a lower floor is not taken for it.
