@@ -294,10 +294,11 @@ Tag read_tag(const ConfigTable& table, std::set<int>& taken) {
 /// Without a tag the world is a surface that depth shows, and no pose in the frame of a tag can be meant.
 void require_surface_anchor(const ConfigTable& root, const Session& session) {
   if (!session.depth)
-    root.fail("tag",
-              "missing, allowed without it: sessions with [depth], which shows the surface that becomes the world");
+    root.fail(
+        "tag",
+        "found nothing, allowed without [tag]: sessions with [depth], which shows the surface that becomes the world");
   if (session.fisheye)
-    root.fail("tag", "missing, needed by fisheye.T_tag_fisheye; allowed without it: sessions without [fisheye]");
+    root.fail("tag", "found nothing, but it is needed by fisheye.T_tag_fisheye; allowed without [tag]: no [fisheye]");
 }
 
 /// Three numbers; `allowed` describes the range in errors.

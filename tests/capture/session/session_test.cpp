@@ -177,11 +177,13 @@ TEST_F(SessionFile, ASurfaceIsTheWorldWithoutATag) {
   };
   EXPECT_TRUE(read().tag.present());
   cut("[tag]", "[[real_surface]]");
-  EXPECT_NE(error({}).find("tag: missing, needed by fisheye.T_tag_fisheye"), std::string::npos) << error({});
+  EXPECT_NE(error({}).find("tag: found nothing, but it is needed by fisheye.T_tag_fisheye"), std::string::npos)
+      << error({});
   cut("[fisheye]", "[[real_surface]]");
   EXPECT_FALSE(read().tag.present());
   cut("[depth]", "[[real_surface]]");
-  EXPECT_NE(error({}).find("tag: missing, allowed without it: sessions with [depth]"), std::string::npos) << error({});
+  EXPECT_NE(error({}).find("tag: found nothing, allowed without [tag]: sessions with [depth]"), std::string::npos)
+      << error({});
 }
 
 constexpr const char* kExtraTags = R"([[tag.extra]]

@@ -36,7 +36,7 @@ struct MovingTable {
   }
 };
 
-bool names(const PoseStage::Result& result, const std::string& text) {
+bool warns_of(const PoseStage::Result& result, const std::string& text) {
   return std::ranges::any_of(result.warnings, [&](const std::string& w) { return w.find(text) != std::string::npos; });
 }
 
@@ -60,14 +60,14 @@ TEST_P(MovedTagOfTwo, MovesNoCameraAndIsKnownAtItsNewPlace) {
         EXPECT_TRUE(result.warnings.empty()) << i << result.warnings.front();
       }
       if (i >= kMoved) {
-        EXPECT_TRUE(names(result, moved)) << i;
+        EXPECT_TRUE(warns_of(result, moved)) << i;
       }
     }
-    EXPECT_TRUE(names(result, std::string(moved) + ": it was moved by"));
+    EXPECT_TRUE(warns_of(result, std::string(moved) + ": it was moved by"));
     const bool taken = follows && GetParam();
     const Isometry3d expected = taken ? table.push : Isometry3d::Identity();
     EXPECT_LT(test::millimetres_apart(result.pose->T_tag_exhibit, expected), 4);
-    EXPECT_EQ(names(result, "objects moved with it"), taken);
+    EXPECT_EQ(warns_of(result, "objects moved with it"), taken);
   }
 }
 
@@ -82,13 +82,13 @@ TEST_P(MovedTagOfTwo, ThatGoesOnMovingIsNeverUsed) {
     const auto result = stage.locate(table.frame(i));
     ASSERT_TRUE(result.pose) << i;
     // Until it is clear which of both moves.
-    const bool contradicting = names(result, "contradicts the others, left out");
+    const bool contradicting = warns_of(result, "contradicts the others, left out");
     const double limit_mm = i >= kMoved + 8 ? 4 : contradicting ? 25 : 6;
     EXPECT_LT(test::millimetres_apart(result.pose->T_tag_camera_raw, table.truth), limit_mm) << i;
     if (i >= kMoved + 8) {
-      EXPECT_TRUE(names(result, "contradicts the others, left out")) << i;
+      EXPECT_TRUE(warns_of(result, "contradicts the others, left out")) << i;
     }
-    EXPECT_FALSE(names(result, "it was moved")) << i;
+    EXPECT_FALSE(warns_of(result, "it was moved")) << i;
   }
 }
 
