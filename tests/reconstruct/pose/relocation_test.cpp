@@ -40,6 +40,23 @@ capture::FrameSet at(capture::FrameSet frame, std::uint64_t index) {
   return frame;
 }
 
+/// The frame with a tag on the floor, at the origin of `T_tag_camera`.
+capture::FrameSet with_tag(capture::FrameSet frame, const capture::CameraModel& camera,
+                           const Isometry3d& T_tag_camera) {
+  const TagFinder finder(test::some_tag());
+  const capture::Frame tag = test::view_of_tag(camera, finder.pattern(), 0.16, T_tag_camera);
+  auto color = std::make_shared<capture::Frame>(*frame.color);
+  for (int v = 0; v < camera.height; ++v)
+    for (int u = 0; u < camera.width; ++u) {
+      const Vector3d d = T_tag_camera.linear() * *camera.unproject({static_cast<double>(u), static_cast<double>(v)});
+      const Vector3d p = T_tag_camera.translation() - T_tag_camera.translation().z() / d.z() * d;
+      if (d.z() < 0 && p.cwiseAbs().maxCoeff() < 0.11)
+        for (int c = 0; c < 3; ++c) color->encoded.at(u, v, c) = tag.encoded.at(u, v, c);
+    }
+  frame.color = color;
+  return frame;
+}
+
 TEST(Relocation, ViewsLocateTheCameraWithinTheirCovariance) {
   const capture::CameraModel camera = test::small_camera();
   const TestRoom room = large_room();
@@ -202,6 +219,59 @@ TEST(Relocation, WithoutATagTheCameraIsTrackedLostAndFoundAgain) {
   EXPECT_LT(found_mm, 8);
 }
 
+// Without a tag, kept views hold the world where it was.
+TEST(Relocation, AfterARestartTheWorldIsTheSame) {
+  const capture::CameraModel camera = test::small_camera();
+  const TestRoom room = large_room();
+  capture::Tag none;
+  none.size_m = 0;
+  PoseStage before(none, camera);
+  const auto anchored = before.locate(test::textured_view(room, camera, on_arc(0), 0));
+  ASSERT_TRUE(anchored.pose);
+  const Isometry3d T_room_world = on_arc(0) * anchored.pose->T_tag_camera.inverse();
+  const auto views = before.take_views();
+  ASSERT_TRUE(views);
+  EXPECT_FALSE(before.take_views()) << "none is new";
+
+  PoseStage after(none, camera);
+  after.restore_views(*views);
+  const auto found = after.locate(test::textured_view(room, camera, on_arc(0.25), 0));
+  ASSERT_TRUE(found.pose);
+  EXPECT_LT(test::millimetres_apart(T_room_world * found.pose->T_tag_camera, on_arc(0.25)), 15);
+}
+
+// The tag was moved by 40 cm while the service was off: the tag is right, and views that contradict it are dropped.
+TEST(Relocation, RestoredViewsThatATagContradictsAreDropped) {
+  const capture::CameraModel camera = test::small_camera();
+  TestRoom room = large_room();
+  room.boxes.clear();
+  const Isometry3d T_tag_room(Eigen::Translation3d(0.4, 0, 0));
+  const auto above = [](double x_m) -> Isometry3d {
+    return Eigen::Translation3d(x_m, 0, 0) * test::looking_at_tag(0.9, 20 * kDegree, -1.2);
+  };
+  for (const bool moved : {false, true}) {
+    KeyframeMap map(camera);
+    for (const double x_m : {0.0, 0.2})
+      map.add(test::textured_view(room, camera, above(x_m), 0),
+              {moved ? T_tag_room * above(x_m) : above(x_m), 1e-8 * PoseCovariance::Identity()});
+    PoseStage stage(test::some_tag(), camera);
+    stage.restore_views(map.views());
+    std::uint64_t index = 0;
+    for (; index < 10; ++index) {
+      const auto seen = with_tag(test::textured_view(room, camera, above(0), index), camera, above(0));
+      ASSERT_TRUE(stage.locate(seen).pose);
+    }
+    // Out of the tag's view, where only the restored views were.
+    PoseStage::Result result;
+    for (index = 40; index < 50 && !result.pose; ++index)
+      result = stage.locate(test::textured_view(room, camera, above(0.25), index));
+    if (result.pose) {
+      EXPECT_LT(test::millimetres_apart(result.pose->T_tag_camera, above(0.25)), 25) << moved;
+    }
+    EXPECT_TRUE(moved || result.pose);
+  }
+}
+
 // Depth of a bare floor leaves three directions of the pose open; its texture determines them.
 TEST(Relocation, TextureOfABareFloorDeterminesThePose) {
   const capture::CameraModel camera = test::small_camera();
@@ -209,20 +279,9 @@ TEST(Relocation, TextureOfABareFloorDeterminesThePose) {
   room.boxes.clear();
   const DistanceField floor = room.field();
   PoseStage stage(test::some_tag(), camera);
-  const TagFinder finder(test::some_tag());
   const Isometry3d above = test::looking_at_tag(0.9, 20 * kDegree, -1.2);
   // The tag is seen once, on the textured floor; then it is taken away.
-  capture::FrameSet first = test::textured_view(room, camera, above, 0);
-  auto with_tag = std::make_shared<capture::Frame>(*first.color);
-  const capture::Frame tag = test::view_of_tag(camera, finder.pattern(), 0.16, above);
-  for (int v = 0; v < camera.height; ++v)
-    for (int u = 0; u < camera.width; ++u) {
-      const Vector3d d = above.linear() * *camera.unproject({static_cast<double>(u), static_cast<double>(v)});
-      const Vector3d p = above.translation() - above.translation().z() / d.z() * d;
-      if (p.cwiseAbs().maxCoeff() < 0.11)
-        for (int c = 0; c < 3; ++c) with_tag->encoded.at(u, v, c) = tag.encoded.at(u, v, c);
-    }
-  first.color = with_tag;
+  const capture::FrameSet first = with_tag(test::textured_view(room, camera, above, 0), camera, above);
   ASSERT_TRUE(stage.locate(first, &floor).pose);
   double worst_mm = 0;
   for (std::uint64_t i = 1; i < 40; ++i) {
