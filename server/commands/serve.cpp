@@ -129,10 +129,10 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
   ServeLog log;
   while (!stop.wait(std::chrono::seconds(1))) {
     const Pipeline::Record record = pipeline.newest_record();
+    log.tick(record.warnings, metrics.drops());  // before viewers know: whoever reads of it finds it in the log
     web.publish_text("stats",
                      stats_text(record, metrics, metrics.take_interval(),
                                 button ? std::optional(button->state()) : std::nullopt, pipeline.playback().state()));
-    log.tick(record.warnings, metrics.drops());
     save_tag_map();
     if (std::chrono::steady_clock::now() - views_saved >= std::chrono::minutes(1)) {
       save_views();
