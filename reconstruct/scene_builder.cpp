@@ -106,7 +106,8 @@ struct SceneBuilder::State {
   Shared<SeenByColor> seen_by_color;  ///< until the light stage takes it
   SceneStore store;
 
-  State(const capture::Session& session, SceneOverrides the_overrides, std::unique_ptr<AlbedoPace> pace)
+  State(const capture::Session& session, SceneOverrides the_overrides, std::unique_ptr<AlbedoPace> pace,
+        const FusionSettings& fusion_settings)
       : overrides(std::move(the_overrides)),
         registration(session),
         pose(session.tag, session.color.model, session.color.response),
@@ -118,7 +119,7 @@ struct SceneBuilder::State {
         tag_planes(session),
         light(session),
         color_gain(session),
-        fusion(session, FusionSettings{}),
+        fusion(session, fusion_settings),
         albedo(session),
         light_from_shading(session),
         fisheye_awaited_ns(session.fisheye ? kFisheyeAwaited_ns : 0),
@@ -132,8 +133,8 @@ struct SceneBuilder::State {
 };
 
 SceneBuilder::SceneBuilder(const capture::Session& session, SceneOverrides overrides,
-                           std::unique_ptr<AlbedoPace> albedo_pace)
-    : state_(std::make_unique<State>(session, std::move(overrides), std::move(albedo_pace))) {}
+                           std::unique_ptr<AlbedoPace> albedo_pace, const FusionSettings& fusion)
+    : state_(std::make_unique<State>(session, std::move(overrides), std::move(albedo_pace), fusion)) {}
 
 SceneBuilder::~SceneBuilder() = default;
 

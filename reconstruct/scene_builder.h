@@ -46,7 +46,8 @@ class SceneBuilder {
  public:
   /// Throws InputError.
   explicit SceneBuilder(const capture::Session& session, SceneOverrides overrides = {},
-                        std::unique_ptr<AlbedoPace> albedo_pace = std::make_unique<FramePace>());
+                        std::unique_ptr<AlbedoPace> albedo_pace = std::make_unique<FramePace>(),
+                        const FusionSettings& fusion = {});
   ~SceneBuilder();
 
   /// Runs all stages in order. An exception of a stage becomes a warning of the frame.

@@ -99,7 +99,8 @@ bool run_replay(const ReplayCommand& command, const std::atomic<bool>& interrupt
   if (command.oracle.any()) oracle = std::make_unique<Oracle>(input.session, command.oracle);
   PartialOutput output(command.out);
   const auto make_device = [backend = input.server.backend] { return relight::gpu::create_device(backend, {}); };
-  OfflinePipeline pipeline(input.session, std::move(input.exhibit), input.plan, make_device, std::move(oracle));
+  OfflinePipeline pipeline(input.session, std::move(input.exhibit), input.plan, make_device, std::move(oracle),
+                           input.server.fusion);
   if (const fs::path& map = input.session.tag.map; !map.empty()) {
     const TagMapFile file(map, input.session.tag);
     std::cerr << "lumigraft: "

@@ -10,14 +10,15 @@
 namespace lumigraft::server {
 
 OfflinePipeline::OfflinePipeline(const capture::Session& session, relight::Exhibit exhibit, const relight::Plan& plan,
-                                 MakeDevice make_device, std::shared_ptr<Oracle> oracle)
+                                 MakeDevice make_device, std::shared_ptr<Oracle> oracle,
+                                 const reconstruct::FusionSettings& fusion)
     : session_(session),
       exhibit_(std::move(exhibit)),
       plan_(plan),
       planner_(plan),
       make_device_(std::move(make_device)),
       truth_(oracle ? oracle->parts() : OracleParts{}),
-      builder_(session, overrides_of(oracle)) {
+      builder_(session, overrides_of(oracle), std::make_unique<reconstruct::FramePace>(), fusion) {
   make();
 }
 

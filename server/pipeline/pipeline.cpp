@@ -85,7 +85,7 @@ struct Pipeline::State {
         demand(the_demand),
         metrics(the_metrics),
         publish(std::move(the_publish)),
-        builder(session, {}, std::make_unique<RestingPace>(the_metrics)),
+        builder(session, {}, std::make_unique<RestingPace>(the_metrics), input.server.fusion),
         planner(input.plan),
         relighter(session, input.plan, std::move(make_device)),
         encode(input.server.jpeg_quality, demand, metrics) {

@@ -10,6 +10,9 @@
 namespace lumigraft::server {
 namespace {
 
+/// Holds 1500 bricks and as many working copies, what a camera sees of a table. More than any room needs.
+constexpr double kMinFieldMemory_mb = 64, kMaxFieldMemory_mb = 1 << 20;
+
 /// Whether `override` sets a key of the configuration itself, not of the session that it names.
 bool of_configuration(const std::string& override_line) {
   const std::string head = override_line.substr(0, override_line.find_first_of(".="));
@@ -26,6 +29,8 @@ ServerSettings read_server(const capture::ConfigTable& root) {
     settings.jpeg_quality = table->integer("jpeg_quality", 1, 100, settings.jpeg_quality);
     if (table->has("recordings")) settings.recordings = table->folder() / table->text("recordings");
     settings.backend = *relight::gpu::backend_named(table->choice("backend", {"best", "vulkan", "egl"}, "best"));
+    double& memory_mb = settings.fusion.max_memory_mb;
+    memory_mb = table->number("max_field_memory_mb", kMinFieldMemory_mb, kMaxFieldMemory_mb, memory_mb);
   }
   return settings;
 }
@@ -130,7 +135,10 @@ std::string settable_keys() {
       "  server.recordings  (DIR)\n      where the page's record button writes sessions of live cameras; none: no "
       "button\n"
       "  server.backend  (best, vulkan, egl)\n      what draws; best: a hardware GPU before software, Vulkan before "
-      "EGL\n";
+      "EGL\n"
+      "  server.max_field_memory_mb  (64 to 1048576)\n      memory of the reconstructed room; where it is short, what "
+      "is "
+      "out of view for long and far from the tag is\n      forgotten; 768\n";
   return text;
 }
 

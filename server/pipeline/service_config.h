@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "capture/session/session.h"
+#include "reconstruct/fusion/parameters.h"
 #include "reconstruct/pose/keyframe_map.h"
 #include "reconstruct/pose/tag_map.h"
 #include "relight/exhibit/exhibit.h"
@@ -22,6 +23,7 @@ struct ServerSettings {
   int jpeg_quality = 85;
   std::filesystem::path recordings;  ///< folder for recordings from the page; empty: it cannot record
   relight::gpu::Backend backend = relight::gpu::Backend::best;  ///< also for replay
+  reconstruct::FusionSettings fusion;                           ///< also for replay
 };
 
 /// ADDRESS:PORT with a numeric address, [::1]:PORT, localhost:PORT, or :PORT. `where` is the prefix of error messages.

@@ -61,6 +61,23 @@ TEST(SceneBuilder, ItsStagesByThemselvesGiveTheSameScene) {
   EXPECT_FALSE(at_once.learning());
 }
 
+TEST(SceneBuilder, MemoryOfTheFieldIsSet) {
+  const capture::Session session = tabletop();
+  FusionSettings small;
+  small.max_memory_mb = 1;
+  SceneBuilder builder(session, {}, std::make_unique<FramePace>(), small), usual(session);
+  const capture::FrameSet sensed = first_frames(session, 1).front();
+  for (SceneBuilder* each : {&builder, &usual}) {
+    const capture::FrameSet frame = each->register_depth(sensed);
+    const std::optional<Pose> pose = each->locate_camera(frame).pose;
+    ASSERT_TRUE(pose);
+    each->fuse_depth(frame, *pose);
+  }
+  EXPECT_GT(builder.fusion_memory().bricks, 0u);
+  EXPECT_LE(builder.fusion_memory().used_bytes, 1'020'000u);
+  EXPECT_GT(usual.fusion_memory().used_bytes, 10'000'000u);
+}
+
 TEST(SceneBuilder, LightNeedsNoColourFrame) {
   const capture::Session session = tabletop();
   const capture::FrameSet frame = first_frames(session, 1).front();

@@ -93,5 +93,25 @@ TEST_P(LockStepOn, WithoutAnotherDeviceTheNextFrameAsksAgain) {
   EXPECT_FALSE(got[2].picture.passes.empty());
 }
 
+TEST(OfflinePipeline, MemoryOfTheFieldIsSet) {
+  relight::Plan plan;
+  plan.method = "rays";  // needs no GPU
+  plan.trace_scale = 8;
+  ServiceFiles files;
+  files.session = LUMIGRAFT_SOURCE_DIR "/recordings/tabletop";
+  const ServiceInput input = read_service(files, plan);
+  reconstruct::FusionSettings small;
+  small.max_memory_mb = 1;
+  OfflinePipeline pipeline(
+      input.session, {}, input.plan, [] { return nullptr; }, nullptr, small);
+  const std::optional<capture::FrameSet> frame =
+      capture::open_paired_frames(input.session)->next(std::chrono::seconds(10));
+  ASSERT_TRUE(frame);
+  const FrameRecord record = pipeline.step(*frame, false);
+  ASSERT_TRUE(record.scene.field);
+  EXPECT_GT(record.scene.field->bricks.size(), 0u);
+  EXPECT_LE(record.scene.field->bricks.size() * sizeof(reconstruct::FieldBrick), 1'000'000u);
+}
+
 }  // namespace
 }  // namespace lumigraft::server

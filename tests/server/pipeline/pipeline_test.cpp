@@ -97,6 +97,39 @@ TEST(Pipeline, LightGoesOnWhileTheColourCameraIsAway) {
   EXPECT_EQ(pipeline.newest_record().warnings, std::vector<std::string>{"colour: the camera is disconnected"});
 }
 
+/// Bytes of fused bricks once the pipeline has some; 0 if it fuses nothing.
+std::size_t fused_bytes(const Metrics& metrics) {
+  const std::string name = "\nlumigraft_fusion_bytes ";
+  const auto deadline = std::chrono::steady_clock::now() + 60s;
+  while (std::chrono::steady_clock::now() < deadline) {
+    const std::string text = metrics.prometheus();
+    const std::size_t at = text.find(name);
+    if (at != std::string::npos && text[at + name.size()] != '0') return std::stoull(text.substr(at + name.size()));
+    std::this_thread::sleep_for(10ms);
+  }
+  return 0;
+}
+
+TEST(Pipeline, MemoryOfTheFieldIsSet) {
+  relight::Plan plan;
+  plan.method = "rays";  // needs no GPU
+  plan.trace_scale = 8;
+  ServiceInput input = tabletop(plan);
+  input.exhibit = {};
+  input.server.fusion.max_memory_mb = 1;
+  const auto open = [&]() -> Pipeline::Cameras {
+    return {capture::seekable_frames(capture::open_sources(input.session)), nullptr};
+  };
+  EncoderDemand demand;
+  Metrics metrics;
+  Pipeline pipeline(
+      input, open(), open, [] { return nullptr; }, demand, metrics, [](const auto&) {});
+  pipeline.start();
+  const std::size_t bytes = fused_bytes(metrics);
+  EXPECT_GT(bytes, 0u);
+  EXPECT_LE(bytes, 1'020'000u);
+}
+
 TEST(Pipeline, LightGoesOnWhileDrawingIsSlow) {
   constexpr relight::gpu::Backend kBackend = relight::gpu::Backend::egl;
   const relight::gpu::LosableDevices losable(kBackend);

@@ -39,7 +39,7 @@ TEST(ServiceConfig, AConfigurationMayNameASession) {
              "session = \".\"\nexhibit = \"other.toml\"\n[server]\nmax_viewers = 3\n[plan]\nvolume = 64\n");
   ServiceFiles files;
   files.config = tiny.folder / "kiosk.toml";
-  files.overrides = {"tag.id=8", "server.jpeg_quality=50", "server.backend=egl"};
+  files.overrides = {"tag.id=8", "server.jpeg_quality=50", "server.backend=egl", "server.max_field_memory_mb=2048"};
   const ServiceInput input = read_service(files, relight::Plan{});
   EXPECT_EQ(input.session.name, "tiny");
   EXPECT_EQ(input.session.tag.id, 8) << "--set reaches the session's keys";
@@ -47,6 +47,7 @@ TEST(ServiceConfig, AConfigurationMayNameASession) {
   EXPECT_EQ(input.server.max_viewers, 3);
   EXPECT_EQ(input.server.jpeg_quality, 50);
   EXPECT_EQ(input.server.backend, relight::gpu::Backend::egl);
+  EXPECT_EQ(input.server.fusion.max_memory_mb, 2048);
   EXPECT_EQ(input.plan.volume, 64);
 }
 
@@ -106,9 +107,10 @@ TEST(ServiceConfig, ErrorsSayWhere) {
   files.session = tiny.folder / "none";
   EXPECT_NE(error_of(files).find("no such folder"), std::string::npos) << error_of(files);
   files.session = tiny.folder;
-  for (const char* wrong : {"server.listen=8080", "server.listen=localhost:99999", "server.listen=kiosk:80",
-                            "server.listen=::1:80", "server.max_viewers=0", "server.backend=metal", "server.port=8080",
-                            "plan.volume=77", "color.wide=4", "nonsense=1"}) {
+  for (const char* wrong :
+       {"server.listen=8080", "server.listen=localhost:99999", "server.listen=kiosk:80", "server.listen=::1:80",
+        "server.max_viewers=0", "server.max_field_memory_mb=63", "server.backend=metal", "server.port=8080",
+        "plan.volume=77", "color.wide=4", "nonsense=1"}) {
     files.overrides = {wrong};
     const std::string error = error_of(files);
     EXPECT_NE(error.find(std::string(wrong).substr(0, std::string(wrong).find('='))), std::string::npos) << error;
