@@ -73,4 +73,8 @@ std::shared_ptr<FieldBrick> FieldBrickMaker::copy(const FieldBrick& brick) const
   return std::allocate_shared<FieldBrick>(PoolAllocator<FieldBrick>(pages_), brick);
 }
 
+std::shared_ptr<FieldBrick> FieldBrickMaker::make() const {
+  return std::allocate_shared<FieldBrick>(PoolAllocator<FieldBrick>(pages_));
+}
+
 }  // namespace lumigraft::reconstruct

@@ -36,11 +36,12 @@ class BrickPages {
   std::vector<void*> free_;  ///< the slot freed last is at the end: it may still be in the cache
 };
 
-/// Copies bricks into a pool. The copies may outlive the maker.
+/// Makes bricks in a pool, which they may outlive.
 class FieldBrickMaker {
  public:
   FieldBrickMaker();
   std::shared_ptr<FieldBrick> copy(const FieldBrick& brick) const;
+  std::shared_ptr<FieldBrick> make() const;  ///< of which nothing is known
   std::size_t used_bytes() const { return pages_->used_bytes(); }  ///< by all copies, also those that readers hold
 
  private:

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstddef>
 
 #include "reconstruct/fusion/parameters.h"
 #include "reconstruct/math/depth_noise.h"
@@ -127,15 +128,19 @@ LUMIGRAFT_SIMD8_TARGET BrickUpdate::Change BrickUpdate::update_wide(WorkingBrick
   const Simd8 a = join(low[0], high[0]), b = join(low[1], high[1]), c = join(low[2], high[2]);
   // Distances are to the plane, not along the ray, so that they are right at grazing angles too.
   const Simd8 depth_ratio = a * at.x + b * at.y + c * at.z, plane_m = 1 / sqrt(a * a + b * b + c * c);
+  const Simd8 weight = join(low[3], high[3]);
   Readings readings;
   readings.distance = (1 - depth_ratio) * plane_m;
-  readings.weight = join(low[3], high[3]);
+  readings.weight = abs(weight);
   readings.normal[0] = a;
   readings.normal[1] = b;
   readings.normal[2] = c;
   readings.observed =
       inside & (readings.weight > 0) & (readings.distance >= -sizes_.truncation_m) &
       (readings.distance * at.z >= -kDepthLookup.behind_grazing * sizes_.truncation_m * plane_m * depth_ratio);
+  const Simd8Int at_jump = inside & (weight < 0) &
+                           ((weight == PreparedDepth::kJump) | (readings.observed & (readings.distance <= shell_m_)));
+  readings.observed &= ~at_jump;
   readings.may_overrule = readings.observed;
   readings.edge = Simd8Int{};
   readings.facing = Simd8{};
@@ -146,9 +151,11 @@ LUMIGRAFT_SIMD8_TARGET BrickUpdate::Change BrickUpdate::update_wide(WorkingBrick
   const float max_m = depth_.extrapolation_depth_m(), margin_px = depth_.extrapolation_px();
   const Simd8Int outside = ahead & ~inside & (at.z <= max_m) & (at.u > -margin_px) & (at.v > -margin_px) &
                            (at.u < end_u_ + margin_px) & (at.v < end_v_ + margin_px);
-  for (unsigned single = lane_mask(outside | (inside & (readings.weight < 0))); single != 0; single &= single - 1) {
+  for (unsigned single = lane_mask(outside | at_jump); single != 0; single &= single - 1) {
     const int k = std::countr_zero(single);
-    const DepthReading one = depth_.read({at.x[k], at.y[k], at.z[k]}, {at.u[k], at.v[k]});
+    const Vector3f p(at.x[k], at.y[k], at.z[k]);
+    const DepthReading one = at_jump[k] ? depth_.near_jump(p, static_cast<int>(u[k]), static_cast<int>(v[k]))
+                                        : depth_.read(p, {at.u[k], at.v[k]});
     if (one.weight <= 0) continue;
     readings.distance[k] = one.distance_m;
     readings.weight[k] = one.weight;
@@ -225,7 +232,13 @@ bool BrickUpdate::from_other_side(const FieldBrick& brick, std::size_t i, const 
 }
 
 void BrickUpdate::prefetch(const WorkingBrick& brick, const BrickVisibility& visibility) const {
-  constexpr int kLine = 64;  // bytes
+  constexpr std::ptrdiff_t kLine = 64;  // bytes
+  const auto prefetch_range = [](const auto* first, const auto* last) {
+    const auto* from = reinterpret_cast<const std::byte*>(first);
+    const auto* to = reinterpret_cast<const std::byte*>(last);
+    for (; from < to; from += kLine) __builtin_prefetch(from);
+    __builtin_prefetch(to);
+  };
   const auto within = [](float at, int end) { return std::clamp(static_cast<int>(at), 0, end - 1); };
   // The brick covers about 0.7 of the radius of the circle around it.
   const float half_px = 0.7f * visibility.radius_px;
@@ -233,12 +246,18 @@ void BrickUpdate::prefetch(const WorkingBrick& brick, const BrickVisibility& vis
                  high = visibility.pixel + Vector2f::Constant(half_px);
   const int low_u = within(low.x(), view_.width), high_u = within(high.x(), view_.width);
   const int low_v = within(low.y(), view_.height), high_v = within(high.y(), view_.height);
-  for (int v = low_v / 2; v <= std::min(high_v / 2, view_.blocks_y - 1); ++v)
-    for (int u = low_u / 2; u <= std::min(high_u / 2, view_.blocks_x - 1); u += kLine / 16)
-      __builtin_prefetch(&view_.planes[static_cast<std::size_t>(v * view_.blocks_x + u)]);
-  if (colour_)
-    for (int v = low_v; v <= high_v; ++v)
-      for (int u = low_u; u <= high_u; u += kLine / 3) colour_.prefetch(u, v);
+  const int low_x = low_u / 2, high_x = std::min(high_u / 2, view_.blocks_x - 1);
+  for (int y = low_v / 2; y <= std::min(high_v / 2, view_.blocks_y - 1); ++y) {
+    const auto row = static_cast<std::size_t>(y) * static_cast<std::size_t>(view_.blocks_x);
+    const std::size_t first = row + static_cast<std::size_t>(low_x), last = row + static_cast<std::size_t>(high_x);
+    prefetch_range(&view_.planes[first], &view_.planes[last]);
+    prefetch_range(&view_.blocks[first], &view_.blocks[last].jump);
+  }
+  for (int v = low_v; v <= high_v; ++v) {
+    const float* row = view_.inverse_depth.data() + std::ptrdiff_t{v} * view_.width;
+    prefetch_range(row + low_u, row + high_u);
+    if (colour_) colour_.prefetch(low_u, high_u, v);
+  }
   if (!brick.now) return;
   for (std::size_t i = 0; i < kBrickVoxels; i += kLine / 4) {
     __builtin_prefetch(&brick.now->distance_m[i], 1);

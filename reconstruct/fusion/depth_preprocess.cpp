@@ -1,5 +1,6 @@
 #include "reconstruct/fusion/depth_preprocess.h"
 
+#include <Eigen/Geometry>
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -78,6 +79,7 @@ void DepthPreprocessor::prepare(const capture::Image<float>& depth_m, PreparedDe
   view.inverse_depth.resize(rays_.size());
   view.tiles.assign(static_cast<std::size_t>(view.tiles_x) * view.tiles_y, {});
   view.jumps.clear();
+  jump_reach_.clear();
   discontinuous_.resize(rays_.size());
   block_inverse_.resize(static_cast<std::size_t>(blocks_x_) * blocks_y_);
   block_jumps_.resize(block_inverse_.size());
@@ -92,6 +94,7 @@ void DepthPreprocessor::prepare(const capture::Image<float>& depth_m, PreparedDe
   measure_noise(view);
   wide_ ? fit_planes_wide(view) : fit_planes(view);
   spread_jumps(view);
+  view.behind_cache.assign(view.jumps.size(), PreparedDepth::kNotCached);
 }
 
 void DepthPreprocessor::invert(const capture::Image<float>& depth_m, PreparedDepth& view, int first_v,
@@ -160,8 +163,16 @@ void DepthPreprocessor::add_jump(PreparedDepth& view, int u, int v) {
   jump.divide = jump.far < 0 ? 0 : (near + q(jump.far)) / 2;
   jump.pixel = Eigen::Vector2f(static_cast<float>(u) + 0.5f, static_cast<float>(v) + 0.5f);
   jump.voxel_pixels = voxel_m_ * focal_ * near;
+  jump.near_m = ray(jump.near).homogeneous() / near;
+  jump.inside = (Eigen::Vector2f(static_cast<float>(jump.near % width_), static_cast<float>(jump.near / width_)) -
+                 jump.pixel)
+                    .normalized();
+  if (jump.far >= 0) jump.occlusion_px = kDepthLookup.occlusion_voxels * jump.voxel_pixels + 1;
   in_block = static_cast<std::int32_t>(view.jumps.size());
   view.jumps.push_back(jump);
+  const float reach_px = std::clamp(kDepthPreprocess.jump_reach_voxels * jump.voxel_pixels,
+                                    kDepthPreprocess.min_jump_reach_px, kDepthPreprocess.max_jump_reach_px);
+  jump_reach_.push_back(Simd4{jump.pixel.x(), jump.pixel.y(), reach_px * reach_px, 0});
 }
 
 void DepthPreprocessor::average_blocks(const PreparedDepth& view, int first_v, int end_v) {
@@ -307,14 +318,12 @@ void DepthPreprocessor::spread_jumps(PreparedDepth& view) {
   const auto adopt = [&](std::size_t i, int u, int v, std::int32_t candidate) {
     if (candidate < 0 || candidate == block_jumps_[i]) return;
     const Eigen::Vector2f here(2 * static_cast<float>(u) + 0.5f, 2 * static_cast<float>(v) + 0.5f);
-    const PreparedDepth::Jump& jump = view.jumps[static_cast<std::size_t>(candidate)];
-    const float away = (jump.pixel - here).squaredNorm();
-    const float reach = std::clamp(kDepthPreprocess.jump_reach_voxels * jump.voxel_pixels,
-                                   kDepthPreprocess.min_jump_reach_px, kDepthPreprocess.max_jump_reach_px);
-    if (away > reach * reach) return;
+    const auto away_from = [&](const Simd4& jump) { return (Eigen::Vector2f(jump[0], jump[1]) - here).squaredNorm(); };
+    const Simd4& jump = jump_reach_[static_cast<std::size_t>(candidate)];
+    const float away = away_from(jump);
+    if (away > jump[2]) return;
     const std::int32_t own = block_jumps_[i];
-    if (own < 0 || away < (view.jumps[static_cast<std::size_t>(own)].pixel - here).squaredNorm())
-      block_jumps_[i] = candidate;
+    if (own < 0 || away < away_from(jump_reach_[static_cast<std::size_t>(own)])) block_jumps_[i] = candidate;
   };
   const std::ptrdiff_t row = blocks_x_;
   const auto visit = [&](int u, int v, int step) {
@@ -351,10 +360,26 @@ void DepthPreprocessor::spread_jumps(PreparedDepth& view) {
   };
   for (int v = 0; v < blocks_y_; ++v) sweep(v, 1);
   for (int v = blocks_y_ - 1; v >= 0; --v) sweep(v, -1);
-  for (std::size_t i = 0; i < block_jumps_.size(); ++i) {
-    if (block_jumps_[i] < 0) continue;
-    view.blocks[i].jump = block_jumps_[i];
-    view.planes[i][3] = -1;
+  for (int v = 0; v < blocks_y_; ++v)
+    for (int u = 0; u < blocks_x_; ++u) mark_jump(view, u, v);
+}
+
+/// Assigns the jump of a block to it, and to its plane what PreparedDepth::planes says.
+void DepthPreprocessor::mark_jump(PreparedDepth& view, int u, int v) const {
+  const std::size_t i = static_cast<std::size_t>(v) * blocks_x_ + u;
+  if (block_jumps_[i] < 0) return;
+  PreparedDepth::Block& block = view.blocks[i];
+  block.jump = block_jumps_[i];
+  if (block.weight > 0) {
+    constexpr float kCorner_px = 0.75f;  // from the centre of a block to a pixel's, rounded up
+    const PreparedDepth::Jump& jump = view.jumps[static_cast<std::size_t>(block.jump)];
+    const Eigen::Vector2f centre(2 * static_cast<float>(u) + 0.5f, 2 * static_cast<float>(v) + 0.5f);
+    const float reach_px = jump.occlusion_px + kCorner_px;
+    const bool clear = jump.far < 0 || (jump.pixel - centre).squaredNorm() > reach_px * reach_px;
+    view.planes[i][3] = clear ? -block.weight : PreparedDepth::kJump;
+  } else {
+    const float* q = &view.inverse_depth[static_cast<std::size_t>(2 * v) * width_ + 2 * u];
+    if (std::max({q[0], q[1], q[width_], q[width_ + 1]}) > 0) view.planes[i][3] = PreparedDepth::kJump;
   }
 }
 

@@ -27,6 +27,9 @@ struct PreparedDepth {
     std::int32_t near = 0, far = -1;  ///< pixel indices; far −1 = nothing measured there
     float divide = 0;                 ///< inverse depth between the two surfaces
     float voxel_pixels = 0;           ///< size of a voxel at the near surface, pixels
+    Eigen::Vector3f near_m;           ///< the point of pixel `near`, camera frame
+    Eigen::Vector2f inside;           ///< unit vector in the image, towards that pixel
+    float occlusion_px = 0;           ///< so near to it the near surface may hide the far one; 0 = none is there
   };
   /// Depth range of kTile × kTile pixels.
   struct Tile {
@@ -38,14 +41,17 @@ struct PreparedDepth {
   int width = 0, height = 0, blocks_x = 0, blocks_y = 0, tiles_x = 0, tiles_y = 0;
   std::vector<float> inverse_depth;  ///< per pixel, 1/m; 0 = nothing measured
   std::vector<Block> blocks;
-  /// The same per block in one vector, for voxels that are not near a jump: normal / distance, and the weight; weight
-  /// −1 within reach of a jump.
+  /// The same per block in one vector: normal / distance, and the weight. Within reach of a jump the weight is negative
+  /// where what is in front of the plane, beyond its shell, is observed as on any plane; and kJump where the jump itself
+  /// is needed. 0 also where no pixel of the block has a measurement.
   std::vector<Simd4> planes;
+  static constexpr float kJump = -2;
   std::vector<Jump> jumps;
   std::vector<Tile> tiles;
   /// Cache of DepthLookup by pixel: the block whose plane contains a pixel next to a jump; −1 = none.
   mutable std::vector<std::int32_t> plane_cache;
   static constexpr std::int32_t kNotCached = -2;
+  mutable std::vector<std::int32_t> behind_cache;   ///< likewise by jump: the block of its far surface
   mutable std::vector<std::int32_t> cached_pixels;  ///< pixels with an entry
   void clear_plane_cache() {
     for (const std::int32_t pixel : cached_pixels) plane_cache[static_cast<std::size_t>(pixel)] = kNotCached;
@@ -82,6 +88,7 @@ class DepthPreprocessor {
   void fit_planes(PreparedDepth& view) const;
   void fit_planes_wide(PreparedDepth& view) const;
   void spread_jumps(PreparedDepth& view);
+  void mark_jump(PreparedDepth& view, int u, int v) const;
   void measure_noise(PreparedDepth& view) const;
   void measure_tiles(PreparedDepth& view, int y) const;
 
@@ -99,6 +106,7 @@ class DepthPreprocessor {
   std::vector<float> block_inverse_;         ///< mean inverse depth of a block on one surface; 0 = otherwise
   std::vector<std::uint8_t> discontinuous_;  ///< per pixel: depth jumps between it and its right and lower neighbours
   std::vector<std::int32_t> block_jumps_;    ///< per block: the jump in it, then the closest
+  std::vector<Simd4> jump_reach_;            ///< per jump: its pixel, and the square of its reach in pixels
 };
 
 }  // namespace lumigraft::reconstruct

@@ -141,11 +141,12 @@ WorkingBrick& FusionStage::State::brick_at(const BrickKey& key) {
 /// Keeps memory free for the bricks that a frame changes, as long as there are bricks to evict.
 void FusionStage::State::evict() {
   std::size_t copies = 0;
-  for (const auto& brick : bricks) {
+  bricks.for_each([&](WorkingBrick& brick) {
     // What has not drifted is not worth a second copy once it is out of view.
-    if (unseen(*brick, frames) && brick->published && !brick->queued && !brick->model) brick->now = brick->published;
-    copies += (brick->now ? 1u : 0u) + (brick->published != brick->now ? 1u : 0u);
-  }
+    if (unseen(brick, frames) && brick.published && brick.now != brick.published && !brick.queued && !brick.model)
+      brick.now = brick.published;
+    copies += (brick.now ? 1u : 0u) + (brick.published != brick.now ? 1u : 0u);
+  });
   free_copies = max_copies - std::min(copies, max_copies);
   const std::size_t reserve = std::min(kUpdateSchedule.max_bricks, max_copies / 2);
   scarce = free_copies < reserve;
@@ -200,16 +201,16 @@ std::vector<VisibleBrick> FusionStage::State::bricks_to_update(const Isometry3f&
                                                                const Isometry3f& T_camera_tag) {
   const float focal = static_cast<float>(std::max(camera.fx, camera.fy));
   std::vector<VisibleBrick> visible;
-  for (const auto& brick : bricks) {
-    if (!update_due(*brick, frames, light_variance)) continue;
+  bricks.for_each([&](WorkingBrick& brick) {
+    if (!update_due(brick, frames, light_variance)) return;
     const BrickVisibility visibility =
-        brick_visibility(brick->key, view, map, focal, T_camera_tag, voxel_m, truncation_m);
+        brick_visibility(brick.key, view, map, focal, T_camera_tag, voxel_m, truncation_m);
     if (visibility.kind == BrickVisibility::Kind::hidden ||
-        (visibility.kind == BrickVisibility::Kind::open && brick->open) ||
-        surfaces.behind_mirror(T_tag_camera.translation(), brick_centre(brick->key, voxel_m)))
-      continue;
-    visible.push_back({brick.get(), visibility});
-  }
+        (visibility.kind == BrickVisibility::Kind::open && brick.open) ||
+        surfaces.behind_mirror(T_tag_camera.translation(), brick_centre(brick.key, voxel_m)))
+      return;
+    visible.push_back({&brick, visibility});
+  });
   unfinished = limit_work(visible, frames, light_variance);
   std::size_t free = free_copies;
   std::erase_if(visible, [&](const VisibleBrick& at) {
@@ -271,6 +272,10 @@ void FusionStage::State::relight_unseen(const std::function<Eigen::Array3f(const
   for (const auto& pointer : bricks) {
     WorkingBrick& brick = *pointer;
     if (brick.open || !brick.published || !(brick.light_variance < light_variance)) continue;
+    if (!brick.has_color()) {
+      brick.light_variance = light_variance;
+      continue;
+    }
     const Eigen::Array3f ratio = light_ratio(brick_centre(brick.key, voxel_m));
     brick.prepare_change(maker);
     forget_light(brick);

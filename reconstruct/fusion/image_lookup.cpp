@@ -31,14 +31,15 @@ Eigen::Vector2f PixelMap::distorted(float u, float v) const {
   return (1 - t) * ((1 - s) * corner[0] + s * corner[1]) + t * ((1 - s) * corner[width_] + s * corner[width_ + 1]);
 }
 
-DepthReading DepthLookup::near_jump(const Eigen::Vector3f& p, int u, int v, const PreparedDepth::Block& block) const {
+DepthReading DepthLookup::near_jump(const Eigen::Vector3f& p, int u, int v) const {
   const std::int32_t pixel = view_.pixel_index(u, v);
   const float inverse_depth = view_.inverse_depth[static_cast<std::size_t>(pixel)];
-  const PreparedDepth::Jump& jump = view_.jumps[static_cast<std::size_t>(block.jump)];
   if (inverse_depth == 0) return {};
+  const PreparedDepth::Block& block = view_.block_of(u, v);
+  const PreparedDepth::Jump& jump = view_.jumps[static_cast<std::size_t>(block.jump)];
   const bool near_side = inverse_depth > jump.divide;
-  const float away_px = (jump.pixel - Eigen::Vector2f(static_cast<float>(u), static_cast<float>(v))).norm();
-  const bool near_occlusion = jump.far >= 0 && away_px < kDepthLookup.occlusion_voxels * jump.voxel_pixels + 1;
+  const float away_px2 = (jump.pixel - Eigen::Vector2f(static_cast<float>(u), static_cast<float>(v))).squaredNorm();
+  const bool near_occlusion = away_px2 < jump.occlusion_px * jump.occlusion_px;
   // Deep behind the measurement nothing is observed, except the far surface that continues there.
   if (!(near_side && near_occlusion) &&
       (p.z() - kDepthLookup.behind_grazing * truncation_m_ - kDepthLookup.deep_voxels * voxel_m_) * inverse_depth >
@@ -57,18 +58,18 @@ DepthReading DepthLookup::near_jump(const Eigen::Vector3f& p, int u, int v, cons
     }
     // Behind its rim a surface is solid only where it is visible, or the field would grow fins along the line of sight.
     if (near_side && reading.weight > 0 && reading.distance_m < 0) {
-      const bool at_rim = away_px < kDepthLookup.rim_voxels * jump.voxel_pixels + 1;
-      if ((at_rim && reading.distance_m < -shell_m_) ||
+      const float rim_px = kDepthLookup.rim_voxels * jump.voxel_pixels + 1;
+      if ((away_px2 < rim_px * rim_px && reading.distance_m < -shell_m_) ||
           !visible_on_plane(p + reading.distance_m * plane->normal, jump, *plane, distance_m))
         reading.weight = 0;
     }
   }
   if (!near_occlusion) return reading;
   if (near_side) {
-    if (reading.weight <= 0) return hidden_surface(p, jump.far);
+    if (reading.weight <= 0) return hidden_surface(p, block.jump);
   } else if (reading.weight > 0) {
     // In front of the far surface, but next to the rim of the near one.
-    reading.distance_m = std::min(reading.distance_m, (p - surface(jump.near)).norm());
+    reading.distance_m = std::min(reading.distance_m, (p - jump.near_m).norm());
   }
   return reading;
 }
@@ -93,21 +94,30 @@ DepthReading DepthLookup::outside_image(const Eigen::Vector3f& p, const Eigen::V
   return reading;
 }
 
-/// Extrapolates the farther surface to a voxel just behind a rim, since cells that the camera observes need it.
-DepthReading DepthLookup::hidden_surface(const Eigen::Vector3f& p, std::int32_t behind) const {
-  const float inverse_depth = view_.inverse_depth[static_cast<std::size_t>(behind)];
-  const int u = behind % view_.width, v = behind / view_.width;
-  const PreparedDepth::Block& own = view_.block_of(u, v);
-  const PreparedDepth::Block* plane = own.weight > 0 ? &own : plane_block(u, v);
+/// Extrapolates the farther surface of a jump to a voxel just behind its rim, since cells that the camera observes need
+/// it.
+DepthReading DepthLookup::hidden_surface(const Eigen::Vector3f& p, std::int32_t jump) const {
+  std::int32_t& at = view_.behind_cache[static_cast<std::size_t>(jump)];
+  if (at == PreparedDepth::kNotCached) at = plane_behind(view_.jumps[static_cast<std::size_t>(jump)].far);
+  if (at < 0) return {};
+  const PreparedDepth::Block& plane = view_.blocks[static_cast<std::size_t>(at)];
+  const float distance_m = plane.distance_m - plane.normal.dot(p);
+  if (std::abs(distance_m) > shell_m_) return {};
   DepthReading reading;
-  if (!plane || !(inverse_depth * steady_depth_m_ > 1)) return reading;
-  const float distance_m = plane->distance_m - plane->normal.dot(p);
-  if (std::abs(distance_m) > shell_m_) return reading;
   reading.distance_m = distance_m;
-  reading.weight = kDepthLookup.edge_weight * plane->weight;
-  reading.normal = plane->normal;
+  reading.weight = kDepthLookup.edge_weight * plane.weight;
+  reading.normal = plane.normal;
   reading.visible = false;
   return reading;
+}
+
+/// Index of the block whose plane may be extrapolated from a pixel; −1 = none.
+std::int32_t DepthLookup::plane_behind(std::int32_t pixel) const {
+  if (!(view_.inverse_depth[static_cast<std::size_t>(pixel)] * steady_depth_m_ > 1)) return -1;
+  const int u = pixel % view_.width, v = pixel / view_.width;
+  const PreparedDepth::Block& own = view_.block_of(u, v);
+  const PreparedDepth::Block* plane = own.weight > 0 ? &own : plane_block(u, v);
+  return plane ? static_cast<std::int32_t>(plane - view_.blocks.data()) : -1;
 }
 
 /// Whether the camera sees the plane at a point of it (camera frame), or within rim_slack_voxels towards its inside.
@@ -115,10 +125,8 @@ bool DepthLookup::visible_on_plane(const Eigen::Vector3f& foot, const PreparedDe
                                    const PreparedDepth::Block& block, float distance_m) const {
   if (!(foot.z() > 0)) return false;
   const Eigen::Vector2f pixel = map_.pixel(foot.x() / foot.z(), foot.y() / foot.z());
-  const Eigen::Vector2f inside(static_cast<float>(jump.near % view_.width) - jump.pixel.x(),
-                               static_cast<float>(jump.near / view_.width) - jump.pixel.y());
   return visible_at(pixel, block, distance_m) ||
-         visible_at(pixel + kDepthLookup.rim_slack_voxels * jump.voxel_pixels * inside.normalized(), block, distance_m);
+         visible_at(pixel + kDepthLookup.rim_slack_voxels * jump.voxel_pixels * jump.inside, block, distance_m);
 }
 
 bool DepthLookup::visible_at(const Eigen::Vector2f& pixel, const PreparedDepth::Block& block, float distance_m) const {

@@ -80,8 +80,10 @@ class DepthLookup {
     const int u = static_cast<int>(x), v = static_cast<int>(y);
     const PreparedDepth::Block& block = view_.blocks[static_cast<std::size_t>((v >> 1) * view_.blocks_x + (u >> 1))];
     if (block.jump < 0) return from_plane(p, block, block.distance_m);
-    return near_jump(p, u, v, block);
+    return near_jump(p, u, v);
   }
+  /// The same for a voxel that projects to pixel (u, v), whose block is within reach of a jump.
+  DepthReading near_jump(const Eigen::Vector3f& p, int u, int v) const;
 
  private:
   /// The distance is to the plane, not along the ray, so that it is right at grazing angles too.
@@ -97,9 +99,9 @@ class DepthLookup {
     reading.normal = block.normal;
     return reading;
   }
-  DepthReading near_jump(const Eigen::Vector3f& p, int u, int v, const PreparedDepth::Block& block) const;
   DepthReading outside_image(const Eigen::Vector3f& p, const Eigen::Vector2f& pixel) const;
-  DepthReading hidden_surface(const Eigen::Vector3f& p, std::int32_t behind) const;
+  DepthReading hidden_surface(const Eigen::Vector3f& p, std::int32_t jump) const;
+  std::int32_t plane_behind(std::int32_t pixel) const;
   bool visible_on_plane(const Eigen::Vector3f& foot, const PreparedDepth::Jump& jump, const PreparedDepth::Block& block,
                         float distance_m) const;
   bool visible_at(const Eigen::Vector2f& pixel, const PreparedDepth::Block& block, float distance_m) const;
@@ -128,9 +130,11 @@ class ColorLookup {
   /// Bilinear, or that of the nearest pixel. False outside the image and if a pixel it needs is clipped. Lane 3 of
   /// `radiance` is unused.
   bool read(float u, float v, bool nearest, Simd4& radiance) const;
-  /// Prefetches a pixel that will be read soon.
-  void prefetch(int u, int v) const {
-    if (pixels_) __builtin_prefetch(pixels_ + 3 * (v * width_ + u));
+  /// Prefetches pixels of row v that will be read soon.
+  void prefetch(int first_u, int last_u, int v) const {
+    constexpr int kLine = 64;  // bytes
+    if (!pixels_) return;
+    for (int u = first_u; u <= last_u; u += kLine / 3) __builtin_prefetch(pixels_ + 3 * (v * width_ + u));
   }
 
  private:

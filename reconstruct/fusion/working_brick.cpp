@@ -2,7 +2,9 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 
 #include "reconstruct/fusion/parameters.h"
 #include "reconstruct/math/depth_noise.h"
@@ -37,22 +39,29 @@ bool WorkingBrick::drifted(const FieldBrick& next, float voxel_m) {
     if (i % kCheckVoxels == kCheckVoxels - 4 && (any(became_known) || sum_of(sum) > kBrickVoxels)) return true;
   }
 
+  // Few voxels have colour.
+  std::array<std::uint16_t, kBrickVoxels> with_color{};
+  std::size_t colored = 0;
+  for (std::size_t i = 0; i < kBrickVoxels; i += 4) {
+    if (!any(load(&next.radiance_weight[i]) > 0)) continue;
+    for (std::size_t k = i; k < i + 4; ++k) {
+      with_color[colored] = static_cast<std::uint16_t>(k);
+      colored += next.radiance_weight[k] > 0 ? 1 : 0;
+    }
+  }
   // Dark voxels are compared relative to the brick's mean: 1 % of black is invisible.
   float radiance_sum = 0;
-  int colored = 0;
-  for (std::size_t i = 0; i < kBrickVoxels; ++i) {
-    if (!(next.radiance_weight[i] > 0)) continue;
-    if (!(old.radiance_weight[i] > 0)) return true;
-    ++colored;
-    radiance_sum += old.radiance[i].sum();
+  for (std::size_t k = 0; k < colored; ++k) {
+    if (!(old.radiance_weight[with_color[k]] > 0)) return true;
+    radiance_sum += old.radiance[with_color[k]].sum();
   }
   float total = 0;
   if (colored > 0) {
     const float mean = radiance_sum / static_cast<float>(colored);
-    for (std::size_t i = 0; i < kBrickVoxels; ++i) {
-      if (!(next.radiance_weight[i] > 0)) continue;
-      const float scale = kPublication.drift_radiance * std::max(old.radiance[i].sum(), mean) + 1e-9f;
-      total += (next.radiance[i] - old.radiance[i]).squaredNorm() * 3 / (scale * scale);
+    for (std::size_t k = 0; k < colored; ++k) {
+      const Eigen::Vector3f& was = old.radiance[with_color[k]];
+      const float scale = kPublication.drift_radiance * std::max(was.sum(), mean) + 1e-9f;
+      total += (next.radiance[with_color[k]] - was).squaredNorm() * 3 / (scale * scale);
     }
     if (total > static_cast<float>(colored)) return true;
     // Lower bound of the allowed drift: no voxel's scale is below that of the mean.
@@ -64,6 +73,10 @@ bool WorkingBrick::drifted(const FieldBrick& next, float voxel_m) {
   }
   drift = std::sqrt(sum_of(max_sum) / kBrickVoxels);
   return false;
+}
+
+bool WorkingBrick::has_color() const {
+  return now && std::any_of(now->radiance_weight.begin(), now->radiance_weight.end(), [](float w) { return w > 0; });
 }
 
 void WorkingBrick::forget_radiance(double variance) {

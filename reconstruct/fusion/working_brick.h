@@ -1,5 +1,7 @@
 #pragma once
 // A brick in progress, and its published copy.
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <unordered_map>
@@ -34,9 +36,11 @@ struct WorkingBrick {
   std::shared_ptr<FieldBrick> published;      ///< not changed any more; null before the first publication
   std::shared_ptr<const SurfaceBrick> model;  ///< of real surfaces in it; null if there are none
 
+  /// Whether a voxel has colour.
+  bool has_color() const;
   /// To be called before `now` is changed: copies it if it is published, creates it if there is none.
   void prepare_change(const FieldBrickMaker& maker) {
-    if (!now || now == published) now = now ? maker.copy(*now) : maker.copy({});
+    if (!now || now == published) now = now ? maker.copy(*now) : maker.make();
   }
   /// Adds `variance` (relative, 1σ²) to that of the radiance, by lowering its weights.
   void forget_radiance(double variance);
@@ -59,6 +63,18 @@ class WorkingBricks {
   std::size_t size() const { return bricks_.size(); }
   auto begin() const { return bricks_.begin(); }
   auto end() const { return bricks_.end(); }
+  /// Calls `visit` with each brick. Faster than a loop from begin to end: there are tens of thousands of bricks, more
+  /// than the cache holds.
+  template <typename Visit>
+  void for_each(const Visit& visit) const {
+    constexpr std::size_t kAhead = 16, kLine = 64;  // bricks; bytes
+    for (std::size_t i = 0; i < bricks_.size(); ++i) {
+      const auto* next = reinterpret_cast<const std::byte*>(bricks_[std::min(i + kAhead, bricks_.size() - 1)].get());
+      __builtin_prefetch(next);
+      __builtin_prefetch(next + kLine);
+      visit(*bricks_[i]);
+    }
+  }
   /// Removes the bricks for which `evicted(brick)` is true.
   template <typename Evicted>
   void remove_if(const Evicted& evicted) {
