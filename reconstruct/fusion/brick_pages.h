@@ -41,7 +41,7 @@ class FieldBrickMaker {
  public:
   FieldBrickMaker();
   std::shared_ptr<FieldBrick> copy(const FieldBrick& brick) const;
-  std::shared_ptr<FieldBrick> make() const;  ///< of which nothing is known
+  std::shared_ptr<FieldBrick> make() const;                        ///< of which nothing is known
   std::size_t used_bytes() const { return pages_->used_bytes(); }  ///< by all copies, also those that readers hold
 
  private:

@@ -164,9 +164,9 @@ void DepthPreprocessor::add_jump(PreparedDepth& view, int u, int v) {
   jump.pixel = Eigen::Vector2f(static_cast<float>(u) + 0.5f, static_cast<float>(v) + 0.5f);
   jump.voxel_pixels = voxel_m_ * focal_ * near;
   jump.near_m = ray(jump.near).homogeneous() / near;
-  jump.inside = (Eigen::Vector2f(static_cast<float>(jump.near % width_), static_cast<float>(jump.near / width_)) -
-                 jump.pixel)
-                    .normalized();
+  jump.inside =
+      (Eigen::Vector2f(static_cast<float>(jump.near % width_), static_cast<float>(jump.near / width_)) - jump.pixel)
+          .normalized();
   if (jump.far >= 0) jump.occlusion_px = kDepthLookup.occlusion_voxels * jump.voxel_pixels + 1;
   in_block = static_cast<std::int32_t>(view.jumps.size());
   view.jumps.push_back(jump);

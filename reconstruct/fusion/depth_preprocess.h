@@ -42,8 +42,8 @@ struct PreparedDepth {
   std::vector<float> inverse_depth;  ///< per pixel, 1/m; 0 = nothing measured
   std::vector<Block> blocks;
   /// The same per block in one vector: normal / distance, and the weight. Within reach of a jump the weight is negative
-  /// where what is in front of the plane, beyond its shell, is observed as on any plane; and kJump where the jump itself
-  /// is needed. 0 also where no pixel of the block has a measurement.
+  /// where what is in front of the plane, beyond its shell, is observed as on any plane; and kJump where the jump
+  /// itself is needed. 0 also where no pixel of the block has a measurement.
   std::vector<Simd4> planes;
   static constexpr float kJump = -2;
   std::vector<Jump> jumps;
