@@ -47,7 +47,9 @@ Rgb DeltaLight::lamps_along(const SampledRay& ray, float near_m, float far_m) co
 }
 
 bool DeltaLight::blocked_by_room(const Vector3f& from_m, const Vector3f& w, float limit_m, std::size_t lamp) const {
-  return behind_other_lamp(room_.lamps(), lamp, from_m, w, limit_m) || room_.meshes().blocked(from_m, w, limit_m);
+  if (behind_other_lamp(room_.lamps(), lamp, from_m, w, limit_m)) return true;
+  const bool by_room = room_.meshes().blocked(from_m, w, limit_m);
+  return moved_ ? moved_->blocked(room_.meshes(), from_m, w, limit_m, by_room) : by_room;
 }
 
 template <typename Counts>
@@ -80,6 +82,7 @@ Rgb DeltaLight::hidden(const PathVertex& vertex, Sampler& sampler) const {
 
 std::uint32_t DeltaLight::behind_room(const RayFan& fan, std::size_t lamp) const {
   std::uint32_t behind = room_.meshes().blocked(fan);
+  if (moved_) behind = moved_->blocked(room_.meshes(), fan, behind);
   for (std::size_t k = 0; k < RayFan::kMaxRays; ++k) {
     if (!((fan.some & ~behind) >> k & 1)) continue;
     if (behind_other_lamp(room_.lamps(), lamp, fan.from_m, fan.w[k], fan.limit_m[k])) behind |= 1u << k;

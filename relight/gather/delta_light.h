@@ -2,9 +2,12 @@
 // Radiance along rays with and without the objects. Rays end at the first surface, in the radiance that cameras
 // measured of the room or in the cached light of objects and cells; only specular surfaces continue them.
 // L_ρ: with the objects; L_μ: without; L_Δ = L_ρ - L_μ (Franke 2015, eq. 3.11).
+#include <memory>
 #include <optional>
+#include <utility>
 
 #include "relight/gather/irradiance_change_cache.h"
+#include "relight/gather/moved_occluders.h"
 #include "relight/gather/ray_objects.h"
 #include "relight/gather/ray_room.h"
 #include "relight/tracing/sampler.h"
@@ -44,6 +47,9 @@ class DeltaLight {
   /// Whether the objects may be between a point and a lamp.
   bool may_hide(std::size_t lamp, const Eigen::Vector3f& p_m) const;
 
+  /// What moved in the room since it was fused, as shadow rays see it; null: nothing did.
+  void set_moved(std::shared_ptr<const MovedOccluders> moved) { moved_ = std::move(moved); }
+
   const RayObjects& objects() const { return objects_; }
   const RayRoom& room() const { return room_; }
 
@@ -70,6 +76,7 @@ class DeltaLight {
   const RayObjects& objects_;
   const IrradianceChangeCache& cells_;
   BoundingSphere sphere_;  // around the objects
+  std::shared_ptr<const MovedOccluders> moved_;
 };
 
 /// The same point with a white Lambert material: its reflected radiance is irradiance over π.

@@ -40,11 +40,13 @@ struct TracedRays {
 class ObjectView {
  public:
   ObjectView(const DeltaLight& light, const std::vector<LightSampleSet>& lamps, const std::vector<GBufferPixel>& room,
-             const CameraRays& eye, const GatherQuality& detail, std::vector<GBufferPixel> memory)
+             const CameraRays& eye, const CurrentDepth& depth, const GatherQuality& detail,
+             std::vector<GBufferPixel> memory)
       : light_(light),
         lamps_(lamps),
         room_(room),
         eye_(eye),
+        depth_(depth),
         detail_(detail),
         eye_m_(eye.camera.T_tag_camera.translation()),
         window_(window_of(light.objects().meshes().spheres(), eye)),
@@ -104,8 +106,11 @@ class ObjectView {
     return false;
   }
 
-  /// Whether the room may be nearer than `t_m` there, except for parts narrower than a pixel.
+  /// Whether the fused room may be nearer than `t_m` there, except for parts narrower than a pixel, and depth leaves it
+  /// open.
   bool may_hide(int u, int v, float t_m) const {
+    const float now_m = depth_.at(u + window_.left, v + window_.top);
+    if (now_m > 0 && std::abs(now_m - t_m) > depth_.allowed_m(now_m)) return false;
     const int left = std::max(u + window_.left - 1, 0) - window_.left,
               right = std::min(u + window_.left + 1, eye_.camera.model.width - 1) - window_.left,
               top = std::max(v + window_.top - 1, 0) - window_.top,
@@ -303,6 +308,7 @@ class ObjectView {
   const std::vector<LightSampleSet>& lamps_;
   const std::vector<GBufferPixel>& room_;  ///< per pixel of the full image
   const CameraRays& eye_;
+  const CurrentDepth& depth_;
   GatherQuality detail_;
   Vector3f eye_m_;
   PixelWindow window_;
@@ -317,9 +323,9 @@ class ObjectView {
 }  // namespace
 
 ObjectPixels trace_objects(const DeltaLight& light, const std::vector<LightSampleSet>& lamps,
-                           const std::vector<GBufferPixel>& room, const CameraRays& eye, const GatherQuality& detail,
-                           ObjectPixels last) {
-  return ObjectView(light, lamps, room, eye, detail, std::move(last.surfaces)).see();
+                           const std::vector<GBufferPixel>& room, const CameraRays& eye, const CurrentDepth& depth,
+                           const GatherQuality& detail, ObjectPixels last) {
+  return ObjectView(light, lamps, room, eye, depth, detail, std::move(last.surfaces)).see();
 }
 
 }  // namespace lumigraft::relight

@@ -109,6 +109,11 @@ bool RayLight::follow(std::shared_ptr<const RayRoom> room, const std::vector<Ref
   return true;
 }
 
+void RayLight::set_moved(std::shared_ptr<const MovedOccluders> moved) {
+  moved_ = std::move(moved);
+  if (world_) world_->light.set_moved(moved_);
+}
+
 void RayLight::solve(const Plan& plan, const std::function<void(const char*)>& done) {
   turn_ = {};
   solved_ = false;  // until all below is done: memory may run out
@@ -156,6 +161,7 @@ void RayLight::place(std::shared_ptr<const RayRoom> room, const std::vector<Refe
     next->cells.irradiance.assign(next->cells.cells().size(), Rgb::Zero());
   }
   world_ = std::move(next);
+  world_->light.set_moved(moved_);
   objects_ = objects;
 }
 

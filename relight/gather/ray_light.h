@@ -40,6 +40,9 @@ class RayLight {
   bool follow(std::shared_ptr<const RayRoom> room, const std::vector<ReferenceMesh>& objects, const Plan& plan,
               const std::function<void(const char*)>& done);
 
+  /// What moved since the room was fused; null: nothing. Holds until the next call.
+  void set_moved(std::shared_ptr<const MovedOccluders> moved);
+
   /// Valid after the first `follow`.
   const DeltaLight& light() const { return world_->light; }
   const std::vector<ChangeRegion>& places() const { return world_->places; }
@@ -81,6 +84,7 @@ class RayLight {
   int outstanding_ = 0;                  ///< frames until every probe has been updated since the last change
   std::optional<BounceSeries> bounces_;  ///< iterated to convergence after objects appeared or disappeared
   std::unique_ptr<World> world_;
+  std::shared_ptr<const MovedOccluders> moved_;
   bool solved_ = false;  ///< a previous solution exists
 };
 

@@ -4,9 +4,12 @@
 #include <chrono>
 #include <limits>
 #include <optional>
+#include <utility>
 
+#include "relight/gather/foreground_matte.h"
 #include "relight/gather/gather_grid.h"
 #include "relight/gather/low_res_view.h"
+#include "relight/gather/moved_surfaces.h"
 #include "relight/gather/object_pixels.h"
 #include "relight/gather/parameters.h"
 #include "relight/gather/pixel_repair.h"
@@ -61,6 +64,9 @@ struct RayRenderer::State {
   std::shared_ptr<const RayRoom> seen_room;
   GatherQuality detail;
   std::vector<GBufferPixel> seen;
+  MovedPixels covered;     ///< those of the room that moved surfaces replace in `seen`
+  bool any_moved = false;  ///< there are such
+  std::shared_ptr<const capture::DepthFrame> last_depth;
   std::vector<Receiver> receivers;   ///< by pixel
   std::optional<LowResView> blocks;  ///< if blocks of pixels share light
   std::optional<GatherGrid> indirect, gloss;
@@ -104,30 +110,52 @@ struct RayRenderer::State {
     return still.hold(T, std::max(nearest_m, kGather.min_nearest_m), &moved);
   }
 
-  /// Updates the G-buffer of the room, unless the view is unchanged.
-  void look(const CameraRays& eye, const GatherQuality& asked, Clock& clock) {
+  /// Updates the G-buffer: of the room, unless the view is unchanged, and of what moved in it since it was fused.
+  void look(const capture::FrameSet& frame, const CameraRays& eye, const CurrentDepth& depth,
+            const GatherQuality& asked, Clock& clock) {
     const Eigen::Matrix4f& T = eye.camera.T_tag_camera.matrix();
-    const bool same_view = T_tag_camera == T && seen_room && seen_room->shares_surfaces_with(*room);
-    if (same_view && detail == asked) return;
+    const bool same_surfaces = T_tag_camera == T && seen_room && seen_room->shares_surfaces_with(*room);
+    const bool same_view = same_surfaces && detail == asked;
+    if (same_view && frame.depth == last_depth) return;
     seen_room.reset();  // until all below is done: memory may run out
-    const capture::CameraModel& model = eye.camera.model;
-    if (!same_view) {
+    for (const auto& [i, pixel] : std::exchange(covered, {})) seen[i] = pixel;
+    if (!same_surfaces) {
       const capture::Image<float> radiance = camera.radiance();
       trace_room(*room, eye, radiance, seen);
       fill_holes(eye.camera, radiance, camera.exposure(), seen);
       sharpen_edges(eye.camera, radiance, camera.exposure(), room->voxel_m(), seen);
       T_tag_camera = T;
     }
-    detail = asked;
-    blocks.reset();
-    gloss.reset();
-    if (detail.block > 1) blocks.emplace(seen, model, detail.block);
-    find_receivers();
-    indirect.emplace(shared(), of_shared(), detail.gather / detail.block, GatherGrid::Of::even);
-    if (!known.empty()) gloss.emplace(seen, model, detail.gather, GatherGrid::Of::glossy);
+    const bool had_moved = std::exchange(any_moved, false);
+    MovedPixels moved;
+    if (depth.any()) {
+      moved = moved_surfaces(*room, lamps, eye, depth, camera, seen);
+      for (const auto& [i, pixel] : moved) covered.emplace_back(i, std::exchange(seen[i], pixel));
+      any_moved = !moved.empty();
+    }
+    light.set_moved(any_moved ? std::make_shared<const MovedOccluders>(eye, depth, moved, covered) : nullptr);
+    last_depth = frame.depth;
+    if (!same_view || had_moved || any_moved) {
+      detail = asked;
+      blocks.reset();
+      gloss.reset();
+      const capture::CameraModel& model = eye.camera.model;
+      if (detail.block > 1) blocks.emplace(seen, model, detail.block);
+      find_receivers();
+      indirect.emplace(shared(), of_shared(), detail.gather / detail.block, GatherGrid::Of::even);
+      if (!known.empty()) gloss.emplace(seen, model, detail.gather, GatherGrid::Of::glossy);
+      new_view = true;
+      clock.done("pixels");
+    }
     seen_room = room;
-    new_view = true;
-    clock.done("pixels");
+  }
+
+  /// Null unless the frame has depth of the colour camera's size.
+  const capture::Image<float>* depth_of(const capture::FrameSet& frame) const {
+    const capture::CameraModel& model = session.color.model;
+    if (!frame.depth) return nullptr;
+    const capture::Image<float>& depth_m = frame.depth->depth_m;
+    return depth_m.width == model.width && depth_m.height == model.height ? &depth_m : nullptr;
   }
 
   /// Surfaces shared by pixels, or the pixels' own.
@@ -146,7 +174,7 @@ struct RayRenderer::State {
     });
   }
 
-  void see(const CameraRays& eye, int rays, Clock& clock) {
+  void see(const CameraRays& eye, const CurrentDepth& depth, int rays, Clock& clock) {
     const UpdateSubset turn = new_view ? UpdateSubset{} : light.turn();
     new_view = true;  // if this throws, everything is recomputed
     find_change(rays, turn, clock);
@@ -158,7 +186,8 @@ struct RayRenderer::State {
       }
       clock.done("gloss");
     }
-    objects = trace_objects(light.light(), lamps, seen, eye, detail, std::move(objects));
+    objects = trace_objects(light.light(), lamps, seen, eye, depth, detail, std::move(objects));
+    hide_behind_foreground(depth, camera, objects);
     clock.done("object pixels");
     new_view = false;
   }
@@ -237,8 +266,9 @@ RelitPicture RayRenderer::relight(const capture::FrameSet& frame, const reconstr
   s.light.prepare(exhibit);
   const bool lit_anew = s.light.follow(s.room, objects, plan, [&](const char* pass) { clock.done(pass); });
   const CameraRays eye{s.pixel_rays, {s.session.color.model, s.held(scene.pose->T_tag_camera).cast<float>()}};
-  s.look(eye, gather_quality_of(plan.trace_scale), clock);
-  if (lit_anew || s.new_view) s.see(eye, plan.rays, clock);
+  const CurrentDepth depth(s.pixel_rays, s.depth_of(frame), s.room->voxel_m());
+  s.look(frame, eye, depth, gather_quality_of(plan.trace_scale), clock);
+  if (lit_anew || s.new_view) s.see(eye, depth, plan.rays, clock);
   compose(s.camera, s.change, {s.objects.left, s.objects.top, s.objects.radiance, s.objects.coverage}, &result.srgb);
   if (with_maps) result.maps = s.maps();
   return result;

@@ -1,5 +1,7 @@
 #include "relight/tracing/composer.h"
 
+#include <algorithm>
+
 #include "capture/camera/srgb.h"
 #include "relight/tracing/parallel_for.h"
 #include "relight/tracing/trace_scene.h"
@@ -30,8 +32,8 @@ void compose(const CameraUpload& camera, const capture::Image<float>& change, co
       if (coverage == 0 && delta.isZero(0)) continue;
       Rgb light = (camera.radiance(pixel) + delta).max(0);
       if (coverage != 0) {
-        const Rgb object = finite_or_zero(&objects.radiance.at(x, y)).max(0);
-        for (int c = 0; c < 3; ++c) light[c] = composed(light[c], object[c], coverage);
+        const Rgb object = finite_or_zero(&objects.radiance.at(x, y));
+        for (int c = 0; c < 3; ++c) light[c] = std::max(composed(light[c], object[c], coverage), 0.0f);
       }
       light *= camera.exposure() * camera.transmission(pixel);
       std::uint8_t* codes = &picture->data[3 * pixel];

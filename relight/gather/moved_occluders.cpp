@@ -1,0 +1,120 @@
+#include "relight/gather/moved_occluders.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <vector>
+
+#include "relight/gather/parameters.h"
+
+namespace lumigraft::relight {
+
+using Eigen::Vector3f;
+
+MovedOccluders::MovedOccluders(const CameraRays& eye, const CurrentDepth& depth, const MovedPixels& moved,
+                               const MovedPixels& fused)
+    : camera_(eye.camera) {
+  add_depth(eye, depth, moved);
+  for (std::size_t i = 0; i < moved.size(); ++i) {
+    const GBufferPixel& before = fused[i].second;
+    if (before.known && before.depth_m < moved[i].second.depth_m) gone_.extend(before.surface.position_m);
+  }
+  if (gone_.isEmpty()) return;
+  // The sides that the camera does not see are within a hand's thickness.
+  gone_.extend(gone_.min() - Vector3f::Constant(kGather.gone_margin_m));
+  gone_.extend(gone_.max() + Vector3f::Constant(kGather.gone_margin_m));
+  free_z_m_ = depth.along_z_m();
+  for (float& z : free_z_m_.data) z = z > 0 ? std::max(z - depth.allowed_m(z), 0.0f) : 0;
+}
+
+/// Triangles between neighbouring pixels of one surface, in the rectangle that contains what moved: of all surfaces,
+/// since fusion may hold parts of what moved already. They are behind the surface by what noise and voxels explain, or
+/// it would hide lamps from itself.
+void MovedOccluders::add_depth(const CameraRays& eye, const CurrentDepth& depth, const MovedPixels& moved) {
+  const int width = eye.camera.model.width;
+  Eigen::AlignedBox2i box;
+  for (const auto& [pixel, p] : moved) {
+    box.extend(Eigen::Vector2i(static_cast<int>(pixel) % width, static_cast<int>(pixel) / width));
+  }
+  if (box.isEmpty()) return;
+  const int step = static_cast<int>(
+      std::ceil(std::sqrt(static_cast<float>(box.volume()) / static_cast<float>(kGather.moved_vertices))));
+  const int columns = box.sizes().x() / std::max(step, 1) + 1, rows = box.sizes().y() / std::max(step, 1) + 1;
+  auto model = std::make_shared<Model>();
+  std::vector<float> far_m;  // 0: no depth
+  const Vector3f eye_m = eye.camera.T_tag_camera.translation();
+  for (int y = 0; y < rows; ++y) {
+    for (int x = 0; x < columns; ++x) {
+      const int u = box.min().x() + x * step, v = box.min().y() + y * step;
+      far_m.push_back(depth.at(u, v));
+      model->positions_m.push_back(eye_m + (far_m.back() + depth.allowed_m(far_m.back())) * eye.ray(u, v));
+    }
+  }
+  const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+    const auto [near_m, last_m] = std::minmax({far_m[a], far_m[b], far_m[c]});
+    if (!(near_m > 0) || last_m - near_m > kGather.moved_jump * near_m) return;
+    model->indices.insert(model->indices.end(), {a, b, c});
+  };
+  for (int y = 0; y + 1 < rows; ++y) {
+    for (int x = 0; x + 1 < columns; ++x) {
+      const auto first = static_cast<std::uint32_t>(y * columns + x),
+                 below = first + static_cast<std::uint32_t>(columns);
+      add(first, first + 1, below);
+      add(first + 1, below + 1, below);
+    }
+  }
+  if (model->indices.empty()) return;
+  model->normals.assign(model->positions_m.size(), Vector3f::UnitZ());
+  model->texcoords.assign(model->positions_m.size(), Eigen::Vector2f::Zero());
+  model->colors.assign(model->positions_m.size(), Vector3f::Ones());
+  model->parts.push_back({.index_count = static_cast<std::uint32_t>(model->indices.size())});
+  surfaces_ = std::make_unique<Meshes>(std::vector<ReferenceMesh>{{.model = model}}, nullptr);
+}
+
+bool MovedOccluders::blocked(const Meshes& room, const Vector3f& from_m, const Vector3f& w, float limit_m,
+                             bool by_room) const {
+  if (surfaces_ && surfaces_->blocked(from_m, w, limit_m)) return true;
+  return by_room && (!passes_gone(from_m, w, limit_m) || remains(room, from_m, w, limit_m));
+}
+
+std::uint32_t MovedOccluders::blocked(const Meshes& room, const RayFan& fan, std::uint32_t by_room) const {
+  RayFan open = fan;
+  open.some &= ~by_room;
+  std::uint32_t all = by_room | (surfaces_ ? surfaces_->blocked(open) : 0);
+  for (std::uint32_t rest = gone_.isEmpty() ? 0 : by_room; rest != 0; rest &= rest - 1) {
+    const auto k = static_cast<std::size_t>(std::countr_zero(rest));
+    if (!blocked(room, fan.from_m, fan.w[k], fan.limit_m[k], true)) all &= ~(1u << k);
+  }
+  return all;
+}
+
+bool MovedOccluders::passes_gone(const Vector3f& from_m, const Vector3f& w, float limit_m) const {
+  if (gone_.isEmpty()) return false;
+  const Eigen::Array3f one = (gone_.min() - from_m).array() / w.array(),
+                       two = (gone_.max() - from_m).array() / w.array();
+  const float enters = one.min(two).maxCoeff(), leaves = one.max(two).minCoeff();
+  return leaves >= std::max(enters, 0.0f) && enters < limit_m;
+}
+
+/// Whether the fused room blocks a ray by surface that is not gone.
+bool MovedOccluders::remains(const Meshes& room, const Vector3f& from_m, const Vector3f& w, float limit_m) const {
+  float passed_m = 0;
+  for (int surfaces = 0; surfaces < kGather.gone_surfaces; ++surfaces) {
+    const auto hit = room.hit(from_m + passed_m * w, w, limit_m - passed_m);
+    if (!hit) return false;
+    passed_m += hit->t_m;
+    if (room.hides(*hit) && !seen_through(from_m + passed_m * w)) return true;
+    passed_m += kGather.lift_m;
+  }
+  return true;
+}
+
+bool MovedOccluders::seen_through(const Vector3f& p_m) const {
+  const Vector3f p = camera_.T_tag_camera.inverse() * p_m;
+  if (!(p.z() > 0)) return false;
+  const auto at = camera_.model.project(p.cast<double>());
+  if (!at || !camera_.model.inside(*at)) return false;
+  return p.z() < free_z_m_.at(static_cast<int>(std::lround(at->x())), static_cast<int>(std::lround(at->y())));
+}
+
+}  // namespace lumigraft::relight

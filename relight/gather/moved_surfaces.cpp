@@ -1,0 +1,144 @@
+#include "relight/gather/moved_surfaces.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <opencv2/imgproc.hpp>
+
+#include "reconstruct/math/spherical_harmonics.h"
+#include "relight/gather/parameters.h"
+
+namespace lumigraft::relight {
+namespace {
+
+using Eigen::Vector3f;
+
+/// Edge of the square that fits into an area of moved surface, pixels; odd. Fusion displaces an edge by up to a voxel.
+int min_width_px(const RayRoom& room, const CameraRays& eye, const std::vector<GBufferPixel>& seen) {
+  float near_m = std::numeric_limits<float>::max();
+  for (const GBufferPixel& p : seen) {
+    if (p.known) near_m = std::min(near_m, p.depth_m);
+  }
+  const float px = room.voxel_m() * static_cast<float>(eye.camera.model.fx) /
+                   std::max(near_m, static_cast<float>(kGather.min_nearest_m));
+  return 2 * std::clamp(static_cast<int>(std::ceil(px)), 1, kGather.moved_max_edge_px) + 1;
+}
+
+/// Keeps those connected areas of `differs` of which a part is certain: wider than fusion displaces edges, or where
+/// depth is smooth all around.
+void keep_certain(cv::Mat1b& differs, const CurrentDepth& depth, int edge_px) {
+  if (cv::countNonZero(differs) == 0) return;
+  const cv::Mat square = cv::getStructuringElement(cv::MORPH_RECT, {edge_px, edge_px});
+  cv::Mat1f nearest, farthest;
+  const capture::Image<float>& z = depth.along_z_m();
+  const cv::Mat1f measured(z.height, z.width, const_cast<float*>(z.data.data()));
+  cv::erode(measured, nearest, square);
+  cv::dilate(measured, farthest, square);
+  cv::Mat1b wide;
+  cv::morphologyEx(differs, wide, cv::MORPH_OPEN, square);
+  const cv::Mat1b certain =
+      differs & (wide | (farthest - nearest < kGather.moved_jump * static_cast<float>(edge_px) * nearest));
+  if (cv::countNonZero(certain) == 0) {
+    differs = std::uint8_t{0};
+    return;
+  }
+  cv::Mat1i area;
+  std::vector<std::uint8_t> keep(static_cast<std::size_t>(cv::connectedComponents(differs, area)), 0);
+  for (int v = 0; v < differs.rows; ++v) {
+    for (int u = 0; u < differs.cols; ++u) keep[static_cast<std::size_t>(area(v, u))] |= certain(v, u);
+  }
+  keep[0] = 0;  // what does not differ
+  for (int v = 0; v < differs.rows; ++v) {
+    for (int u = 0; u < differs.cols; ++u) differs(v, u) = keep[static_cast<std::size_t>(area(v, u))];
+  }
+}
+
+class Moved {
+ public:
+  Moved(const RayRoom& room, const std::vector<LightSampleSet>& lamps, const CameraRays& eye, const CurrentDepth& depth,
+        const CameraUpload& picture)
+      : room_(room), lamps_(lamps), eye_(eye), depth_(depth), depth_m_(depth.along_z_m()), picture_(picture) {}
+
+  GBufferPixel pixel(int u, int v, const Vector3f& w) const {
+    GBufferPixel p;
+    p.known = p.moved = true;
+    p.w = w;
+    p.depth_m = depth_.at(u, v);
+    p.surface.position_m = point(u, v);
+    p.surface.normal = p.surface.face = normal(u, v, w);
+    p.albedo = p.surface.bsdf.diffuse = albedo(p.surface, picture_.radiance(depth_m_.index(u, v)));
+    return p;
+  }
+
+ private:
+  Vector3f point(int u, int v) const { return eye_.camera.T_tag_camera * (depth_.at(u, v) * eye_.rays.at(u, v)); }
+
+  /// The nearest pixel with the same surface, up to `reach` away along an axis.
+  std::pair<int, int> reach(int u, int v, int du, int dv) const {
+    std::pair<int, int> last{u, v};
+    for (int k = 1; k <= kGather.moved_normal_px; ++k) {
+      const int x = u + k * du, y = v + k * dv;
+      if (x < 0 || y < 0 || x >= depth_m_.width || y >= depth_m_.height) break;
+      const float z = depth_m_.at(x, y), before = depth_m_.at(last.first, last.second);
+      if (!(z > 0) || std::abs(z - before) > kGather.moved_jump * before) break;
+      last = {x, y};
+    }
+    return last;
+  }
+
+  Vector3f normal(int u, int v, const Vector3f& w) const {
+    const auto span = [&](int du, int dv) {
+      const auto [u0, v0] = reach(u, v, -du, -dv);
+      const auto [u1, v1] = reach(u, v, du, dv);
+      return (point(u1, v1) - point(u0, v0)).eval();
+    };
+    const Vector3f across = span(1, 0).cross(span(0, 1));
+    if (!(across.squaredNorm() > 0)) return -w;
+    const Vector3f n = across.normalized();
+    return n.dot(w) > 0 ? (-n).eval() : n;
+  }
+
+  Rgb albedo(const SurfaceHit& surface, const Rgb& radiance) const {
+    Rgb irradiance = reconstruct::sh_irradiance(room_.illumination()->environment_sh, surface.normal).array().max(0);
+    for (const LightSampleSet& lamp : lamps_) irradiance += lamp.lamp().radiance * lamp.unhidden(surface);
+    return (kPi * radiance / irradiance.max(std::numeric_limits<float>::min())).min(1.0f).max(0.0f);
+  }
+
+  const RayRoom& room_;
+  const std::vector<LightSampleSet>& lamps_;
+  const CameraRays& eye_;
+  const CurrentDepth& depth_;
+  const capture::Image<float>& depth_m_;
+  const CameraUpload& picture_;
+};
+
+}  // namespace
+
+MovedPixels moved_surfaces(const RayRoom& room, const std::vector<LightSampleSet>& lamps, const CameraRays& eye,
+                           const CurrentDepth& depth, const CameraUpload& picture,
+                           const std::vector<GBufferPixel>& seen) {
+  const int width = eye.camera.model.width, height = eye.camera.model.height;
+  cv::Mat1b nearer(height, width, std::uint8_t{0}), farther(height, width, std::uint8_t{0});
+  for_each_pixel(width, height, kRows, [&](int u, int v) {
+    const float depth_m = depth.at(u, v);
+    const GBufferPixel& p = seen[static_cast<std::size_t>(v * width + u)];
+    if (!(depth_m > 0)) return;
+    const float off_m = p.known ? depth_m - p.depth_m : -std::numeric_limits<float>::infinity();
+    if (std::abs(off_m) <= depth.allowed_m(depth_m, -p.surface.normal.dot(p.w))) return;
+    (off_m < 0 ? nearer : farther)(v, u) = 255;
+  });
+  const int edge = min_width_px(room, eye, seen);
+  keep_certain(nearer, depth, edge);
+  keep_certain(farther, depth, edge);
+  const Moved surfaces(room, lamps, eye, depth, picture);
+  MovedPixels found;
+  for (int v = 0; v < height; ++v) {
+    for (int u = 0; u < width; ++u) {
+      const auto i = static_cast<std::size_t>(v * width + u);
+      if (nearer(v, u) || farther(v, u)) found.emplace_back(i, surfaces.pixel(u, v, seen[i].w));
+    }
+  }
+  return found;
+}
+
+}  // namespace lumigraft::relight

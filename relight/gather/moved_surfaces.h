@@ -1,0 +1,23 @@
+#pragma once
+// Surfaces that this frame's depth shows and the fused room does not: hands, people, what was just moved or has left.
+// Fusion takes them over some frames later.
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+#include "relight/gather/current_depth.h"
+#include "relight/gather/light_samples.h"
+#include "relight/passes/screen/camera_upload.h"
+
+namespace lumigraft::relight {
+
+using MovedPixels = std::vector<std::pair<std::size_t, GBufferPixel>>;  ///< by pixel index, ascending
+
+/// Pixels of `seen`, the G-buffer of the fused room, whose depth differs from it by more than noise, in areas wider
+/// than fusion displaces edges; with their surfaces: matt, of the albedo that explains the pixel's radiance under
+/// unoccluded lamps and the environment.
+MovedPixels moved_surfaces(const RayRoom& room, const std::vector<LightSampleSet>& lamps, const CameraRays& eye,
+                           const CurrentDepth& depth, const CameraUpload& picture,
+                           const std::vector<GBufferPixel>& seen);
+
+}  // namespace lumigraft::relight
