@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "relight/gather/parameters.h"
@@ -67,8 +68,10 @@ void MovedOccluders::add_depth(const CameraRays& eye, const CurrentDepth& depth,
   model->normals.assign(model->positions_m.size(), Vector3f::UnitZ());
   model->texcoords.assign(model->positions_m.size(), Eigen::Vector2f::Zero());
   model->colors.assign(model->positions_m.size(), Vector3f::Ones());
-  model->parts.push_back({.index_count = static_cast<std::uint32_t>(model->indices.size())});
-  surfaces_ = std::make_unique<Meshes>(std::vector<ReferenceMesh>{{.model = model}}, nullptr);
+  model->parts.emplace_back().index_count = static_cast<std::uint32_t>(model->indices.size());
+  ReferenceMesh mesh;
+  mesh.model = std::move(model);
+  surfaces_ = std::make_unique<Meshes>(std::vector{mesh}, nullptr);
 }
 
 bool MovedOccluders::blocked(const Meshes& room, const Vector3f& from_m, const Vector3f& w, float limit_m,
