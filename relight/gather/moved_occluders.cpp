@@ -38,9 +38,9 @@ void MovedOccluders::add_depth(const CameraRays& eye, const CurrentDepth& depth,
     box.extend(Eigen::Vector2i(static_cast<int>(pixel) % width, static_cast<int>(pixel) / width));
   }
   if (box.isEmpty()) return;
-  const int step = static_cast<int>(
-      std::ceil(std::sqrt(static_cast<float>(box.volume()) / static_cast<float>(kGather.moved_vertices))));
-  const int columns = box.sizes().x() / std::max(step, 1) + 1, rows = box.sizes().y() / std::max(step, 1) + 1;
+  const float pixels = static_cast<float>(box.sizes().x() + 1) * static_cast<float>(box.sizes().y() + 1);
+  const int step = static_cast<int>(std::ceil(std::sqrt(pixels / static_cast<float>(kGather.moved_vertices))));
+  const int columns = box.sizes().x() / step + 1, rows = box.sizes().y() / step + 1;
   auto model = std::make_shared<Model>();
   std::vector<float> far_m;  // 0: no depth
   const Vector3f eye_m = eye.camera.T_tag_camera.translation();
