@@ -189,11 +189,10 @@ TEST_F(HandBeforeBox, BehindItHidesNothing) {
 }
 
 TEST_F(HandBeforeBox, FusedSurfaceThatTheCameraSeesThroughHidesNothing) {
-  ClosedScene held = scene_;  // the room still holds a plate where the hand was, before the box
-  const Eigen::Isometry3d T = scene_.T_tag_camera();
-  const Eigen::Vector3f plate_m = (T * Eigen::Vector3d(0, 0, 0.4)).cast<float>();
-  const Eigen::AlignedBox3f plate(plate_m - Eigen::Vector3f::Constant(0.06f),
-                                  plate_m + Eigen::Vector3f::Constant(0.06f));
+  scene_.extent.extend(Eigen::Vector3f(0.9f, 1.6f, 0));  // floor to be seen behind the hand
+  ClosedScene held = scene_;                             // the room still holds a hand between the lamp and the box
+  const Eigen::Vector3f hand_m = 0.5f * (scene_.lamps[0].position_m + Eigen::Vector3f(0.05f, 0, 0.2f));
+  const Eigen::AlignedBox3f plate(hand_m - Eigen::Vector3f::Constant(0.06f), hand_m + Eigen::Vector3f::Constant(0.06f));
   const auto floor = scene_.distance;
   held.distance = [=](const Eigen::Vector3f& p) { return std::min(floor(p), box_distance(plate, p)); };
   held.extent.extend(plate.max() + Eigen::Vector3f::Constant(0.05f));
