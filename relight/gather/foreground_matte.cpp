@@ -46,7 +46,7 @@ class Outline {
   }
 
   bool any() const { return any_; }
-  /// Whether a surface before the objects is near enough to pixel (u, v) of the image to share it.
+  /// Whether pixel (u, v) of the image is within reach of a surface in front of the objects.
   bool concerns(int u, int v) const {
     return from_core_(v - top_, u - left_) <= static_cast<float>(depth_.at(u, v) > 0 ? reach_px_ : samples_px_);
   }
@@ -91,7 +91,7 @@ class Outline {
   float signed_px(int x, int y) const { return front_(y, x) ? 0.5f - inside_(y, x) : outside_(y, x) - 0.5f; }
 
   void find_front(const ObjectPixels& objects) {
-    cv::Mat1b core(front_.size(), std::uint8_t{0});  // before an object, at its pixels
+    cv::Mat1b core(front_.size(), std::uint8_t{0});  // in front of an object, at its pixels
     for (int y = 0; y < objects.coverage.height; ++y) {
       for (int x = 0; x < objects.coverage.width; ++x) {
         const GBufferPixel& p = objects.surfaces[objects.coverage.index(x, y)];
@@ -102,7 +102,7 @@ class Outline {
       }
     }
     if (!any_) return;
-    // The same surface goes on beside the object.
+    // Pixels without an object belong to the foreground if their depth continues that of the nearest core pixel.
     cv::Mat1i nearest;
     cv::distanceTransform(~core, from_core_, nearest, cv::DIST_L2, cv::DIST_MASK_5, cv::DIST_LABEL_PIXEL);
     std::vector<float> core_m(static_cast<std::size_t>(front_.total()) + 1);
@@ -117,8 +117,8 @@ class Outline {
         const int u = x + left_ - objects.left, v = y + top_ - objects.top;
         const bool inside = u >= 0 && v >= 0 && u < objects.coverage.width && v < objects.coverage.height;
         const bool on_object = inside && objects.surfaces[objects.coverage.index(u, v)].known;
-        const bool goes_on = !on_object && depth_m > 0 && depth_m < near_m * (1 + kGather.moved_jump);
-        front_(y, x) = core(y, x) || goes_on ? 255 : 0;
+        const bool continues = !on_object && depth_m > 0 && depth_m < near_m * (1 + kGather.moved_jump);
+        front_(y, x) = core(y, x) || continues ? 255 : 0;
       }
     }
     cv::distanceTransform(front_, inside_, cv::DIST_L2, cv::DIST_MASK_PRECISE);
@@ -149,7 +149,7 @@ void hide_behind_foreground(const CurrentDepth& depth, const CameraUpload& pictu
     const float kept = 1 - foreground;
     const std::size_t i = objects.coverage.index(x, y);
     coverage *= kept;
-    // (1 - coverage) C + coverage (C - B) = C - coverage B: what was behind is taken out of the mixture.
+    // (1 - coverage) C + coverage (C - B) = C - coverage B: removes the background's part of the mixture.
     set_at(objects.radiance, i, kept * radiance_at(objects.radiance, i) + coverage * (own - behind));
   });
 }

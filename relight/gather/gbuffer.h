@@ -17,7 +17,6 @@ namespace lumigraft::relight {
 struct GBufferPixel {
   bool known = false;   ///< a surface exists
   bool glossy = false;  ///< of known material with a directional (glossy) part
-  bool moved = false;   ///< not of the fused room: this frame's depth shows it (moved_surfaces.h)
   SurfaceHit surface;
   Eigen::Vector3f w = Eigen::Vector3f::Zero();  ///< unit, from the camera
   float depth_m = 0;                            ///< along w

@@ -61,7 +61,7 @@ class Moved {
 
   GBufferPixel pixel(int u, int v, const Vector3f& w) const {
     GBufferPixel p;
-    p.known = p.moved = true;
+    p.known = true;
     p.w = w;
     p.depth_m = depth_.at(u, v);
     p.surface.position_m = point(u, v);

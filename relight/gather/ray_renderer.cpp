@@ -64,8 +64,7 @@ struct RayRenderer::State {
   std::shared_ptr<const RayRoom> seen_room;
   GatherQuality detail;
   std::vector<GBufferPixel> seen;
-  MovedPixels covered;     ///< those of the room that moved surfaces replace in `seen`
-  bool any_moved = false;  ///< there are such
+  MovedPixels covered;  ///< pixels of the room that moved surfaces replace in `seen`
   std::shared_ptr<const capture::DepthFrame> last_depth;
   std::vector<Receiver> receivers;   ///< by pixel
   std::optional<LowResView> blocks;  ///< if blocks of pixels share light
@@ -118,6 +117,7 @@ struct RayRenderer::State {
     const bool same_view = same_surfaces && detail == asked;
     if (same_view && frame.depth == last_depth) return;
     seen_room.reset();  // until all below is done: memory may run out
+    const bool had_moved = !covered.empty();
     for (const auto& [i, pixel] : std::exchange(covered, {})) seen[i] = pixel;
     if (!same_surfaces) {
       const capture::Image<float> radiance = camera.radiance();
@@ -126,16 +126,14 @@ struct RayRenderer::State {
       sharpen_edges(eye.camera, radiance, camera.exposure(), room->voxel_m(), seen);
       T_tag_camera = T;
     }
-    const bool had_moved = std::exchange(any_moved, false);
     MovedPixels moved;
     if (depth.any()) {
       moved = moved_surfaces(*room, lamps, eye, depth, camera, seen);
       for (const auto& [i, pixel] : moved) covered.emplace_back(i, std::exchange(seen[i], pixel));
-      any_moved = !moved.empty();
     }
-    light.set_moved(any_moved ? std::make_shared<const MovedOccluders>(eye, depth, moved, covered) : nullptr);
+    light.set_moved(!moved.empty() ? std::make_shared<const MovedOccluders>(eye, depth, moved, covered) : nullptr);
     last_depth = frame.depth;
-    if (!same_view || had_moved || any_moved) {
+    if (!same_view || had_moved || !moved.empty()) {
       detail = asked;
       blocks.reset();
       gloss.reset();

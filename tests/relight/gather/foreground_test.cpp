@@ -159,6 +159,19 @@ class HandBeforeBox : public testing::Test {
     return renderer_.relight(frame, room, scene_.exhibit, rays_plan(), true);
   }
 
+  /// The scene with a hand between the lamp and the box, and floor behind it.
+  ClosedScene with_hand_at_lamp() {
+    scene_.extent.extend(Eigen::Vector3f(0.9f, 1.6f, 0));
+    ClosedScene held = scene_;
+    const Eigen::Vector3f hand_m = 0.5f * (scene_.lamps[0].position_m + Eigen::Vector3f(0.05f, 0, 0.2f));
+    const Eigen::AlignedBox3f hand(hand_m - Eigen::Vector3f::Constant(0.06f),
+                                   hand_m + Eigen::Vector3f::Constant(0.06f));
+    const auto floor = scene_.distance;
+    held.distance = [=](const Eigen::Vector3f& p) { return std::min(floor(p), box_distance(hand, p)); };
+    held.extent.extend(hand.max() + Eigen::Vector3f::Constant(0.05f));
+    return held;
+  }
+
   ClosedScene scene_;
   relight::RayRenderer renderer_;
 };
@@ -188,14 +201,48 @@ TEST_F(HandBeforeBox, BehindItHidesNothing) {
   }
 }
 
+TEST_F(HandBeforeBox, CastsItsShadowOnItAtOnce) {
+  // Fine enough that neighbouring pixels on the hand's top are of one surface.
+  scene_.width *= 3;
+  scene_.height *= 3;
+  scene_.focal_px *= 3;
+  const ClosedScene held = with_hand_at_lamp();
+  relight::RayRenderer renderer(scene_.session());
+  const reconstruct::Scene room = scene_.scene();  // it does not have the hand
+  const relight::RelitPicture before = renderer.relight(scene_.frame(), room, scene_.exhibit, rays_plan(), true);
+  const relight::RelitPicture with = renderer.relight(held.frame(), room, scene_.exhibit, rays_plan(), true);
+  double darker = 0;
+  int pixels = 0;
+  for (int v = 0; v < scene_.height; ++v) {
+    for (int u = 0; u < scene_.width; ++u) {
+      if (before.maps->mask.at(u, v) < 0.99f || with.maps->mask.at(u, v) < 0.99f) continue;
+      if (before.maps->normals.at(u, v, 2) < 0.99f) continue;
+      darker += before.srgb.at(u, v, 0) - with.srgb.at(u, v, 0);
+      ++pixels;
+    }
+  }
+  ASSERT_GT(pixels, 20) << "the top of the box";
+  EXPECT_GT(darker / pixels, 10);
+}
+
+TEST_F(HandBeforeBox, TakesNoShadowOfTheFloorBehindIt) {
+  const reconstruct::Scene room = scene_.scene();
+  const relight::RelitPicture before = relit(scene_.frame(), room);
+  const int side_px = 70;
+  const relight::RelitPicture with = relit(with_hand(0.3f, side_px), room);
+  int shaded = 0;
+  for (int v = (scene_.height - side_px) / 2 + 6; v < (scene_.height + side_px) / 2 - 6; ++v) {
+    for (int u = (scene_.width - side_px) / 2 + 6; u < (scene_.width + side_px) / 2 - 6; ++u) {
+      if (before.maps->delta.at(u, v, 0) > -0.02f) continue;
+      EXPECT_GT(with.maps->delta.at(u, v, 0), 0.2f * before.maps->delta.at(u, v, 0)) << u << ", " << v;
+      ++shaded;
+    }
+  }
+  EXPECT_GT(shaded, 20);
+}
+
 TEST_F(HandBeforeBox, FusedSurfaceThatTheCameraSeesThroughHidesNothing) {
-  scene_.extent.extend(Eigen::Vector3f(0.9f, 1.6f, 0));  // floor to be seen behind the hand
-  ClosedScene held = scene_;                             // the room still holds a hand between the lamp and the box
-  const Eigen::Vector3f hand_m = 0.5f * (scene_.lamps[0].position_m + Eigen::Vector3f(0.05f, 0, 0.2f));
-  const Eigen::AlignedBox3f plate(hand_m - Eigen::Vector3f::Constant(0.06f), hand_m + Eigen::Vector3f::Constant(0.06f));
-  const auto floor = scene_.distance;
-  held.distance = [=](const Eigen::Vector3f& p) { return std::min(floor(p), box_distance(plate, p)); };
-  held.extent.extend(plate.max() + Eigen::Vector3f::Constant(0.05f));
+  const ClosedScene held = with_hand_at_lamp();  // the room still holds the hand
   const relight::RelitPicture ghost = relit(scene_.frame(), held.scene());
   relight::RayRenderer other(scene_.session());
   const relight::RelitPicture without =
