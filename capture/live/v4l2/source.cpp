@@ -64,12 +64,12 @@ class V4l2Source::Camera : public Source {
 
   void accept(const v4l2::FilledBuffer& filled) {
     monotonic_ = filled.monotonic;
-    const bool brackets = !spec_.settings.bracket_us.empty();
-    if (brackets && old_exposures_ > 0) {
+    if (old_exposures_ > 0) {
       --old_exposures_;
       stream_->give_back(filled.index);
       return;
     }
+    const bool brackets = !spec_.settings.bracket_us.empty();
     Stamp stamp{filled.time_ns, steady_now_ns(), brackets ? count_.next() : count_.sequence_of(filled.sequence)};
     SourceItem item = frame_of(filled, stamp);
     if (!brackets) {
@@ -140,6 +140,8 @@ class V4l2Source::Camera : public Source {
     adapted_ = std::string(name_of(spec_.stream)) + ": automatic exposure " +
                (stable < kV4l2Parameters.adapt_readings ? "still changes, and is held as it is" : "is held") +
                (values.empty() ? "" : ": " + values);
+    // Some cameras return to a usual exposure between "manual" and the value that is held.
+    drop_old_exposures();
     count_ = {};
   }
 
@@ -158,10 +160,13 @@ class V4l2Source::Camera : public Source {
   void begin_exposure() {
     const std::vector<double>& all = spec_.settings.bracket_us;
     exposure_ = reported_.of_frame({v4l2::set_exposure_us(stream_->device(), all[bracket_.size()]), {}});
+    drop_old_exposures();
+  }
+
+  /// After a change of exposure: drops the frames that have queued up and those that follow with the previous one.
+  void drop_old_exposures() {
     old_exposures_ = kV4l2Parameters.old_exposures;
-    while (const auto waiting = stream_->next(std::chrono::milliseconds(0))) {  // frames that have queued up
-      stream_->give_back(waiting->index);
-    }
+    while (const auto waiting = stream_->next(std::chrono::milliseconds(0))) stream_->give_back(waiting->index);
   }
 
   /// Delivers the bracket if it is complete, and starts the next exposure.

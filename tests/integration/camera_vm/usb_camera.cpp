@@ -2,8 +2,9 @@
 // MJPEG over a bulk endpoint as in USB Video Class 1.0, with exposure, gain and white balance. It shows four bars, red,
 // green, blue and grey, with the value 50 at 10 ms, proportional to the exposure, which takes effect two frames after
 // it was set. With `depth` it is a depth camera, with pictures of depth_counts() in the format Z16 of UVC. With
-// `adapting` its automatic exposure approaches 24 ms, which it reports, and is 10 ms again when it is switched off.
-// SIGUSR1 truncates the next frame; SIGUSR2 stops the frames until the next SIGUSR2.
+// `adapting` its automatic exposure approaches 24 ms, which it reports; switched off, it is 10 ms again at once, and
+// the next request waits for two frames. SIGUSR1 truncates the next frame; SIGUSR2 stops the frames until the next
+// SIGUSR2.
 #include <turbojpeg.h>
 
 #include <atomic>
@@ -200,8 +201,10 @@ class Plug {
       for (std::size_t i = 0; i < data.size(); ++i) {
         control.value |= std::uint32_t{data[i]} << (8 * i);
       }
-      if (mode_.adapting && &control == &controls[0] && control.value == 1) controls[1].value = controls[1].usual;
+      const bool returns_to_usual = mode_.adapting && &control == &controls[0] && control.value == 1;
+      if (returns_to_usual) controls[1].value = controls[1].usual;
       exposure = controls[1].value;
+      if (returns_to_usual) std::this_thread::sleep_for(std::chrono::milliseconds(100));  // for two frames
       return;
     }
     Bytes out;
