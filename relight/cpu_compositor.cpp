@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "capture/camera/srgb.h"
+#include "relight/compose/composer.h"
 #include "relight/passes/parameters.h"
-#include "relight/tracing/composer.h"
 
 namespace lumigraft::relight {
 namespace {

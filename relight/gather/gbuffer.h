@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "capture/image.h"
+#include "relight/compose/pixel_rays.h"
+#include "relight/compose/rgb_image.h"
 #include "relight/gather/ray_room.h"
 #include "relight/tracing/parallel_for.h"
 #include "relight/tracing/trace_scene.h"
@@ -21,18 +23,6 @@ struct GBufferPixel {
   Eigen::Vector3f w = Eigen::Vector3f::Zero();  ///< unit, from the camera
   float depth_m = 0;                            ///< along w
   Rgb albedo = Rgb::Zero();                     ///< per pixel, finer than the room's; unset if glossy
-};
-
-/// View directions of pixels, computed at the pixels' corners, linear between.
-class PixelRays {
- public:
-  explicit PixelRays(const capture::CameraModel& camera);
-  /// Unit, camera frame; `within`: position in the pixel, [0, 1)². Zero if the camera has no ray there.
-  Eigen::Vector3f at(int u, int v, const Eigen::Vector2f& within = {0.5f, 0.5f}) const;
-
- private:
-  int across_;
-  std::vector<Eigen::Vector3f> corners_;  ///< unit; NaN if there is no ray
 };
 
 struct CameraRays {
@@ -71,13 +61,5 @@ int central_pixel(const std::vector<GBufferPixel>& seen, const capture::CameraMo
 
 /// Albedo of a similar pixel, modulated by the image's detail: the radiance of the pixel over that of the similar one.
 Rgb detailed(const Rgb& albedo, const Rgb& radiance, const Rgb& radiance_similar);
-
-/// The radiance of the pixel with index i.
-inline Rgb radiance_at(const capture::Image<float>& image, std::size_t i) {
-  return {image.data[3 * i], image.data[3 * i + 1], image.data[3 * i + 2]};
-}
-inline void set_at(capture::Image<float>& image, std::size_t i, const Rgb& value) {
-  for (std::size_t c = 0; c < 3; ++c) image.data[3 * i + c] = value[static_cast<Eigen::Index>(c)];
-}
 
 }  // namespace lumigraft::relight

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "relight/compose/parameters.h"
 #include "relight/gather/parameters.h"
 
 namespace lumigraft::relight {
@@ -53,7 +54,7 @@ void MovedOccluders::add_depth(const CameraRays& eye, const CurrentDepth& depth,
   }
   const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
     const auto [near_m, last_m] = std::minmax({far_m[a], far_m[b], far_m[c]});
-    if (!(near_m > 0) || last_m - near_m > kGather.moved_jump * near_m) return;
+    if (!(near_m > 0) || last_m - near_m > kCompose.moved_jump * near_m) return;
     model->indices.insert(model->indices.end(), {a, b, c});
   };
   for (int y = 0; y + 1 < rows; ++y) {

@@ -6,6 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "reconstruct/math/spherical_harmonics.h"
+#include "relight/compose/parameters.h"
 #include "relight/gather/parameters.h"
 
 namespace lumigraft::relight {
@@ -37,7 +38,7 @@ void keep_certain(cv::Mat1b& differs, const CurrentDepth& depth, int edge_px) {
   cv::Mat1b wide;
   cv::morphologyEx(differs, wide, cv::MORPH_OPEN, square);
   const cv::Mat1b certain =
-      differs & (wide | (farthest - nearest < kGather.moved_jump * static_cast<float>(edge_px) * nearest));
+      differs & (wide | (farthest - nearest < kCompose.moved_jump * static_cast<float>(edge_px) * nearest));
   if (cv::countNonZero(certain) == 0) {
     differs = std::uint8_t{0};
     return;
@@ -80,7 +81,7 @@ class Moved {
       const int x = u + k * du, y = v + k * dv;
       if (x < 0 || y < 0 || x >= depth_m_.width || y >= depth_m_.height) break;
       const float z = depth_m_.at(x, y), before = depth_m_.at(last.first, last.second);
-      if (!(z > 0) || std::abs(z - before) > kGather.moved_jump * before) break;
+      if (!(z > 0) || std::abs(z - before) > kCompose.moved_jump * before) break;
       last = {x, y};
     }
     return last;

@@ -5,7 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "relight/gather/current_depth.h"
+#include "relight/compose/current_depth.h"
+#include "relight/gather/gbuffer.h"
 #include "relight/gather/light_samples.h"
 #include "relight/passes/screen/camera_upload.h"
 

@@ -67,10 +67,8 @@ class ObjectView {
     if (detail_.on_object > 1) blocks_.emplace(first_, model_, detail_.on_object);
     open_ = open_to_lamps(light_, lamps_, blocks_ ? blocks_->seen() : first_, blocks_ ? blocks_->camera() : model_,
                           detail_);
-    ObjectPixels out{window_.left,
-                     window_.top,
-                     capture::Image<float>(window_.width, window_.height, 3),
-                     capture::Image<float>(window_.width, window_.height, 1),
+    const capture::Image<float> empty(window_.width, window_.height, 1);
+    ObjectPixels out{{window_.left, window_.top, capture::Image<float>(window_.width, window_.height, 3), empty, empty},
                      {}};
     for_each_index(window_.height, 1, [&](int v) {
       for (const Found& found : rows_[static_cast<std::size_t>(v)]) shade(v, found, out);
@@ -251,6 +249,7 @@ class ObjectView {
     }
     set_at(out.radiance, index(found.u, v), sum / static_cast<float>(rays));
     out.coverage.data[index(found.u, v)] = static_cast<float>(std::popcount(traced.some)) / static_cast<float>(rays);
+    if (first.known) out.distance_m.data[index(found.u, v)] = first.depth_m;
   }
 
   bool goes_on(const GBufferPixel& first, const SurfaceHit& surface) const {

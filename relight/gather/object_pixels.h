@@ -1,16 +1,14 @@
 #pragma once
 // Radiance and coverage of the objects in the camera view.
-#include "relight/gather/current_depth.h"
+#include "relight/compose/current_depth.h"
+#include "relight/compose/object_layer.h"
 #include "relight/gather/gather_quality.h"
 #include "relight/gather/ray_shadows.h"
 
 namespace lumigraft::relight {
 
-/// Per pixel of the smallest window that contains all pixels showing objects.
-struct ObjectPixels {
-  int left = 0, top = 0;               ///< of the window, in pixels of the full image
-  capture::Image<float> radiance;      ///< 3 channels, L_ρ of the part of the pixel that shows objects, W/sr/m²
-  capture::Image<float> coverage;      ///< 1 channel, the fraction of that part
+/// In the smallest window that contains all pixels showing objects. `radiance` is L_ρ.
+struct ObjectPixels : ObjectLayer {
   std::vector<GBufferPixel> surfaces;  ///< object surface at each pixel's first ray
 };
 

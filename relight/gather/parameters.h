@@ -28,13 +28,8 @@ inline constexpr struct GatherParameters {
   float edge_unlike_color = 0.1f, edge_unlike = 0.25f;       ///< of sRGB, 0 to 1, is as unlikely as voxels from a plane
   float penumbra_sigma = 0.35f, wide_px = 4, sparse_px = 6;  ///< filter over penumbra; penumbrae from which visibility
   int penumbra_reach_px = 2;                                 ///< is even over a pixel, and 1 of 2 × 2 px suffices
-  float moved_sigmas = 3, moved_min_cosine = 0.2f;  ///< of depth, that noise explains; bound of a grazing view's
-  int moved_max_edge_px = 6, moved_normal_px = 3;   ///< bound of a voxel's size; reach of the normal's differences
-  float moved_jump = 0.03f;                         ///< fraction of the depth between neighbours of one surface
-  int moved_vertices = 10000, gone_surfaces = 16;   ///< at most, of an occluder; behind one another on a ray
-  float gone_margin_m = 0.1f;                       ///< around what is gone: its sides that no camera saw
-  float matte_sigma_px = 0.75f;  ///< 1σ of an outline's place in depth against colour, in 320ths of the width
-  float matte_reach = 3, matte_samples = 4;  ///< times that: to pixels with a matte; and to those that give colours
-  float matte_noise = 0.02f;                 ///< of a pixel's radiance, relative
+  int moved_max_edge_px = 6, moved_normal_px = 3;  ///< bound of a voxel's size; reach of the normal's differences
+  int moved_vertices = 10000, gone_surfaces = 16;  ///< at most, of an occluder; behind one another on a ray
+  float gone_margin_m = 0.1f;                      ///< around what is gone: its sides that no camera saw
 } kGather;
 }  // namespace lumigraft::relight

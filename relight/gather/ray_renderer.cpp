@@ -6,7 +6,8 @@
 #include <optional>
 #include <utility>
 
-#include "relight/gather/foreground_matte.h"
+#include "relight/compose/composer.h"
+#include "relight/compose/foreground_matte.h"
 #include "relight/gather/gather_grid.h"
 #include "relight/gather/low_res_view.h"
 #include "relight/gather/moved_surfaces.h"
@@ -17,7 +18,6 @@
 #include "relight/quality_warnings.h"
 #include "relight/static_view_cache.h"
 #include "relight/tracing/build_trace_scene.h"
-#include "relight/tracing/composer.h"
 #include "relight/tracing/parallel_for.h"
 
 namespace lumigraft::relight {
@@ -267,7 +267,7 @@ RelitPicture RayRenderer::relight(const capture::FrameSet& frame, const reconstr
   const CurrentDepth depth(s.pixel_rays, s.depth_of(frame), s.room->voxel_m());
   s.look(frame, eye, depth, gather_quality_of(plan.trace_scale), clock);
   if (lit_anew || s.new_view) s.see(eye, depth, plan.rays, clock);
-  compose(s.camera, s.change, {s.objects.left, s.objects.top, s.objects.radiance, s.objects.coverage}, &result.srgb);
+  compose(s.camera, s.change, s.objects, &result.srgb);
   if (with_maps) result.maps = s.maps();
   return result;
 }

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // The final frame (thesis §5.4.4): camera image plus change where it shows the real room, virtual radiance where it
-// shows an object, blended by coverage. Pixels without change keep their pixel values. tracing/composer.h is the same on
+// shows an object, blended by coverage. Pixels without change keep their pixel values. compose/composer.h is the same on
 // the CPU.
 #include "common/frame.glsl"
 #include "common/brdf.glsl"

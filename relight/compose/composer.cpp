@@ -1,4 +1,4 @@
-#include "relight/tracing/composer.h"
+#include "relight/compose/composer.h"
 
 #include <algorithm>
 

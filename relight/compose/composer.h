@@ -2,19 +2,13 @@
 // The final frame on the CPU (thesis eq. 3.4): camera image plus change where it shows the real room, virtual radiance
 // where it shows an object, blended by coverage. compose.comp is the same on the GPU.
 #include "capture/image.h"
+#include "relight/compose/object_layer.h"
 #include "relight/passes/screen/camera_upload.h"
 
 namespace lumigraft::relight {
 
 /// Light of a pixel; `objects`: their radiance times coverage.
 inline float composed(float room, float objects, float coverage) { return (1 - coverage) * room + objects; }
-
-/// Objects in a window of the image.
-struct ObjectLayer {
-  int left, top;                          ///< of the window, in pixels of the image
-  const capture::Image<float>& radiance;  ///< times coverage, W/sr/m²
-  const capture::Image<float>& coverage;
-};
 
 /// `change`: L_Δ of the room, W/sr/m². A pixel's change or radiance that is not finite counts as 0. `picture`: the
 /// camera's, as coded(); pixels without change keep their pixel values.

@@ -2,8 +2,8 @@
 // This frame's depth along the rays of the colour camera's pixels. It shows hands and people at once, and fused
 // surfaces as exactly as its noise allows.
 #include "reconstruct/math/depth_noise.h"
-#include "relight/gather/gbuffer.h"
-#include "relight/gather/parameters.h"
+#include "relight/compose/parameters.h"
+#include "relight/compose/pixel_rays.h"
 
 namespace lumigraft::relight {
 
@@ -24,8 +24,8 @@ class CurrentDepth {
   /// What noise and the voxels of the fused surface explain of a difference from it, metres. `cosine`: of the ray to
   /// the surface's normal.
   float allowed_m(float depth_m, float cosine = 1) const {
-    return kGather.moved_sigmas * reconstruct::axial_sigma_m(depth_m) +
-           voxel_m_ / std::max(cosine, kGather.moved_min_cosine);
+    return kCompose.moved_sigmas * reconstruct::axial_sigma_m(depth_m) +
+           voxel_m_ / std::max(cosine, kCompose.moved_min_cosine);
   }
 
  private:

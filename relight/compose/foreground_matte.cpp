@@ -1,4 +1,4 @@
-#include "relight/gather/foreground_matte.h"
+#include "relight/compose/foreground_matte.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,9 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "relight/gather/parameters.h"
+#include "relight/compose/parameters.h"
+#include "relight/compose/rgb_image.h"
+#include "relight/tracing/parallel_for.h"
 
 namespace lumigraft::relight {
 namespace {
@@ -31,13 +33,13 @@ float normal_cdf(float x) { return 0.5f * std::erfc(-x / std::sqrt(2.0f)); }
 /// The window of the objects, with a margin; images of it.
 class Outline {
  public:
-  Outline(const CurrentDepth& depth, const CameraUpload& picture, const ObjectPixels& objects)
+  Outline(const CurrentDepth& depth, const CameraUpload& picture, const ObjectLayer& objects)
       : depth_(depth),
         picture_(picture),
         width_(picture.coded()->width),
-        sigma_px_(kGather.matte_sigma_px * std::max(static_cast<float>(width_) / 320, 1.0f)),
-        reach_px_(static_cast<int>(std::ceil(kGather.matte_reach * sigma_px_))),
-        samples_px_(static_cast<int>(std::ceil((kGather.matte_reach + kGather.matte_samples) * sigma_px_))),
+        sigma_px_(kCompose.matte_sigma_px * std::max(static_cast<float>(width_) / 320, 1.0f)),
+        reach_px_(static_cast<int>(std::ceil(kCompose.matte_reach * sigma_px_))),
+        samples_px_(static_cast<int>(std::ceil((kCompose.matte_reach + kCompose.matte_samples) * sigma_px_))),
         left_(std::max(objects.left - samples_px_, 0)),
         top_(std::max(objects.top - samples_px_, 0)),
         front_(std::min(objects.top + objects.coverage.height + samples_px_, picture.coded()->height) - top_,
@@ -76,7 +78,7 @@ class Outline {
     const Rgb apart = front.mean() - behind.mean();
     // The precision of α by colour, channels being independent, and by depth.
     const Rgb noise = prior * front.variance() + (1 - prior) * behind.variance() +
-                      kGather.matte_noise * kGather.matte_noise * own.square();
+                      kCompose.matte_noise * kCompose.matte_noise * own.square();
     const Rgb precision = apart.square() / noise.max(std::numeric_limits<float>::min());
     const float by_color = precision.sum();
     const float by_depth = 1 / std::max(prior * (1 - prior), 1e-4f);
@@ -90,13 +92,13 @@ class Outline {
   /// Distance from the outline in depth: negative in the foreground.
   float signed_px(int x, int y) const { return front_(y, x) ? 0.5f - inside_(y, x) : outside_(y, x) - 0.5f; }
 
-  void find_front(const ObjectPixels& objects) {
+  void find_front(const ObjectLayer& objects) {
     cv::Mat1b core(front_.size(), std::uint8_t{0});  // in front of an object, at its pixels
     for (int y = 0; y < objects.coverage.height; ++y) {
       for (int x = 0; x < objects.coverage.width; ++x) {
-        const GBufferPixel& p = objects.surfaces[objects.coverage.index(x, y)];
+        const float object_m = objects.distance_m.at(x, y);
         const float depth_m = depth_.at(x + objects.left, y + objects.top);
-        if (!p.known || !(depth_m > 0) || depth_m >= p.depth_m - depth_.allowed_m(depth_m)) continue;
+        if (!(object_m > 0) || !(depth_m > 0) || depth_m >= object_m - depth_.allowed_m(depth_m)) continue;
         core(y + objects.top - top_, x + objects.left - left_) = 255;
         any_ = true;
       }
@@ -116,8 +118,8 @@ class Outline {
         const float depth_m = depth_.at(x + left_, y + top_), near_m = core_m[static_cast<std::size_t>(nearest(y, x))];
         const int u = x + left_ - objects.left, v = y + top_ - objects.top;
         const bool inside = u >= 0 && v >= 0 && u < objects.coverage.width && v < objects.coverage.height;
-        const bool on_object = inside && objects.surfaces[objects.coverage.index(u, v)].known;
-        const bool continues = !on_object && depth_m > 0 && depth_m < near_m * (1 + kGather.moved_jump);
+        const bool on_object = inside && objects.distance_m.at(u, v) > 0;
+        const bool continues = !on_object && depth_m > 0 && depth_m < near_m * (1 + kCompose.moved_jump);
         front_(y, x) = core(y, x) || continues ? 255 : 0;
       }
     }
@@ -137,7 +139,7 @@ class Outline {
 
 }  // namespace
 
-void hide_behind_foreground(const CurrentDepth& depth, const CameraUpload& picture, ObjectPixels& objects) {
+void hide_behind_foreground(const CurrentDepth& depth, const CameraUpload& picture, ObjectLayer& objects) {
   if (!depth.any() || objects.coverage.empty()) return;
   const Outline outline(depth, picture, objects);
   if (!outline.any()) return;

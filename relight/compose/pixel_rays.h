@@ -1,0 +1,21 @@
+#pragma once
+// View directions of a camera's pixels.
+#include <vector>
+
+#include "relight/tracing/trace_scene.h"
+
+namespace lumigraft::relight {
+
+/// Directions are computed at the pixels' corners, linear between.
+class PixelRays {
+ public:
+  explicit PixelRays(const capture::CameraModel& camera);
+  /// Unit, camera frame; `within`: position in the pixel, [0, 1)². Zero if the camera has no ray there.
+  Eigen::Vector3f at(int u, int v, const Eigen::Vector2f& within = {0.5f, 0.5f}) const;
+
+ private:
+  int across_;
+  std::vector<Eigen::Vector3f> corners_;  ///< unit; NaN if there is no ray
+};
+
+}  // namespace lumigraft::relight
