@@ -66,6 +66,8 @@ Plan read_plan(const capture::ConfigTable& root, const Plan& defaults) {
   const auto table = root.optional_table("plan");
   if (!table) return plan;
   plan.method = table->choice("method", plan_methods(), defaults.method);
+  plan.look = table->choice("look", plan_looks(), defaults.look);
+  if (table->has("look")) plan.user_set.insert("look");
   for (const IntegerKey& key : integer_keys()) {
     const std::string_view name = key.former ? table->renamed(key.key, key.former) : key.key;
     if (!table->has(name)) continue;
@@ -84,12 +86,16 @@ Plan read_plan(const capture::ConfigTable& root, const Plan& defaults) {
 }
 
 std::vector<PlanKey> plan_keys() {
-  std::vector<PlanKey> keys = {{"plan.method", capture::listed(plan_methods()), "rendering method"}};
+  std::vector<PlanKey> keys = {{"plan.method", capture::listed(plan_methods()), "rendering method"},
+                               {"plan.look", capture::listed(plan_looks()),
+                                "camera: noise and sharpness of the camera; plain: the exact change of light"}};
   for (const IntegerKey& key : integer_keys()) {
     keys.push_back({std::string("plan.") + key.key, text_of(key.allowed), key.meaning});
   }
   return keys;
 }
+
+std::vector<std::string> plan_looks() { return {"camera", "plain"}; }
 
 std::vector<std::string> plan_methods() { return {"dvct", "dlpv", "rays", "reference"}; }
 

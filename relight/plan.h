@@ -28,7 +28,10 @@ struct Plan {
   int lpv_steps = 16;   ///< dlpv: propagation steps of one cell each (two voxels for volumes up to 128)
   int rays = 20;        ///< rays: per probe on an object, or per gathered pixel
   int samples = 64;     ///< reference only: camera paths per pixel
-  int adaptive = 1;     ///< 1: values not set by the user follow measures of the scene (planner.h); 0: fixed
+  /// "camera": objects have the camera's noise and sharpness, darkened and brightened surfaces its noise; "plain": the
+  /// exact change of light is added to the frame.
+  std::string look = "plain";
+  int adaptive = 1;                ///< 1: values not set by the user follow measures of the scene (planner.h); 0: fixed
   std::set<std::string> user_set;  ///< keys set by the user; never changed automatically
   /// Replaces the result of quality_of(); no configuration key sets it. Benchmarks use it to render with other
   /// settings.
@@ -48,5 +51,6 @@ struct PlanKey {
 };
 std::vector<PlanKey> plan_keys();         ///< for `--set help`
 std::vector<std::string> plan_methods();  ///< allowed values of plan.method
+std::vector<std::string> plan_looks();    ///< allowed values of plan.look
 
 }  // namespace lumigraft::relight

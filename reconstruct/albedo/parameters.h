@@ -75,6 +75,15 @@ struct AlbedoParameters {
     float max_sigma = 0.35f;     ///< of albedo: as uncertain as a guess, so unknown
   } solver;
 
+  /// Surface that clips in all frames.
+  struct Clipped {
+    int min_voxels = 16;                 ///< of an area; fewer are highlights and noise
+    int voxels = 128, gather_rays = 16;  ///< of an area that are read, and rays for the light of each: 2 ms
+    float quantile = 0.95f;              ///< of their bounds
+    float max_albedo = 0.9f;             ///< white paper; more is an error of the light
+    float sigma = 0.15f;                 ///< 1σ of what is found so
+  } clipped;
+
   /// A sample in the shadow of an unobserved object is darker than the plane around it.
   struct UnobservedShadows {
     float reach_m = 0.5f, plane_m = 0.03f, same_normal = 0.95f;  ///< of samples on the same plane; the last a cosine

@@ -23,9 +23,10 @@ constexpr int kBrickVoxels = kBrickEdge * kBrickEdge * kBrickEdge;
 
 struct alignas(64) FieldBrick {  // so that a row of eight voxels is in one cache line
   std::array<float, kBrickVoxels> distance_m{};
-  std::array<float, kBrickVoxels> weight{};              ///< sum of measurement weights, capped; 0 = unknown
-  std::array<Eigen::Vector3f, kBrickVoxels> radiance{};  ///< mean radiance towards the cameras, W/sr/m², near surfaces
-  std::array<float, kBrickVoxels> radiance_weight{};     ///< 0 = no colour observed
+  std::array<float, kBrickVoxels> weight{};  ///< sum of measurement weights, capped; 0 = unknown
+  /// Mean radiance towards the cameras, W/sr/m², near surfaces; where it clipped in all frames a lower bound.
+  std::array<Eigen::Vector3f, kBrickVoxels> radiance{};
+  std::array<float, kBrickVoxels> radiance_weight{};  ///< 0 = no colour observed: `radiance` is a lower bound
 };
 
 /// Of a voxel of the infinite grid: its brick, and its index in the brick. Shifts round down, negative indices too.

@@ -268,9 +268,13 @@ void BrickUpdate::prefetch(const WorkingBrick& brick, const BrickVisibility& vis
 /// Weighted running mean of the radiance.
 [[gnu::always_inline]] inline void BrickUpdate::fuse_color(FieldBrick& brick, std::size_t i, float u, float v,
                                                            bool nearest, float weight, Change& change) const {
-  Simd4 radiance;
-  if (!colour_.read(u, v, nearest, radiance)) return;
+  Simd4 radiance{};
   Vector3f& mean = brick.radiance[i];
+  if (!colour_.read(u, v, nearest, radiance)) {
+    if (radiance[3] > 0 && !(brick.radiance_weight[i] > 0))
+      mean = mean.cwiseMax(Vector3f(radiance[0], radiance[1], radiance[2]));
+    return;
+  }
   const float sum = brick.radiance_weight[i] + weight;
   const Vector3f step = weight / sum * (Vector3f(radiance[0], radiance[1], radiance[2]) - mean);
   change.new_color |= brick.radiance_weight[i] <= 0;

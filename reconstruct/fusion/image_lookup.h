@@ -127,8 +127,8 @@ class ColorLookup {
               const Eigen::Array3f& gain = Eigen::Array3f::Ones(), const capture::Image<float>* vignetting = nullptr);
 
   explicit operator bool() const { return width_ > 0; }
-  /// Bilinear, or that of the nearest pixel. False outside the image and if a pixel it needs is clipped. Lane 3 of
-  /// `radiance` is unused.
+  /// Bilinear, or that of the nearest pixel. False outside the image, where `radiance` stays, and if a
+  /// pixel it needs is clipped: then lane 3 of `radiance` is above 0.
   bool read(float u, float v, bool nearest, Simd4& radiance) const;
   /// Prefetches pixels of row v that will be read soon.
   void prefetch(int first_u, int last_u, int v) const {

@@ -28,10 +28,11 @@ struct PoseParameters {
   double unsharp = 2;               ///< a print so many times less certain than before is blurred or partly covered:
   std::int64_t unsharp_ns = 2'000'000'000;  ///< for this time depth may be more certain
   double sharp_old = 0.8, sharp_new = 0.2;  ///< weights of the running mean of a sharp print's uncertainty
-  double max_disagreement = 25;  ///< squared Mahalanobis distance (6 dimensions) up to which tag and depth agree
-  double min_cost_gap = 2;       ///< squared σ; poses whose costs differ by less explain the tag equally well
-  double min_map_cost_gap = 20;  ///< the same before a tag's pose in the room is learnt from one frame
-  double max_clipped = 0.9;      ///< fraction of clipped pixels on a tag's edges that causes a warning
+  double max_disagreement = 25;   ///< squared Mahalanobis distance (6 dimensions) up to which tag and depth agree
+  double min_cost_gap = 2;        ///< squared σ; poses whose costs differ by less explain the tag equally well
+  double min_map_cost_gap = 20;   ///< the same before a tag's pose in the room is learnt from one frame
+  double max_clipped_blur = 0.3;  ///< beyond that the blur follows its prior (PrintAlignment::blur_hold)
+  double max_clipped = 0.9;       ///< fraction of clipped pixels on a tag's edges that causes a warning
 };
 inline constexpr PoseParameters kPose;
 

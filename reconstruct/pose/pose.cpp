@@ -292,10 +292,17 @@ bool PoseStage::State::measure(const capture::FrameSet& frame, const DistanceFie
     tracking.reset();
   }
   ++measured;
+  double blur_px = 0, blur_pixels = 0;
   for (std::size_t r = 0; r < readings.size(); ++r) {
     const PoseCandidate& candidate = readings[r].candidates[chosen->choice[r]];
     tags[readings[r].tag].tilt.add(candidate);
-    if (candidate.alignment) tags[readings[r].tag].appearance = candidate.alignment->appearance;
+    if (candidate.alignment) {
+      tags[readings[r].tag].appearance = candidate.alignment->appearance;
+      if (candidate.alignment->clipped_fraction < kPose.max_clipped_blur) {
+        blur_px += candidate.alignment->pixels * candidate.alignment->appearance.blur;
+        blur_pixels += candidate.alignment->pixels;
+      }
+    }
     if (candidate.alignment && candidate.alignment->clipped_fraction > kPose.max_clipped)
       warnings.push_back("tag " + std::to_string(tags[readings[r].tag].id) +
                          ": its paper is overexposed, the pose is less certain");
@@ -331,6 +338,7 @@ bool PoseStage::State::measure(const capture::FrameSet& frame, const DistanceFie
   tracking.set_displayed(pose.T_tag_camera);
   pose.covariance = chosen->noise / filter.count() + chosen->bias;
   pose.reprojection_error_px = chosen->error_px;
+  if (blur_pixels > 0) pose.blur_px = blur_px / blur_pixels;
   pose.time_ns = frame.time_ns;
   last = pose;
   confirm_views(frame);

@@ -22,7 +22,10 @@ struct Pose {
   Eigen::Isometry3d T_tag_camera = Eigen::Isometry3d::Identity();      ///< filtered over time; used for rendering
   Eigen::Isometry3d T_tag_camera_raw = Eigen::Isometry3d::Identity();  ///< of this frame alone
   double reprojection_error_px = 0;                                    ///< RMS over the four corners
-  PoseCovariance covariance = PoseCovariance::Zero();                  ///< of T_tag_camera
+  /// Blur of lens, motion and pixel at the tags: edge of the box with the same second moment. 1: a pixel's area alone;
+  /// 0: no print was measured in this frame.
+  double blur_px = 0;
+  PoseCovariance covariance = PoseCovariance::Zero();  ///< of T_tag_camera
   /// Of the frame in which the exhibit is placed: the first tag's original place, or where it is now
   /// (Tag::moves_exhibit).
   Eigen::Isometry3d T_tag_exhibit = Eigen::Isometry3d::Identity();

@@ -10,9 +10,18 @@ namespace lumigraft::relight {
 /// Light of a pixel; `objects`: their radiance times coverage.
 inline float composed(float room, float objects, float coverage) { return (1 - coverage) * room + objects; }
 
-/// `change`: L_Δ of the room, W/sr/m². A pixel's change or radiance that is not finite counts as 0. `picture`: the
-/// camera's, as coded(); pixels without change keep their pixel values.
-void compose(const CameraUpload& camera, const capture::Image<float>& change, const ObjectLayer& objects,
+struct RoomChange {
+  const capture::Image<float>& delta;  ///< L_Δ, W/sr/m²
+  /// Of the frame for which it was computed, clipped pixels restored; null: not known.
+  const capture::Image<float>* radiance = nullptr;
+  /// L_Δ is proportional to the pixel's radiance of now: the camera's noise is darkened or brightened with the surface.
+  bool proportional = false;
+};
+
+/// A clipped channel counts as the radiance that was restored, if that is more. A pixel's
+/// change or radiance that is not finite counts as 0. `picture`: the camera's, as coded(); pixels without change keep
+/// their pixel values.
+void compose(const CameraUpload& camera, const RoomChange& change, const ObjectLayer& objects,
              capture::Image<std::uint8_t>* picture);
 
 }  // namespace lumigraft::relight

@@ -106,4 +106,11 @@ ShadowRayPacket LightSampleSet::from(const SurfaceHit& surface, int number) cons
   return fan;
 }
 
+Rgb unoccluded_irradiance(const reconstruct::Illumination& light, const std::vector<LightSampleSet>& lamps,
+                          const SurfaceHit& surface) {
+  Rgb irradiance = reconstruct::sh_irradiance(light.environment_sh, surface.normal).array().max(0);
+  for (const LightSampleSet& lamp : lamps) irradiance += lamp.lamp().radiance * lamp.unhidden(surface);
+  return irradiance;
+}
+
 }  // namespace lumigraft::relight

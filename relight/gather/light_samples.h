@@ -43,4 +43,8 @@ class LightSampleSet {
   std::vector<Set> sets_;
 };
 
+/// On a white surface without occluders: of the lamps and the rest of the environment, W/m².
+Rgb unoccluded_irradiance(const reconstruct::Illumination& light, const std::vector<LightSampleSet>& lamps,
+                          const SurfaceHit& surface);
+
 }  // namespace lumigraft::relight

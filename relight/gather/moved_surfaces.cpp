@@ -5,7 +5,6 @@
 #include <limits>
 #include <opencv2/imgproc.hpp>
 
-#include "reconstruct/math/spherical_harmonics.h"
 #include "relight/compose/parameters.h"
 #include "relight/gather/parameters.h"
 
@@ -100,8 +99,7 @@ class Moved {
   }
 
   Rgb albedo(const SurfaceHit& surface, const Rgb& radiance) const {
-    Rgb irradiance = reconstruct::sh_irradiance(room_.illumination()->environment_sh, surface.normal).array().max(0);
-    for (const LightSampleSet& lamp : lamps_) irradiance += lamp.lamp().radiance * lamp.unhidden(surface);
+    const Rgb irradiance = unoccluded_irradiance(*room_.illumination(), lamps_, surface);
     return (kPi * radiance / irradiance.max(std::numeric_limits<float>::min())).min(1.0f).max(0.0f);
   }
 

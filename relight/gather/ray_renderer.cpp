@@ -6,8 +6,11 @@
 #include <optional>
 #include <utility>
 
+#include "relight/compose/add_noise.h"
 #include "relight/compose/composer.h"
 #include "relight/compose/foreground_matte.h"
+#include "relight/compose/soften.h"
+#include "relight/gather/clipped_pixels.h"
 #include "relight/gather/gather_grid.h"
 #include "relight/gather/low_res_view.h"
 #include "relight/gather/moved_surfaces.h"
@@ -15,6 +18,7 @@
 #include "relight/gather/parameters.h"
 #include "relight/gather/pixel_repair.h"
 #include "relight/gather/ray_light.h"
+#include "relight/look/camera_look.h"
 #include "relight/quality_warnings.h"
 #include "relight/static_view_cache.h"
 #include "relight/tracing/build_trace_scene.h"
@@ -69,9 +73,13 @@ struct RayRenderer::State {
   std::vector<Receiver> receivers;   ///< by pixel
   std::optional<LowResView> blocks;  ///< if blocks of pixels share light
   std::optional<GatherGrid> indirect, gloss;
-  bool new_view = false;         ///< nothing was gathered for it yet
-  capture::Image<float> change;  ///< 3 channels, L_Δ of real pixels, W/sr/m²
+  bool new_view = false;           ///< nothing was gathered for it yet
+  capture::Image<float> change;    ///< 3 channels, L_Δ of real pixels, W/sr/m²
+  capture::Image<float> radiance;  ///< 3 channels, of the frame for which `change` is, W/sr/m²
   ObjectPixels objects;
+  ObjectLayer shown;  ///< objects as the camera sees them, behind what is in front of them
+  CameraLook camera_look;
+  float blur_px = 0;  ///< of `shown`
 
   State(const capture::Session& s, Rooms the_rooms)
       : session(s),
@@ -120,16 +128,20 @@ struct RayRenderer::State {
     const bool had_moved = !covered.empty();
     for (const auto& [i, pixel] : std::exchange(covered, {})) seen[i] = pixel;
     if (!same_surfaces) {
-      const capture::Image<float> radiance = camera.radiance();
+      radiance = camera.radiance();
       trace_room(*room, eye, radiance, seen);
       fill_holes(eye.camera, radiance, camera.exposure(), seen);
       sharpen_edges(eye.camera, radiance, camera.exposure(), room->voxel_m(), seen);
+      restore_clipped(*room, lamps, camera, seen, radiance);
       T_tag_camera = T;
     }
     MovedPixels moved;
     if (depth.any()) {
       moved = moved_surfaces(*room, lamps, eye, depth, camera, seen);
-      for (const auto& [i, pixel] : moved) covered.emplace_back(i, std::exchange(seen[i], pixel));
+      for (const auto& [i, pixel] : moved) {
+        covered.emplace_back(i, std::exchange(seen[i], pixel));
+        set_at(radiance, i, camera.radiance(i));
+      }
     }
     light.set_moved(!moved.empty() ? std::make_shared<const MovedOccluders>(eye, depth, moved, covered) : nullptr);
     last_depth = frame.depth;
@@ -185,9 +197,15 @@ struct RayRenderer::State {
       clock.done("gloss");
     }
     objects = trace_objects(light.light(), lamps, seen, eye, depth, detail, std::move(objects));
-    hide_behind_foreground(depth, camera, objects);
     clock.done("object pixels");
     new_view = false;
+  }
+
+  /// From `objects` to `shown`.
+  void show_objects(const CurrentDepth& depth, Clock& clock) {
+    shown = softened(objects, blur_px, session.color.model.width, session.color.model.height);
+    hide_behind_foreground(depth, camera, shown);
+    clock.done("soften and matte");
   }
 
   void find_change(int rays, const UpdateSubset& turn, Clock& clock) {
@@ -221,12 +239,15 @@ struct RayRenderer::State {
       if (seen[i].known) tell(i, seen[i]);
     }
     // Where an object covers a pixel, the maps describe the object.
-    for (int v = 0; v < objects.coverage.height; ++v) {
-      for (int u = 0; u < objects.coverage.width; ++u) {
-        const std::size_t i = change.width * (v + objects.top) + u + objects.left,
-                          of_window = objects.coverage.index(u, v);
-        maps->mask.data[i] = objects.coverage.data[of_window];
-        if (maps->mask.data[i] >= 0.5f && objects.surfaces[of_window].known) tell(i, objects.surfaces[of_window]);
+    for (int v = 0; v < shown.coverage.height; ++v) {
+      for (int u = 0; u < shown.coverage.width; ++u) {
+        const std::size_t i = change.width * (v + shown.top) + u + shown.left;
+        maps->mask.data[i] = shown.coverage.at(u, v);
+        const int x = u + shown.left - objects.left, y = v + shown.top - objects.top;
+        if (maps->mask.data[i] < 0.5f || x < 0 || y < 0 || x >= objects.coverage.width || y >= objects.coverage.height)
+          continue;
+        const GBufferPixel& surface = objects.surfaces[objects.coverage.index(x, y)];
+        if (surface.known) tell(i, surface);
       }
     }
     return maps;
@@ -249,6 +270,8 @@ RelitPicture RayRenderer::relight(const capture::FrameSet& frame, const reconstr
   result.plan = plan;
   s.camera.take(frame);
   result.srgb = *s.camera.coded();
+  const bool like_camera = plan.look == "camera";
+  if (like_camera) s.camera_look.follow(s.camera.coded(), scene);
   const std::vector<ReferenceMesh> objects = reference_objects_of(exhibit, static_cast<double>(frame.time_ns) * 1e-9);
   std::string missing = what_is_missing(scene, !objects.empty());
   if (missing.empty() && s.rooms == Rooms::taken && !s.room) missing = "the room is not ready for rays yet";
@@ -266,8 +289,19 @@ RelitPicture RayRenderer::relight(const capture::FrameSet& frame, const reconstr
   const CameraRays eye{s.pixel_rays, {s.session.color.model, s.held(scene.pose->T_tag_camera).cast<float>()}};
   const CurrentDepth depth(s.pixel_rays, s.depth_of(frame), s.room->voxel_m());
   s.look(frame, eye, depth, gather_quality_of(plan.trace_scale), clock);
-  if (lit_anew || s.new_view) s.see(eye, depth, plan.rays, clock);
-  compose(s.camera, s.change, s.objects, &result.srgb);
+  const bool seen_anew = lit_anew || s.new_view;
+  if (seen_anew) s.see(eye, depth, plan.rays, clock);
+  const float blur_px = like_camera ? s.camera_look.blur_px() : 0;
+  if (seen_anew || s.blur_px != blur_px) {
+    s.blur_px = blur_px;
+    s.show_objects(depth, clock);
+  }
+  compose(s.camera, {s.change, &s.radiance, like_camera}, s.shown, &result.srgb);
+  clock.done("compose");
+  if (like_camera && s.camera_look.noise()) {
+    add_noise(*s.camera_look.noise(), *s.camera.coded(), s.shown, frame.index, &result.srgb);
+    clock.done("noise");
+  }
   if (with_maps) result.maps = s.maps();
   return result;
 }

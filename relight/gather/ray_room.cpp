@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "reconstruct/math/tag_family.h"
+#include "relight/gather/light_samples.h"
 #include "relight/gather/parameters.h"
 
 namespace lumigraft::relight {
@@ -43,6 +44,8 @@ RayRoom::RayRoom(const reconstruct::Scene& scene, const std::vector<KnownSurface
   s.field = scene.field;
   s.albedo = scene.albedo;
   s.enclosure = scene.enclosure;
+  std::vector<LightSampleSet> lamps;
+  for (const ReferenceLamp& lamp : light_.lamps) lamps.emplace_back(lamp, 0);
   s.meshes = std::make_unique<Meshes>(s.real, nullptr);
   s.vertices.resize(s.real.size());
   s.facets.resize(s.real.size());
@@ -61,8 +64,15 @@ RayRoom::RayRoom(const reconstruct::Scene& scene, const std::vector<KnownSurface
       vertex.position_m = p;
       vertex.normal = model.normals[v];
       vertex.albedo = model.colors[v];
-      vertex.before = measured ? *measured : fisheye_radiance(*scene.illumination, p);
-      vertex.colored = (!fused || measured) && model.colors[v].maxCoeff() > 0;
+      vertex.colored = model.colors[v].maxCoeff() > 0;
+      if (measured || !fused || !vertex.colored) {
+        vertex.before = measured ? *measured : fisheye_radiance(*scene.illumination, p);
+      } else {  // it clips in all frames
+        SurfaceHit surface;
+        surface.position_m = p;
+        surface.normal = surface.face = vertex.normal;
+        vertex.before = vertex.albedo / kPi * unoccluded_irradiance(*scene.illumination, lamps, surface);
+      }
       s.patches.push_back({p, model.normals[v]});
     }
     for (std::size_t t = 0; t + 2 < model.indices.size(); t += 3) {

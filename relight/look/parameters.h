@@ -13,13 +13,15 @@ inline constexpr struct LookParameters {
                                             ///< 1.2 px spreads them by 1.5 (1σ)
   float frames = 60;                        ///< time constant; 1,000 patches give a spectrum to 3 %
   int level_codes = 16;                     ///< pixel values whose noise is measured together
-  float few_patches = 2;       ///< weight of the curve that is fitted to all levels, against the measured level
-  int first_patches = 8;       ///< before that noise is not known
-  float max_slope = 0.5f;      ///< of the spectrum's logarithm over f², in (16 px)⁻²: noise smoothed by 1.8 px
-  float max_change = 1.5f;     ///< of the variance; beyond that the camera's gain has changed,
-  int change_patches = 32;     ///< over this number of patches
-  int tile_patches = 512;      ///< between two tiles of noise; earlier ones at powers of two
-  double blur_step_px = 0.05;  ///< smallest change of blur that is followed; an edge's width changes by a tenth
-  double blur_frames = 8;      ///< time constant
+  float few_patches = 2;         ///< weight of the curve that is fitted to all levels, against the measured level
+  int first_patches = 8;         ///< before that noise is not known
+  float max_slope = 0.5f;        ///< of the spectrum's logarithm over f², in (16 px)⁻²: noise smoothed by 1.8 px
+  float max_change = 1.5f;       ///< of the variance; beyond that the camera's gain has changed,
+  int change_patches = 32;       ///< over this number of patches
+  int tile_patches = 512;        ///< between two tiles of noise; earlier ones at powers of two
+  double blur_step_px = 0.05;    ///< smallest change of blur that is followed; an edge's width changes by a tenth
+  double blur_motion_px = 0.25;  ///< √ of a change of variance that motion alone explains
+  float min_blur_px = 0.1f;      ///< less widens an edge by 0.06 px
+  double blur_frames = 8;        ///< time constant
 } kLook;
 }  // namespace lumigraft::relight

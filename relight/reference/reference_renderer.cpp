@@ -87,7 +87,7 @@ RelitPicture ReferenceRenderer::relight(const capture::FrameSet& frame, const re
     return result;
   }
   const ReferencePicture& traced = s.traced(frame, scene, std::move(objects), plan.samples);
-  compose(s.camera, traced.change, {0, 0, traced.object, traced.coverage, {}}, &result.srgb);
+  compose(s.camera, {traced.change}, {0, 0, traced.object, traced.coverage, {}}, &result.srgb);
   if (with_maps) {
     RelightMaps maps;
     maps.mask = traced.coverage;

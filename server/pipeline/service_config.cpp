@@ -153,6 +153,7 @@ relight::Plan interactive_plan() {
   plan.volume = 64;
   plan.trace_scale = 4;
   plan.rsm = 128;
+  plan.look = "camera";
   return plan;
 }
 

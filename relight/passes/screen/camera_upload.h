@@ -3,6 +3,7 @@
 #include <array>
 #include <memory>
 
+#include "capture/camera/radiance.h"
 #include "capture/frame.h"
 #include "capture/session/session.h"
 #include "relight/passes/screen/screen.h"
@@ -23,8 +24,13 @@ class CameraUpload {
   /// Part of the light that the lens transmits to a pixel, relative to the optical axis; radiance() is without it.
   float transmission(std::size_t pixel) const { return vignetting_ ? 1 / vignetting_->data[pixel] : 1; }
   const std::shared_ptr<const capture::Image<float>>& vignetting() const { return vignetting_; }
-  capture::Image<float> radiance() const;                   ///< computed anew
-  Eigen::Array3f radiance(std::size_t pixel) const;         ///< of one
+  capture::Image<float> radiance() const;            ///< computed anew
+  Eigen::Array3f radiance(std::size_t pixel) const;  ///< of one
+  /// Whether a channel is at the top of its range: radiance() is a lower bound. Without a channel: any.
+  bool clipped(std::size_t pixel, std::size_t channel) const {
+    return !picture_->encoded.empty() && picture_->encoded.data[3 * pixel + channel] >= capture::kFullScale;
+  }
+  bool clipped(std::size_t pixel) const { return clipped(pixel, 0) || clipped(pixel, 1) || clipped(pixel, 2); }
   const std::vector<float>& rays() const { return rays_; }  ///< x/z and y/z of every pixel
   /// The picture as sRGB codes; the camera's own picture where its codes are.
   const std::shared_ptr<const capture::Image<std::uint8_t>>& coded() const { return coded_; }

@@ -68,7 +68,7 @@ capture::Image<std::uint8_t> composed_on_cpu(const CameraUpload& camera, const I
     }
   }
   capture::Image<std::uint8_t> picture = *camera.coded();
-  compose(camera, change, {0, 0, radiance, coverage, {}}, &picture);
+  compose(camera, {change}, {0, 0, radiance, coverage, {}}, &picture);
   return picture;
 }
 

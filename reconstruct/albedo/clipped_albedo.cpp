@@ -1,0 +1,141 @@
+#include "reconstruct/albedo/clipped_albedo.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "reconstruct/albedo/parameters.h"
+
+namespace lumigraft::reconstruct {
+namespace {
+
+using Eigen::Array3f;
+using Eigen::Vector3f;
+using Eigen::Vector3i;
+using Voxel = std::pair<BrickKey, int>;  // brick, and index in it
+constexpr const AlbedoParameters::Clipped& kClipped = kAlbedoParameters.clipped;
+
+Vector3f lamp_irradiance(const PointLight& light, const Vector3f& position_m, const Vector3f& normal) {
+  if (!light.distance_known) return std::max(0.0f, normal.dot(light.direction)) * light.irradiance;
+  const Vector3f offset = light.position_m - position_m;
+  const float squared = offset.squaredNorm(), length = std::sqrt(squared);
+  return light.emission(-offset / length) * std::max(0.0f, normal.dot(offset) / length) / squared * light.intensity;
+}
+
+class Extension {
+ public:
+  Extension(const DistanceField& field, const IrradianceModel& room, const Illumination& light,
+            BrickMap<AlbedoBrick>& bricks)
+      : field_(field), room_(room), light_(light), bricks_(bricks) {}
+
+  void extend() {
+    find_clipped();
+    for (const Voxel& voxel : clipped_) {
+      if (open_[voxel.first][static_cast<std::size_t>(voxel.second)] == 0) continue;
+      const std::vector<Voxel> area = connected(voxel);
+      if (static_cast<int>(area.size()) < kClipped.min_voxels) continue;
+      if (const auto albedo = largest_bound(area)) write(area, albedo->matrix());
+    }
+    for (auto& [key, brick] : changed_) bricks_[key] = std::move(brick);
+  }
+
+ private:
+  void find_clipped() {
+    for (const auto& [key, brick] : field_.bricks) {
+      for (std::size_t i = 0; i < kBrickVoxels; ++i) {
+        if (brick->radiance_weight[i] > 0 || brick->radiance[i].isZero(0) || !(brick->weight[i] > 0) ||
+            std::abs(brick->distance_m[i]) >= field_.voxel_m)
+          continue;
+        open_[key][i] = 1;
+        clipped_.emplace_back(key, static_cast<int>(i));
+      }
+    }
+  }
+
+  std::vector<Voxel> connected(const Voxel& first) {
+    std::vector<Voxel> area{first};
+    open_[first.first][static_cast<std::size_t>(first.second)] = 0;
+    for (std::size_t i = 0; i < area.size(); ++i) {
+      const Vector3i centre = voxel_in(area[i].first, area[i].second);
+      for (int side = 0; side < 6; ++side) {
+        Vector3i next = centre;
+        next[side >> 1] += (side & 1) != 0 ? 1 : -1;
+        const Voxel voxel{brick_of(next), index_in_brick(next)};
+        const auto brick = open_.find(voxel.first);
+        if (brick == open_.end() || brick->second[static_cast<std::size_t>(voxel.second)] == 0) continue;
+        brick->second[static_cast<std::size_t>(voxel.second)] = 0;
+        area.push_back(voxel);
+      }
+    }
+    return area;
+  }
+
+  /// Per channel, of evenly chosen voxels; without the highest part, which errors of the light made.
+  std::optional<Array3f> largest_bound(const std::vector<Voxel>& area) const {
+    std::array<std::vector<float>, 3> bounds;
+    const std::size_t step = area.size() / static_cast<std::size_t>(kClipped.voxels) + 1;
+    for (std::size_t i = 0; i < area.size(); i += step) {
+      const Vector3f position_m = field_.voxel_m * voxel_in(area[i].first, area[i].second).cast<float>();
+      const std::optional<Vector3f> normal = field_.normal(position_m);
+      if (!normal) continue;
+      Vector3f irradiance = room_.gather(position_m, *normal, kClipped.gather_rays).irradiance;
+      for (const PointLight& light : light_.lights) irradiance += lamp_irradiance(light, position_m, *normal);
+      const Vector3f& radiance = field_.brick(area[i].first)->radiance[static_cast<std::size_t>(area[i].second)];
+      for (int c = 0; c < 3; ++c) {
+        bounds[static_cast<std::size_t>(c)].push_back(std::numbers::pi_v<float> * radiance[c] /
+                                                      std::max(irradiance[c], std::numeric_limits<float>::min()));
+      }
+    }
+    if (bounds[0].empty()) return std::nullopt;
+    Array3f albedo;
+    for (int c = 0; c < 3; ++c) {
+      std::vector<float>& of_channel = bounds[static_cast<std::size_t>(c)];
+      const auto at = of_channel.begin() +
+                      static_cast<std::ptrdiff_t>(kClipped.quantile * static_cast<float>(of_channel.size() - 1));
+      std::nth_element(of_channel.begin(), at, of_channel.end());
+      albedo[c] = std::min(*at, kClipped.max_albedo);
+    }
+    return albedo;
+  }
+
+  void write(const std::vector<Voxel>& area, const Vector3f& albedo) {
+    for (const auto& [key, i] : area) {
+      std::shared_ptr<AlbedoBrick>& brick = changed_[key];
+      if (!brick) {
+        const auto before = bricks_.find(key);
+        brick = before != bricks_.end() ? std::make_shared<AlbedoBrick>(*before->second) : unknown_brick();
+      }
+      brick->albedo[static_cast<std::size_t>(i)] = albedo;
+      brick->sigma[static_cast<std::size_t>(i)] = kClipped.sigma;
+    }
+  }
+
+  static std::shared_ptr<AlbedoBrick> unknown_brick() {
+    auto brick = std::make_shared<AlbedoBrick>();
+    brick->albedo.fill(Vector3f::Zero());
+    brick->sigma.fill(-1);
+    return brick;
+  }
+
+  const DistanceField& field_;
+  const IrradianceModel& room_;
+  const Illumination& light_;
+  BrickMap<AlbedoBrick>& bricks_;
+  std::vector<Voxel> clipped_;
+  std::unordered_map<BrickKey, std::array<char, kBrickVoxels>, BrickKeyHash> open_;  ///< 1: not in an area yet
+  std::unordered_map<BrickKey, std::shared_ptr<AlbedoBrick>, BrickKeyHash> changed_;
+};
+
+}  // namespace
+
+void extend_to_clipped(const DistanceField& field, const IrradianceModel& room, const Illumination& light,
+                       BrickMap<AlbedoBrick>& bricks) {
+  Extension(field, room, light, bricks).extend();
+}
+
+}  // namespace lumigraft::reconstruct

@@ -1,0 +1,65 @@
+#include "relight/compose/soften.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+namespace lumigraft::relight {
+namespace {
+
+/// The image with `margin` pixels of zeros at each side.
+template <int kChannels>
+cv::Mat_<cv::Vec<float, kChannels>> with_margin(const capture::Image<float>& image, const cv::Rect& inner,
+                                                const cv::Size& size) {
+  using Pixel = cv::Vec<float, kChannels>;
+  cv::Mat_<Pixel> grown(size, Pixel::all(0));
+  const cv::Mat_<Pixel> own(image.height, image.width, reinterpret_cast<Pixel*>(const_cast<float*>(image.data.data())));
+  own.copyTo(grown(inner));
+  return grown;
+}
+
+/// Discrete Gaussian of variance `sigma_px`² (Lindeberg 1990, eq. 10): a sampled one is too narrow below 0.6 px.
+cv::Mat1f discrete_gaussian(float sigma_px, int margin) {
+  cv::Mat1f kernel(2 * margin + 1, 1);
+  const double t = static_cast<double>(sigma_px) * sigma_px;
+  for (int n = -margin; n <= margin; ++n)
+    kernel(n + margin) = static_cast<float>(std::exp(-t) * std::cyl_bessel_i(std::abs(n), t));
+  return kernel / cv::sum(kernel)[0];
+}
+
+template <int kChannels>
+capture::Image<float> image_of(const cv::Mat_<cv::Vec<float, kChannels>>& mat) {
+  capture::Image<float> image(mat.cols, mat.rows, kChannels);
+  std::copy_n(reinterpret_cast<const float*>(mat.data), image.data.size(), image.data.begin());
+  return image;
+}
+
+}  // namespace
+
+ObjectLayer softened(const ObjectLayer& objects, float sigma_px, int width, int height) {
+  if (objects.coverage.empty() || !(sigma_px > 0)) return objects;
+  const int margin = static_cast<int>(std::ceil(3 * sigma_px));
+  const cv::Rect old(objects.left, objects.top, objects.coverage.width, objects.coverage.height);
+  const cv::Rect window = cv::Rect(old.x - margin, old.y - margin, old.width + 2 * margin, old.height + 2 * margin) &
+                          cv::Rect(0, 0, width, height);
+  const cv::Rect inner = old - window.tl();
+  const cv::Mat1f kernel = discrete_gaussian(sigma_px, margin);
+  const auto blurred = [&](auto grown) {
+    // Beyond the image's border the object continues.
+    cv::sepFilter2D(grown, grown, -1, kernel, kernel, {-1, -1}, 0, cv::BORDER_REPLICATE);
+    return grown;
+  };
+  ObjectLayer soft{window.x,
+                   window.y,
+                   image_of<3>(blurred(with_margin<3>(objects.radiance, inner, window.size()))),
+                   image_of<1>(blurred(with_margin<1>(objects.coverage, inner, window.size()))),
+                   {}};
+  const auto distance = with_margin<1>(objects.distance_m, inner, window.size());
+  cv::Mat_<cv::Vec<float, 1>> around;
+  cv::dilate(distance, around, cv::getStructuringElement(cv::MORPH_RECT, {2 * margin + 1, 2 * margin + 1}));
+  distance.copyTo(around, distance > 0);
+  soft.distance_m = image_of<1>(around);
+  return soft;
+}
+
+}  // namespace lumigraft::relight

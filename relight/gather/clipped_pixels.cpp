@@ -1,0 +1,25 @@
+#include "relight/gather/clipped_pixels.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace lumigraft::relight {
+
+void restore_clipped(const RayRoom& room, const std::vector<LightSampleSet>& lamps, const CameraUpload& camera,
+                     std::vector<GBufferPixel>& seen, capture::Image<float>& radiance) {
+  for_each_index(seen.size(), kRows * radiance.width, [&](std::size_t i) {
+    GBufferPixel& pixel = seen[i];
+    if (!pixel.known || pixel.glossy || !camera.clipped(i)) return;
+    const Rgb irradiance =
+        unoccluded_irradiance(*room.illumination(), lamps, pixel.surface).max(std::numeric_limits<float>::min());
+    for (std::size_t c = 0; c < 3; ++c) {
+      if (!camera.clipped(i, c)) continue;
+      const auto k = static_cast<Eigen::Index>(c);
+      float& bound = radiance.data[3 * i + c];
+      pixel.albedo[k] = std::clamp(std::max(pixel.surface.bsdf.diffuse[k], kPi * bound / irradiance[k]), 0.0f, 1.0f);
+      bound = std::max(bound, pixel.albedo[k] * irradiance[k] / kPi);
+    }
+  });
+}
+
+}  // namespace lumigraft::relight
