@@ -25,13 +25,17 @@ TileReader::TileReader(gpu::Device& device, const gpu::Texture& texture)
 void TileReader::read(const std::vector<std::uint32_t>& places, int step, int first, int channels,
                       std::vector<float>* out) const {
   const bool halves = desc_.format == gpu::Format::rgba16_float;
+  const std::size_t of_texel = desc_.format == gpu::Format::r32_float ? 1 : 4;
   const auto* half = reinterpret_cast<const Eigen::half*>(texels_.data()) + first;
-  const auto* full = reinterpret_cast<const float*>(texels_.data());
+  const auto* full = reinterpret_cast<const float*>(texels_.data()) + first;
   const auto n = static_cast<std::size_t>(channels);
   out->resize(n * static_cast<std::size_t>(desc_.width) * static_cast<std::size_t>(desc_.height));
   for (const std::uint32_t place : places) {
     for_each_texel(place, step, desc_.width, desc_.height, [&](std::size_t i) {
-      for (std::size_t c = 0; c < n; ++c) (*out)[n * i + c] = halves ? static_cast<float>(half[4 * i + c]) : full[i];
+      for (std::size_t c = 0; c < n; ++c) {
+        const std::size_t at = of_texel * i + c;
+        (*out)[n * i + c] = halves ? static_cast<float>(half[at]) : full[at];
+      }
     });
   }
 }

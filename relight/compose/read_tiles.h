@@ -12,7 +12,7 @@ namespace lumigraft::relight {
 inline int left_of(std::uint32_t place) { return kTile_px * static_cast<int>(place & 0xffff); }
 inline int top_of(std::uint32_t place) { return kTile_px * static_cast<int>(place >> 16); }
 
-/// A texture of halves in four channels, or of floats in one, downloaded once.
+/// A texture of four channels, halves or floats, or of one float, downloaded once.
 class TileReader {
  public:
   TileReader(gpu::Device& device, const gpu::Texture& texture);

@@ -66,7 +66,7 @@ Screen::Screen(gpu::Device& device, int width_px, int height_px, int trace_scale
   mirror_fraction_smooth = full("mirror fraction, smooth", Format::rgba16_float);
   object_layer = full("objects", Format::rgba16_float);
   object_z = full("object depths", Format::r32_float);
-  delta = full("delta", Format::rgba16_float);
+  delta = full("delta", Format::rgba32_float);
 }
 
 std::optional<gpu::Area> Screen::object_area() const {

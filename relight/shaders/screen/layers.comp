@@ -23,7 +23,7 @@ layout(binding = 10) uniform sampler2D object_surface;
 layout(binding = 14) uniform sampler2D object_normal;
 layout(binding = 15) uniform sampler2D object_other;
 layout(binding = 12, rgba16f) uniform writeonly image2D out_object;  // radiance times coverage, coverage
-layout(binding = 13, rgba16f) uniform writeonly image2D out_delta;
+layout(binding = 13, rgba32f) uniform writeonly image2D out_delta;
 layout(binding = 16, r32f) uniform writeonly image2D out_z;          // of the object in the camera frame
 #include "common/exclude_tag.glsl"
 #include "screen/real_in_front.glsl"
@@ -73,7 +73,7 @@ void main() {
     vec3 change = footprint * under * texelFetch(indirect, at, 0).rgb - texelFetch(direct_lost, at, 0).rgb;
     delta = max(finite_or_zero(diffuse / kPi * change + mirror), -b);
   }
-  imageStore(out_delta, at, to_half(vec4(delta, 0.0)));
+  imageStore(out_delta, at, vec4(delta, 0.0));
   imageStore(out_object, at, to_half(vec4(surface.y * virtual_color(at), surface.y)));
   imageStore(out_z, at, vec4(surface.x));
 }
