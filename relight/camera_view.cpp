@@ -2,6 +2,12 @@
 
 #include <algorithm>
 
+#include "relight/compose/add_noise.h"
+#include "relight/compose/composer.h"
+#include "relight/compose/foreground_matte.h"
+#include "relight/compose/read_tiles.h"
+#include "relight/compose/soften.h"
+
 namespace lumigraft::relight {
 namespace {
 
@@ -22,14 +28,15 @@ capture::Image<float> read_floats(gpu::Device& device, const gpu::Texture& textu
 }
 
 /// Where an object covers a pixel, the maps describe the object.
-std::shared_ptr<const RelightMaps> read_maps(gpu::Device& device, const Screen& screen) {
+std::shared_ptr<const RelightMaps> read_maps(gpu::Device& device, const Screen& screen,
+                                             const capture::Image<float>& coverage) {
   auto maps = std::make_shared<RelightMaps>();
   maps->albedo = read_floats(device, *screen.real_albedo, 0, 3);
   maps->normals = read_floats(device, *screen.real_normal, 0, 3);
   maps->depth_m = read_floats(device, *screen.real_position, 3, 1);
   for (float& z : maps->depth_m.data) z = std::max(z, 0.0f);  // negative: estimated
   maps->delta = read_floats(device, *screen.delta, 0, 3);
-  maps->mask = read_floats(device, *screen.delta, 3, 1);
+  maps->mask = coverage;
   const capture::Image<float> base = read_floats(device, *screen.object_base, 0, 3);
   const capture::Image<float> normal = read_floats(device, *screen.object_normal, 0, 3);
   const capture::Image<float> z = read_floats(device, *screen.object_surface, 0, 1);
@@ -44,32 +51,17 @@ std::shared_ptr<const RelightMaps> read_maps(gpu::Device& device, const Screen& 
   return maps;
 }
 
-/// The camera's code values, with the blocks that were composed taken from `drawn`: the texels of screen.picture.
-capture::Image<std::uint8_t> with_drawn_blocks(const capture::Image<std::uint8_t>& coded,
-                                               std::span<const std::byte> drawn, const Screen& screen) {
-  capture::Image<std::uint8_t> picture = coded;
-  for (const std::uint32_t place : screen.tiles->view_places()) {
-    const int left = kTile_px * static_cast<int>(place & 0xffff), top = kTile_px * static_cast<int>(place >> 16);
-    for (int v = top; v < std::min(top + kTile_px, screen.height); ++v) {
-      for (int u = left; u < std::min(left + kTile_px, screen.width); ++u) {
-        const std::size_t i = static_cast<std::size_t>(v) * screen.width + u;
-        for (std::size_t c = 0; c < 3; ++c) picture.data[3 * i + c] = static_cast<std::uint8_t>(drawn[4 * i + c]);
-      }
-    }
-  }
-  return picture;
-}
-
 }  // namespace
 
 CameraView::CameraView(gpu::Device& device, const capture::ColorCamera& camera)
     : device_(device),
       camera_(camera),
       model_(camera.model),
+      pixel_rays_(camera.model),
       object_view_(device),
       real_view_(device),
       real_change_(device),
-      compose_(device),
+      layers_(device),
       live_view_(device),
       still_(camera.model) {}
 
@@ -91,51 +83,90 @@ void CameraView::show_live(const capture::FrameSet& frame, const View& view, con
                            const LampShadows& shadows, RelitPicture* result) {
   const bool anew = view.anew || view.with_maps || shown_ != Shown::live;
   const std::vector<char> changed =
-      still_.changed_tiles(*camera_.coded(), depth_of(frame), 2 * view.params.field.x(), anew);
+      still_.changed_tiles(*camera_.coded(), depth_of(frame, model_), 2 * view.params.field.x(), anew);
   if (std::find(changed.begin(), changed.end(), 1) != changed.end()) {
     camera_.upload(device_, frame, view.with_maps || !view.glossy.empty(), *screen_);
-    screen_->tiles->choose(device_, view.params, {camera_.rays(), depth_of(frame), *camera_.coded()}, view.objects,
+    screen_->tiles->choose(device_, view.params, {camera_.rays(), depth_of(frame, model_), *camera_.coded()},
+                           view.objects,
                            {quality_of(view.plan).min_code_change, view.glossy, &shadows, view.with_maps, &changed});
     auto list = device_.begin();
     if (view.with_maps) draw_full(*list, view, light);
     draw_live(*list, view, light, shadows, anew);
     submit(*list, result);
-    live_picture_.read(device_, *screen_, changed);
+    live_picture_.read(device_, *screen_, camera_, changed);
   }
-  result->srgb = live_picture_.over(camera_);
+  const CurrentDepth depth(pixel_rays_, depth_of(frame, model_), view.params.field.x());
+  result->srgb = live_picture_.over(camera_, depth, blur_px());
+  add_noise_to(live_picture_.shown(), frame.index, &result->srgb);
   shown_ = Shown::live;
-  if (view.with_maps) add_maps(result);
+  if (view.with_maps) add_maps(depth, live_picture_.objects(), result);
 }
 
 void CameraView::show_full(const capture::FrameSet& frame, const View& view, const Light& light, gpu::CommandList& list,
                            RelitPicture* result) {
   bool anew = view.anew || view.with_maps || shown_ != Shown::full;
   const float min_change_m = 2 * view.params.field.x();
-  const std::vector<char> changed = still_.changed_tiles(*camera_.coded(), depth_of(frame), min_change_m, anew);
+  const std::vector<char> changed = still_.changed_tiles(*camera_.coded(), depth_of(frame, model_), min_change_m, anew);
   if (!anew && std::find(changed.begin(), changed.end(), 1) != changed.end()) {
     anew = true;
-    still_.changed_tiles(*camera_.coded(), depth_of(frame), min_change_m, true);
+    still_.changed_tiles(*camera_.coded(), depth_of(frame, model_), min_change_m, true);
   }
-  if (anew || !same_codes() || (full_exposure_ != camera_.exposure()).any() ||
-      full_vignetting_ != camera_.vignetting()) {
+  const bool drawn =
+      anew || !same_codes() || (full_exposure_ != camera_.exposure()).any() || full_vignetting_ != camera_.vignetting();
+  if (drawn) {
     camera_.upload(device_, frame, true, *screen_);
     if (anew) {
-      screen_->tiles->choose(device_, view.params, {camera_.rays(), depth_of(frame), *camera_.coded()}, view.objects,
+      screen_->tiles->choose(device_, view.params, {camera_.rays(), depth_of(frame, model_), *camera_.coded()},
+                             view.objects,
                              {quality_of(view.plan).min_code_change, view.glossy, nullptr, view.with_maps, nullptr});
       draw_full(list, view, light);
     } else {
-      list.begin_pass("compose");
-      compose_.record(list, view.params, *screen_);
+      list.begin_pass("layers");
+      layers_.record(list, view.params, *screen_);
     }
     submit(list, result);
     full_codes_ = camera_.coded();
     full_exposure_ = camera_.exposure();
     full_vignetting_ = camera_.vignetting();
-    full_drawn_ = device_.download(*screen_->picture);
+    read_layers();
   }
-  result->srgb = with_drawn_blocks(*camera_.coded(), full_drawn_, *screen_);
+  const CurrentDepth depth(pixel_rays_, depth_of(frame, model_), view.params.field.x());
+  if (drawn || full_blur_px_ != blur_px()) {
+    full_blur_px_ = blur_px();
+    full_soft_ = softened(full_objects_, full_blur_px_, model_.width, model_.height);
+    full_picture_ = {};
+  }
+  const std::optional<ObjectLayer> hidden = behind_foreground(depth, camera_, full_soft_);
+  const ObjectLayer& shown = hidden ? *hidden : full_soft_;
+  if (full_picture_.empty() || hidden || full_foreground_) {
+    full_picture_ = *camera_.coded();
+    compose(camera_, {full_change_}, shown, &full_picture_);
+    full_foreground_ = hidden.has_value();
+  }
+  result->srgb = full_picture_;
+  add_noise_to(shown, frame.index, &result->srgb);
   shown_ = Shown::full;
-  if (view.with_maps) add_maps(result);
+  if (view.with_maps) add_maps(depth, full_objects_, result);
+}
+
+/// Of the blocks that were drawn; nothing changes in the others.
+void CameraView::read_layers() {
+  full_change_ = capture::Image<float>(screen_->width, screen_->height, 3);
+  full_objects_ = {};
+  const std::vector<std::uint32_t>& places = screen_->tiles->view_places();
+  TileReader(device_, *screen_->delta).read(places, 1, 0, 3, &full_change_.data);
+  read_objects(device_, *screen_, camera_.rays(), places, &full_objects_);
+}
+
+void CameraView::take(const capture::FrameSet& frame, const reconstruct::Scene& scene, bool like_camera) {
+  camera_.take(frame);
+  like_camera_ = like_camera;
+  if (like_camera) look_.follow(camera_.coded(), scene);
+}
+
+void CameraView::add_noise_to(const ObjectLayer& objects, std::uint64_t frame,
+                              capture::Image<std::uint8_t>* picture) const {
+  if (like_camera_ && look_.noise()) add_noise(*look_.noise(), *camera_.coded(), objects, frame, picture);
 }
 
 /// As those of the picture that the screen holds.
@@ -186,8 +217,8 @@ void CameraView::draw_full(gpu::CommandList& list, const View& view, const Light
     real_change_.reflect(list, params, volumes, *screen_);
   }
   light_objects(list, params, light);
-  list.begin_pass("compose");
-  compose_.record(list, params, *screen_);
+  list.begin_pass("layers");
+  layers_.record(list, params, *screen_);
 }
 
 /// `objects_anew`: false if the objects' radiance is unchanged.
@@ -200,7 +231,8 @@ void CameraView::draw_live(gpu::CommandList& list, const View& view, const Light
   if (glossy) {
     // Blocks without objects are not drawn here but are read.
     list.clear(*screen_->object_surface, {});
-    list.clear(*screen_->live_object, {});
+    list.clear(*screen_->object_layer, {});
+    list.clear(*screen_->object_z, {});
     if (objects_anew) object_view_.draw_known(list, view.params, view.known_surfaces, view.white, *screen_);
   }
   if (objects_anew && matt)
@@ -230,17 +262,14 @@ void CameraView::light_objects(gpu::CommandList& list, const shader::FrameParams
   object_view_.shade(list, params, light.maps, light.rounds.room().volumes, *screen_);
 }
 
-const capture::Image<float>* CameraView::depth_of(const capture::FrameSet& frame) const {
-  return frame.depth && frame.depth->depth_m.data.size() * 2 == camera_.rays().size() ? &frame.depth->depth_m : nullptr;
-}
-
 void CameraView::submit(gpu::CommandList& list, RelitPicture* result) {
   const std::vector<gpu::PassTime> passes = device_.submit(list);
   result->passes.insert(result->passes.end(), passes.begin(), passes.end());
 }
 
-void CameraView::add_maps(RelitPicture* result) {
-  result->maps = read_maps(device_, *screen_);
+void CameraView::add_maps(const CurrentDepth& depth, const ObjectLayer& objects, RelitPicture* result) {
+  const std::optional<ObjectLayer> hidden = behind_foreground(depth, camera_, objects);
+  result->maps = read_maps(device_, *screen_, (hidden ? *hidden : objects).coverage);
   shown_ = Shown::nothing;  // every block was drawn per pixel
 }
 

@@ -4,10 +4,12 @@
 #include <vector>
 
 #include "relight/amortized_light_update.h"
+#include "relight/compose/current_depth.h"
 #include "relight/cpu_compositor.h"
+#include "relight/look/camera_look.h"
 #include "relight/passes/screen/camera_upload.h"
-#include "relight/passes/screen/compose.h"
 #include "relight/passes/screen/lamp_shadows.h"
+#include "relight/passes/screen/layers.h"
 #include "relight/passes/screen/live_view.h"
 #include "relight/passes/screen/object_view.h"
 #include "relight/passes/screen/real_change.h"
@@ -25,8 +27,9 @@ class CameraView {
 
   /// `glossy`: real surfaces of known material exist.
   void fit(const Plan& plan, int max_lamps, bool glossy);
-  CameraUpload& camera() { return camera_; }
   const CameraUpload& camera() const { return camera_; }
+  /// A new frame. `like_camera`: objects get the camera's noise and sharpness (Plan::look).
+  void take(const capture::FrameSet& frame, const reconstruct::Scene& scene, bool like_camera);
   /// The camera pose to render with; see StaticViewCache.
   const Eigen::Isometry3d& hold(const Eigen::Isometry3d& T_tag_camera, double nearest_m, bool* moved) {
     return still_.hold(T_tag_camera, nearest_m, moved);
@@ -51,8 +54,8 @@ class CameraView {
   /// Renders only the blocks that changed; the others reuse their factors.
   void show_live(const capture::FrameSet& frame, const View& view, const Light& light, const LampShadows& shadows,
                  RelitPicture* result);
-  /// Renders everything; only composes if nothing but the camera's pixel values changed; does nothing if these are
-  /// equal too. Appends its commands to the list.
+  /// Renders everything; only composes if nothing but the camera's pixel values changed, or what is in front of the
+  /// objects; does nothing if these are equal too. Appends its commands to the list.
   void show_full(const capture::FrameSet& frame, const View& view, const Light& light, gpu::CommandList& list,
                  RelitPicture* result);
 
@@ -62,19 +65,26 @@ class CameraView {
                  bool objects_anew) const;
   void light_objects(gpu::CommandList& list, const shader::FrameParams& params, const Light& light) const;
   bool same_codes() const;
-  const capture::Image<float>* depth_of(const capture::FrameSet& frame) const;
   void submit(gpu::CommandList& list, RelitPicture* result);
-  void add_maps(RelitPicture* result);
+  void read_layers();
+  /// `objects`: without what is in front of them.
+  void add_maps(const CurrentDepth& depth, const ObjectLayer& objects, RelitPicture* result);
+
+  float blur_px() const { return like_camera_ ? look_.blur_px() : 0; }
+  void add_noise_to(const ObjectLayer& objects, std::uint64_t frame, capture::Image<std::uint8_t>* picture) const;
 
   gpu::Device& device_;
   CameraUpload camera_;
+  CameraLook look_;
+  bool like_camera_ = false;
   capture::CameraModel model_;
+  PixelRays pixel_rays_;
   std::unique_ptr<Screen> screen_;
   // Passes in execution order.
   ObjectView object_view_;
   RealView real_view_;
   RealChange real_change_;
-  Compose compose_;
+  Layers layers_;
   LiveView live_view_;
   // State kept between frames.
   StaticViewCache still_;
@@ -82,7 +92,11 @@ class CameraView {
   Shown shown_ = Shown::nothing;  ///< which results of the last frame on the screen can be reused
   CpuCompositor live_picture_;
   std::shared_ptr<const capture::Image<std::uint8_t>> full_codes_;  ///< of the camera,
-  std::vector<std::byte> full_drawn_;                               ///< and what became of it, RGBA
+  capture::Image<float> full_change_;                               ///< L_Δ of real pixels, 3 channels
+  ObjectLayer full_objects_, full_soft_;  ///< sharp, and as the camera sees them; without what is in front of them
+  float full_blur_px_ = 0;
+  bool full_foreground_ = false;  ///< something was in front of them
+  capture::Image<std::uint8_t> full_picture_;
   Eigen::Array3f full_exposure_ = Eigen::Array3f::Zero();
   std::shared_ptr<const capture::Image<float>> full_vignetting_;
 };

@@ -1,12 +1,15 @@
 #include "relight/cpu_compositor.h"
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "capture/camera/srgb.h"
 #include "relight/compose/composer.h"
+#include "relight/compose/foreground_matte.h"
+#include "relight/compose/read_tiles.h"
+#include "relight/compose/rgb_image.h"
+#include "relight/compose/soften.h"
 #include "relight/passes/parameters.h"
 
 namespace lumigraft::relight {
@@ -32,12 +35,11 @@ void multiply(const float* gain, std::uint8_t* code, int pixels) {
   }
 }
 
-int left_of(std::uint32_t place) { return kTile_px * static_cast<int>(place & 0xffff); }
-int top_of(std::uint32_t place) { return kTile_px * static_cast<int>(place >> 16); }
-
 }  // namespace
 
-void CpuCompositor::read(gpu::Device& device, const Screen& screen, const std::vector<char>& considered) {
+void CpuCompositor::read(gpu::Device& device, const Screen& screen, const CameraUpload& camera,
+                         const std::vector<char>& considered) {
+  soft_px_ = 0;
   width_ = screen.width;
   height_ = screen.height;
   fine_step_ = screen.fine_step;
@@ -45,10 +47,13 @@ void CpuCompositor::read(gpu::Device& device, const Screen& screen, const std::v
   const std::size_t pixels = static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_);
   kinds_.resize(considered.size(), Kind::untouched);
   for (std::size_t i = 0; i < considered.size(); ++i) {
-    if (considered[i]) kinds_[i] = Kind::untouched;
+    if (!considered[i]) continue;
+    const auto columns = static_cast<std::size_t>(columns_);
+    if (kinds_[i] == Kind::object)
+      clear_objects(static_cast<std::uint32_t>(i % columns | i / columns << 16), &objects_);
+    kinds_[i] = Kind::untouched;
   }
   gain_.resize(3 * pixels);
-  objects_.resize(4 * pixels);
 
   const auto mark = [&](const std::vector<std::uint32_t>& places, Kind kind) {
     for (const std::uint32_t place : places) {
@@ -60,29 +65,16 @@ void CpuCompositor::read(gpu::Device& device, const Screen& screen, const std::v
   mark(tiles.shaded_alone_places(), Kind::real);
   mark(tiles.object_places(), Kind::object);
 
-  // For every listed block, at `step` pixels, the first `channels` of four halves.
-  const auto take = [&](const gpu::Texture& texture, const std::vector<std::uint32_t>& places, int step, int channels,
+  const auto take = [&](const gpu::Texture& texture, const std::vector<std::uint32_t>& places, int step,
                         std::vector<float>* out) {
-    if (places.empty()) return;
-    const std::vector<std::byte> bytes = device.download(texture);
-    const auto* texels = reinterpret_cast<const Eigen::half*>(bytes.data());
-    const int columns = texture.desc().width, rows = texture.desc().height;
-    out->resize(static_cast<std::size_t>(channels) * columns * rows);
-    for (const std::uint32_t place : places) {
-      for (int v = top_of(place) / step; v < std::min((top_of(place) + kTile_px) / step, rows); ++v) {
-        for (int u = left_of(place) / step; u < std::min((left_of(place) + kTile_px) / step, columns); ++u) {
-          const auto at = static_cast<std::size_t>(v * columns + u), n = static_cast<std::size_t>(channels);
-          for (std::size_t c = 0; c < n; ++c) (*out)[n * at + c] = static_cast<float>(texels[4 * at + c]);
-        }
-      }
-    }
+    if (!places.empty()) TileReader(device, texture).read(places, step, 0, 3, out);
   };
   std::vector<std::uint32_t> fine = tiles.shaded_alone_places();
   fine.insert(fine.end(), tiles.object_places().begin(), tiles.object_places().end());
-  take(*screen.gain, tiles.smooth_places(), kPasses.smooth_px, 3, &smooth_);
-  take(*screen.live_gain, fine, fine_step_, 3, &fine_);
+  take(*screen.gain, tiles.smooth_places(), kPasses.smooth_px, &smooth_);
+  take(*screen.live_gain, fine, fine_step_, &fine_);
   for (const std::uint32_t place : fine) spread_fine(left_of(place), top_of(place));
-  take(*screen.live_object, tiles.object_places(), 1, 4, &objects_);
+  read_objects(device, screen, camera.rays(), tiles.object_places(), &objects_);
 }
 
 /// A pixel between those of fine_step_ is their mean; neighbouring blocks of another kind are not used.
@@ -107,16 +99,41 @@ void CpuCompositor::spread_fine(int left, int top) {
   }
 }
 
-capture::Image<std::uint8_t> CpuCompositor::over(const CameraUpload& camera) const {
+capture::Image<std::uint8_t> CpuCompositor::over(const CameraUpload& camera, const CurrentDepth& depth, float blur_px) {
+  if (soft_px_ != blur_px) soft_ = softened(objects_, blur_px, width_, height_);
+  soft_px_ = blur_px;
+  hidden_.reset();
+  hidden_ = behind_foreground(depth, camera, shown());
+  const ObjectLayer& objects = shown();
   capture::Image<std::uint8_t> picture = *camera.coded();
   for (std::size_t i = 0; i < kinds_.size(); ++i) {
     const int left = kTile_px * static_cast<int>(i % static_cast<std::size_t>(columns_));
     const int top = kTile_px * static_cast<int>(i / static_cast<std::size_t>(columns_));
     if (kinds_[i] == Kind::smooth) over_smooth(left, top, &picture);
     if (kinds_[i] == Kind::real) over_real(left, top, &picture);
-    if (kinds_[i] == Kind::object) over_object(left, top, camera, &picture);
+    if (kinds_[i] == Kind::object) over_object(left, top, camera, objects, &picture);
   }
+  if (blur_px > 0) over_outlines(camera, objects, &picture);
   return picture;
+}
+
+/// What a blur has moved beyond the blocks with objects.
+void CpuCompositor::over_outlines(const CameraUpload& camera, const ObjectLayer& objects,
+                                  capture::Image<std::uint8_t>* picture) const {
+  const capture::SrgbTable& srgb = capture::srgb_table();
+  for (int v = objects.top; v < objects.top + objects.coverage.height; ++v) {
+    for (int u = objects.left; u < objects.left + objects.coverage.width; ++u) {
+      const std::size_t i = *objects.index(u, v), at = picture->index(u, v);
+      if (kind_at(u, v) == Kind::object || !(objects.coverage.data[i] > 0)) continue;
+      const Eigen::Array3f exposure = camera.transmission(at / 3) * camera.exposure();
+      for (std::size_t c = 0; c < 3; ++c) {
+        std::uint8_t& code = picture->data[at + c];
+        code = srgb.code(composed(srgb.linear[code],
+                                  exposure[static_cast<Eigen::Index>(c)] * objects.radiance.data[3 * i + c],
+                                  objects.coverage.data[i]));
+      }
+    }
+  }
 }
 
 void CpuCompositor::over_smooth(int left, int top, capture::Image<std::uint8_t>* picture) const {
@@ -141,19 +158,22 @@ void CpuCompositor::over_real(int left, int top, capture::Image<std::uint8_t>* p
   }
 }
 
-void CpuCompositor::over_object(int left, int top, const CameraUpload& camera,
+void CpuCompositor::over_object(int left, int top, const CameraUpload& camera, const ObjectLayer& objects,
                                 capture::Image<std::uint8_t>* picture) const {
   const capture::SrgbTable& srgb = capture::srgb_table();
   for (int v = top; v < std::min(top + kTile_px, height_); ++v) {
     for (int u = left; u < std::min(left + kTile_px, width_); ++u) {
       const std::size_t at = picture->index(u, v);
-      const float *gain = &gain_[at], *object = &objects_[at / 3 * 4];
+      const auto i = objects.index(u, v);
+      const float* gain = &gain_[at];
+      const Rgb object = i ? radiance_at(objects.radiance, *i) : Rgb::Zero();
+      const float coverage = i ? objects.coverage.data[*i] : 0;
       const Eigen::Array3f exposure = camera.transmission(at / 3) * camera.exposure();
       for (std::size_t c = 0; c < 3; ++c) {
-        if (gain[c] == 1 && object[c] == 0 && object[3] == 0) continue;
+        const auto k = static_cast<Eigen::Index>(c);
+        if (gain[c] == 1 && object[k] == 0 && coverage == 0) continue;
         std::uint8_t& code = picture->data[at + c];
-        code = srgb.code(
-            composed(gain[c] * srgb.linear[code], exposure[static_cast<Eigen::Index>(c)] * object[c], object[3]));
+        code = srgb.code(composed(gain[c] * srgb.linear[code], exposure[k] * object[k], coverage));
       }
     }
   }

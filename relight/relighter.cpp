@@ -6,9 +6,11 @@
 #include <numbers>
 #include <optional>
 
+#include "reconstruct/math/depth_noise.h"
 #include "reconstruct/math/tag_family.h"
 #include "relight/amortized_light_update.h"
 #include "relight/camera_view.h"
+#include "relight/compose/parameters.h"
 #include "relight/objects/placement.h"
 #include "relight/passes/lamps/lamp_maps.h"
 #include "relight/passes/screen/lamp_shadows.h"
@@ -55,6 +57,13 @@ float lens_tangent(const capture::CameraModel& lens) {
     (unfolded(middle) ? low : high) = middle;
   }
   return static_cast<float>(low);
+}
+
+/// Coefficients of CurrentDepth::allowed_m() in depth without its voxel: noise is quadratic (axial_sigma_m).
+Eigen::Vector4f noise_of_depth() {
+  const auto at = [](float depth_m) { return kCompose.moved_sigmas * reconstruct::axial_sigma_m(depth_m); };
+  const float square = 0.5f * (at(2) - 2 * at(1) + at(0));
+  return {at(0), at(1) - at(0) - square, square, 0};
 }
 
 }  // namespace
@@ -185,6 +194,7 @@ struct Relighter::State {
     p.virtual_grid = placement.virtual_grid;
     p.grid << plan.volume, placement.virtual_size;
     bricks.describe(p);
+    p.depth_noise = noise_of_depth();
     p.sphere << placement.sphere.centre_m, placement.sphere.radius_m;
     p.counts << static_cast<int>(lights.lamps.size()), quality.delta_cones, quality.hemisphere_cones,
         quality.shadow_cones;
@@ -271,7 +281,7 @@ RelitPicture Relighter::relight(const capture::FrameSet& frame, const reconstruc
   State& s = *state_;
   RelitPicture result;
   result.plan = asked;
-  s.view.camera().take(frame);
+  s.view.take(frame, scene, asked.look == "camera");
 
   const bool visible = std::any_of(exhibit.objects.begin(), exhibit.objects.end(),
                                    [](const VirtualObject& o) { return o.visible && o.model; });

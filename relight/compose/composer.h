@@ -1,6 +1,6 @@
 #pragma once
 // The final frame on the CPU (thesis eq. 3.4): camera image plus change where it shows the real room, virtual radiance
-// where it shows an object, blended by coverage. compose.comp is the same on the GPU.
+// where it shows an object, blended by coverage.
 #include "capture/image.h"
 #include "relight/compose/object_layer.h"
 #include "relight/passes/screen/camera_upload.h"

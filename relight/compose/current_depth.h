@@ -1,11 +1,22 @@
 #pragma once
 // This frame's depth along the rays of the colour camera's pixels. It shows hands and people at once, and fused
 // surfaces as exactly as its noise allows.
+#include <algorithm>
+#include <cmath>
+
+#include "capture/frame.h"
 #include "reconstruct/math/depth_noise.h"
 #include "relight/compose/parameters.h"
 #include "relight/compose/pixel_rays.h"
 
 namespace lumigraft::relight {
+
+/// The frame's depth if it is of the camera's size, else null.
+inline const capture::Image<float>* depth_of(const capture::FrameSet& frame, const capture::CameraModel& camera) {
+  if (!frame.depth) return nullptr;
+  const capture::Image<float>& depth_m = frame.depth->depth_m;
+  return depth_m.width == camera.width && depth_m.height == camera.height ? &depth_m : nullptr;
+}
 
 class CurrentDepth {
  public:
@@ -20,6 +31,12 @@ class CurrentDepth {
     if (!depth_m_) return 0;
     const float z = depth_m_->at(u, v), cosine = rays_.at(u, v).z();
     return z > 0 && cosine > 0 ? z / cosine : 0;
+  }
+  /// Whether depth is clearly before or behind a surface at this distance along the ray, metres: then it decides what
+  /// hides the surface there, else the fused room does.
+  bool differs(int u, int v, float distance_m) const {
+    const float depth_m = at(u, v);
+    return depth_m > 0 && std::abs(depth_m - distance_m) > allowed_m(depth_m);
   }
   /// What noise and the voxels of the fused surface explain of a difference from it, metres. `cosine`: of the ray to
   /// the surface's normal.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
@@ -30,21 +31,41 @@ struct Side {
 /// Fraction of a Gaussian below x.
 float normal_cdf(float x) { return 0.5f * std::erfc(-x / std::sqrt(2.0f)); }
 
+/// Bounds of the pixels that have an object, in the image.
+cv::Rect bounds_of(const ObjectLayer& objects) {
+  const capture::Image<float>& distance_m = objects.distance_m;
+  int left = distance_m.width, right = -1, top = distance_m.height, bottom = -1;
+  for (int y = 0; y < distance_m.height; ++y) {
+    const float* row = &distance_m.data[distance_m.index(0, y)];
+    const auto any = [](float m) { return m > 0; };
+    const auto first = static_cast<int>(std::find_if(row, row + distance_m.width, any) - row);
+    if (first == distance_m.width) continue;
+    int last = distance_m.width - 1;
+    while (!any(row[last])) --last;
+    left = std::min(left, first);
+    right = std::max(right, last);
+    top = std::min(top, y);
+    bottom = y;
+  }
+  return right < 0 ? cv::Rect() : cv::Rect(left + objects.left, top + objects.top, right + 1 - left, bottom + 1 - top);
+}
+
 /// The window of the objects, with a margin; images of it.
 class Outline {
  public:
-  Outline(const CurrentDepth& depth, const CameraUpload& picture, const ObjectLayer& objects)
+  /// `bounds`: of the objects, not empty.
+  Outline(const CurrentDepth& depth, const CameraUpload& picture, const ObjectLayer& objects, const cv::Rect& bounds)
       : depth_(depth),
         picture_(picture),
         width_(picture.coded()->width),
         sigma_px_(kCompose.matte_sigma_px * std::max(static_cast<float>(width_) / 320, 1.0f)),
         reach_px_(static_cast<int>(std::ceil(kCompose.matte_reach * sigma_px_))),
         samples_px_(static_cast<int>(std::ceil((kCompose.matte_reach + kCompose.matte_samples) * sigma_px_))),
-        left_(std::max(objects.left - samples_px_, 0)),
-        top_(std::max(objects.top - samples_px_, 0)),
-        front_(std::min(objects.top + objects.coverage.height + samples_px_, picture.coded()->height) - top_,
-               std::min(objects.left + objects.coverage.width + samples_px_, width_) - left_, std::uint8_t{0}) {
-    find_front(objects);
+        left_(std::max(bounds.x - samples_px_, 0)),
+        top_(std::max(bounds.y - samples_px_, 0)),
+        front_(std::min(bounds.y + bounds.height + samples_px_, picture.coded()->height) - top_,
+               std::min(bounds.x + bounds.width + samples_px_, width_) - left_, std::uint8_t{0}) {
+    find_front(objects, bounds);
   }
 
   bool any() const { return any_; }
@@ -92,14 +113,15 @@ class Outline {
   /// Distance from the outline in depth: negative in the foreground.
   float signed_px(int x, int y) const { return front_(y, x) ? 0.5f - inside_(y, x) : outside_(y, x) - 0.5f; }
 
-  void find_front(const ObjectLayer& objects) {
+  void find_front(const ObjectLayer& objects, const cv::Rect& bounds) {
     cv::Mat1b core(front_.size(), std::uint8_t{0});  // in front of an object, at its pixels
-    for (int y = 0; y < objects.coverage.height; ++y) {
-      for (int x = 0; x < objects.coverage.width; ++x) {
-        const float object_m = objects.distance_m.at(x, y);
-        const float depth_m = depth_.at(x + objects.left, y + objects.top);
-        if (!(object_m > 0) || !(depth_m > 0) || depth_m >= object_m - depth_.allowed_m(depth_m)) continue;
-        core(y + objects.top - top_, x + objects.left - left_) = 255;
+    for (int v = bounds.y; v < bounds.y + bounds.height; ++v) {
+      for (int u = bounds.x; u < bounds.x + bounds.width; ++u) {
+        const float object_m = objects.distance_m.at(u - objects.left, v - objects.top);
+        if (!(object_m > 0)) continue;
+        const float depth_m = depth_.at(u, v);
+        if (!(depth_m > 0) || depth_m >= object_m - depth_.allowed_m(depth_m)) continue;
+        core(v - top_, u - left_) = 255;
         any_ = true;
       }
     }
@@ -137,16 +159,20 @@ class Outline {
   bool any_ = false;
 };
 
-}  // namespace
+/// Null if nothing is in front.
+std::unique_ptr<const Outline> outline_of(const CurrentDepth& depth, const CameraUpload& picture,
+                                          const ObjectLayer& objects) {
+  const cv::Rect bounds = depth.any() ? bounds_of(objects) : cv::Rect();
+  if (bounds.empty()) return nullptr;
+  auto outline = std::make_unique<const Outline>(depth, picture, objects, bounds);
+  return outline->any() ? std::move(outline) : nullptr;
+}
 
-void hide_behind_foreground(const CurrentDepth& depth, const CameraUpload& picture, ObjectLayer& objects) {
-  if (!depth.any() || objects.coverage.empty()) return;
-  const Outline outline(depth, picture, objects);
-  if (!outline.any()) return;
+void hide(const Outline& outline, ObjectLayer& objects) {
   for_each_pixel(objects.coverage.width, objects.coverage.height, kRows, [&](int x, int y) {
     const int u = x + objects.left, v = y + objects.top;
     float& coverage = objects.coverage.at(x, y);
-    if (!(coverage > 0) || !outline.concerns(u, v)) return;
+    if (!(coverage > 0) || !(objects.distance_m.at(x, y) > 0) || !outline.concerns(u, v)) return;
     const auto [foreground, own, behind] = outline.at(u, v);
     const float kept = 1 - foreground;
     const std::size_t i = objects.coverage.index(x, y);
@@ -154,6 +180,21 @@ void hide_behind_foreground(const CurrentDepth& depth, const CameraUpload& pictu
     // (1 - coverage) C + coverage (C - B) = C - coverage B: removes the background's part of the mixture.
     set_at(objects.radiance, i, kept * radiance_at(objects.radiance, i) + coverage * (own - behind));
   });
+}
+
+}  // namespace
+
+void hide_behind_foreground(const CurrentDepth& depth, const CameraUpload& picture, ObjectLayer& objects) {
+  if (const auto outline = outline_of(depth, picture, objects)) hide(*outline, objects);
+}
+
+std::optional<ObjectLayer> behind_foreground(const CurrentDepth& depth, const CameraUpload& picture,
+                                             const ObjectLayer& objects) {
+  const auto outline = outline_of(depth, picture, objects);
+  if (!outline) return std::nullopt;
+  ObjectLayer hidden = objects;
+  hide(*outline, hidden);
+  return hidden;
 }
 
 }  // namespace lumigraft::relight

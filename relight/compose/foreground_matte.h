@@ -1,6 +1,8 @@
 #pragma once
 // Alpha matte of real surfaces in front of the objects. Depth locates their outlines to a pixel or two; the colour
 // image gives the fraction of each pixel.
+#include <optional>
+
 #include "relight/compose/current_depth.h"
 #include "relight/compose/object_layer.h"
 #include "relight/passes/screen/camera_upload.h"
@@ -12,5 +14,8 @@ namespace lumigraft::relight {
 /// and background, are estimated from pixels on both sides. α is its posterior mean; depth gives the prior: the outline
 /// is at the depth discontinuity, with a Gaussian error. The object replaces (1 - α) B.
 void hide_behind_foreground(const CurrentDepth& depth, const CameraUpload& picture, ObjectLayer& objects);
+/// The same for a copy; none if nothing is in front of them.
+std::optional<ObjectLayer> behind_foreground(const CurrentDepth& depth, const CameraUpload& picture,
+                                             const ObjectLayer& objects);
 
 }  // namespace lumigraft::relight

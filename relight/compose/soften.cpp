@@ -8,13 +8,18 @@ namespace lumigraft::relight {
 namespace {
 
 /// The image with `margin` pixels of zeros at each side.
+cv::Rect covered_part(const capture::Image<float>& coverage) {
+  const cv::Mat1f mat(coverage.height, coverage.width, const_cast<float*>(coverage.data.data()));
+  return cv::boundingRect(cv::Mat1b(mat > 0));
+}
+
 template <int kChannels>
-cv::Mat_<cv::Vec<float, kChannels>> with_margin(const capture::Image<float>& image, const cv::Rect& inner,
-                                                const cv::Size& size) {
+cv::Mat_<cv::Vec<float, kChannels>> with_margin(const capture::Image<float>& image, const cv::Rect& part,
+                                                const cv::Rect& inner, const cv::Size& size) {
   using Pixel = cv::Vec<float, kChannels>;
   cv::Mat_<Pixel> grown(size, Pixel::all(0));
   const cv::Mat_<Pixel> own(image.height, image.width, reinterpret_cast<Pixel*>(const_cast<float*>(image.data.data())));
-  own.copyTo(grown(inner));
+  own(part).copyTo(grown(inner));
   return grown;
 }
 
@@ -39,7 +44,9 @@ capture::Image<float> image_of(const cv::Mat_<cv::Vec<float, kChannels>>& mat) {
 ObjectLayer softened(const ObjectLayer& objects, float sigma_px, int width, int height) {
   if (objects.coverage.empty() || !(sigma_px > 0)) return objects;
   const int margin = static_cast<int>(std::ceil(3 * sigma_px));
-  const cv::Rect old(objects.left, objects.top, objects.coverage.width, objects.coverage.height);
+  const cv::Rect part = covered_part(objects.coverage);
+  if (part.empty()) return {};
+  const cv::Rect old = part + cv::Point(objects.left, objects.top);
   const cv::Rect window = cv::Rect(old.x - margin, old.y - margin, old.width + 2 * margin, old.height + 2 * margin) &
                           cv::Rect(0, 0, width, height);
   const cv::Rect inner = old - window.tl();
@@ -51,10 +58,10 @@ ObjectLayer softened(const ObjectLayer& objects, float sigma_px, int width, int 
   };
   ObjectLayer soft{window.x,
                    window.y,
-                   image_of<3>(blurred(with_margin<3>(objects.radiance, inner, window.size()))),
-                   image_of<1>(blurred(with_margin<1>(objects.coverage, inner, window.size()))),
+                   image_of<3>(blurred(with_margin<3>(objects.radiance, part, inner, window.size()))),
+                   image_of<1>(blurred(with_margin<1>(objects.coverage, part, inner, window.size()))),
                    {}};
-  const auto distance = with_margin<1>(objects.distance_m, inner, window.size());
+  const auto distance = with_margin<1>(objects.distance_m, part, inner, window.size());
   cv::Mat_<cv::Vec<float, 1>> around;
   cv::dilate(distance, around, cv::getStructuringElement(cv::MORPH_RECT, {2 * margin + 1, 2 * margin + 1}));
   distance.copyTo(around, distance > 0);

@@ -107,8 +107,7 @@ class ObjectView {
   /// Whether the fused room may be nearer than `t_m` there, except for parts narrower than a pixel, and depth leaves it
   /// open.
   bool may_hide(int u, int v, float t_m) const {
-    const float now_m = depth_.at(u + window_.left, v + window_.top);
-    if (now_m > 0 && std::abs(now_m - t_m) > depth_.allowed_m(now_m)) return false;
+    if (depth_.differs(u + window_.left, v + window_.top, t_m)) return false;
     const int left = std::max(u + window_.left - 1, 0) - window_.left,
               right = std::min(u + window_.left + 1, eye_.camera.model.width - 1) - window_.left,
               top = std::max(v + window_.top - 1, 0) - window_.top,

@@ -160,14 +160,6 @@ struct RayRenderer::State {
     seen_room = room;
   }
 
-  /// Null unless the frame has depth of the colour camera's size.
-  const capture::Image<float>* depth_of(const capture::FrameSet& frame) const {
-    const capture::CameraModel& model = session.color.model;
-    if (!frame.depth) return nullptr;
-    const capture::Image<float>& depth_m = frame.depth->depth_m;
-    return depth_m.width == model.width && depth_m.height == model.height ? &depth_m : nullptr;
-  }
-
   /// Surfaces shared by pixels, or the pixels' own.
   const std::vector<GBufferPixel>& shared() const { return blocks ? blocks->seen() : seen; }
   const capture::CameraModel& of_shared() const { return blocks ? blocks->camera() : session.color.model; }
@@ -287,7 +279,7 @@ RelitPicture RayRenderer::relight(const capture::FrameSet& frame, const reconstr
   s.light.prepare(exhibit);
   const bool lit_anew = s.light.follow(s.room, objects, plan, [&](const char* pass) { clock.done(pass); });
   const CameraRays eye{s.pixel_rays, {s.session.color.model, s.held(scene.pose->T_tag_camera).cast<float>()}};
-  const CurrentDepth depth(s.pixel_rays, s.depth_of(frame), s.room->voxel_m());
+  const CurrentDepth depth(s.pixel_rays, depth_of(frame, s.session.color.model), s.room->voxel_m());
   s.look(frame, eye, depth, gather_quality_of(plan.trace_scale), clock);
   const bool seen_anew = lit_anew || s.new_view;
   if (seen_anew) s.see(eye, depth, plan.rays, clock);

@@ -81,23 +81,43 @@ DeltaPathTracer::~DeltaPathTracer() = default;
 
 ReferencePicture DeltaPathTracer::change(const PosedCamera& camera, const ReferenceSamples& samples) const {
   const int width = camera.model.width, height = camera.model.height;
-  ReferencePicture picture{capture::Image<float>(width, height, 3), capture::Image<float>(width, height, 3),
-                           capture::Image<float>(width, height, 1)};
+  ReferencePicture picture{capture::Image<float>(width, height, 3),
+                           capture::Image<float>(width, height, 3),
+                           capture::Image<float>(width, height, 1),
+                           {},
+                           {},
+                           {}};
+  if (samples.unhidden) {
+    picture.unhidden_object = picture.object;
+    picture.unhidden_coverage = picture.distance_m = picture.coverage;
+  }
   const std::vector<int> counts = sample_counts(*world_, camera, samples);
   for_each_pixel(width, height, 1, [&](int u, int v) {
     const int count = counts[picture.coverage.index(u, v)];
-    Eigen::Array3d change = Eigen::Array3d::Zero(), object = change;
-    int covered = 0;
+    Eigen::Array3d change = Eigen::Array3d::Zero(), object = change, hidden = change;
+    int covered = 0, behind = 0;
+    double distance_m = 0;
     for_each_sample(*world_, camera, samples.seed, count, u, v, [&](const PathRay& ray, Paths& paths) {
       const CameraSample s = paths.change(ray);
       (s.on_object ? object : change) += s.light.cast<double>();
       covered += s.on_object ? 1 : 0;
+      distance_m += static_cast<double>(s.object_m);
+      if (s.on_object || !samples.unhidden) return;
+      if (const std::optional<CameraSample> h = paths.hidden_object(ray)) {
+        hidden += h->light.cast<double>();
+        distance_m += static_cast<double>(h->object_m);
+        ++behind;
+      }
     });
     for (int c = 0; c < 3; ++c) {
       picture.change.at(u, v, c) = static_cast<float>(change[c] / count);
       picture.object.at(u, v, c) = static_cast<float>(object[c] / count);
     }
     picture.coverage.at(u, v) = static_cast<float>(covered) / static_cast<float>(count);
+    if (!samples.unhidden || covered + behind == 0) return;
+    for (int c = 0; c < 3; ++c) picture.unhidden_object.at(u, v, c) = static_cast<float>((object + hidden)[c] / count);
+    picture.unhidden_coverage.at(u, v) = static_cast<float>(covered + behind) / static_cast<float>(count);
+    picture.distance_m.at(u, v) = static_cast<float>(distance_m / (covered + behind));
   });
   return picture;
 }

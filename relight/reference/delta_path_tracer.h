@@ -25,13 +25,17 @@ struct TraceWorld;
 struct ReferenceSamples {
   int per_pixel = 16;      ///< on average; `change` uses more where noise is higher
   std::uint32_t seed = 0;  ///< a different seed gives an independent image
+  bool unhidden = false;   ///< also gives objects as if no real surface were in front of them
 };
 
-/// Means over the pixel's square. 3 channels, W/sr/m²; coverage 1 channel.
+/// Means over the pixel's square. 3 channels, W/sr/m²; coverage and distance 1 channel.
 struct ReferencePicture {
   capture::Image<float> change;    ///< L_Δ of the part of the pixel that shows the real room, 0 for the rest
   capture::Image<float> object;    ///< L_ρ of the part that shows an object, 0 for the rest
   capture::Image<float> coverage;  ///< fraction of that part
+  /// With ReferenceSamples::unhidden: the last two as if no real surface were in front, and the distance along the ray
+  /// to those objects, 0: none.
+  capture::Image<float> unhidden_object, unhidden_coverage, distance_m;
 };
 
 class DeltaPathTracer {

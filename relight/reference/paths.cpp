@@ -149,8 +149,16 @@ Rgb Paths::changed_towards(const PathVertex& vertex, const Vector3f& w, Past pas
 
 CameraSample Paths::change(const PathRay& ray) {
   const Arrival a = arrival(ray, true);
-  if (a.at == Arrival::At::object) return {true, followed(ray, {}, true)};
+  if (a.at == Arrival::At::object) return {true, followed(ray, {}, true), a.t_m};
   return {false, changed(ray, a, {})};
+}
+
+std::optional<CameraSample> Paths::hidden_object(const PathRay& ray) {
+  if (world_.objects.empty()) return std::nullopt;
+  const std::optional<MeshHit> hit = world_.objects.hit(ray.from_m, ray.w, kInfinity);
+  if (!hit) return std::nullopt;
+  const Vector3f before_m = ray.from_m + (hit->t_m - kTracing.before_lamp_m) * ray.w;
+  return CameraSample{true, followed({before_m, ray.w}, {}, true), hit->t_m};
 }
 
 }  // namespace lumigraft::relight

@@ -11,6 +11,7 @@ struct PathRay {
 struct CameraSample {
   bool on_object = false;
   Rgb light = Rgb::Zero();  ///< L_ρ on an object, else L_Δ
+  float object_m = 0;       ///< along the ray to the object
 };
 
 class Paths {
@@ -18,6 +19,8 @@ class Paths {
   Paths(const TraceWorld& world, Sampler& sampler) : world_(world), sampler_(sampler) {}
 
   CameraSample change(const PathRay& ray);
+  /// The object along a ray that ends on the room, as if the room did not hide it.
+  std::optional<CameraSample> hidden_object(const PathRay& ray);
   Rgb radiance(const PathRay& ray, bool with_objects) { return followed(ray, {}, with_objects); }
 
  private:

@@ -1,6 +1,11 @@
 #include "relight/reference/reference_renderer.h"
 
+#include "relight/compose/add_noise.h"
 #include "relight/compose/composer.h"
+#include "relight/compose/foreground_matte.h"
+#include "relight/compose/rgb_image.h"
+#include "relight/compose/soften.h"
+#include "relight/look/camera_look.h"
 #include "relight/quality_warnings.h"
 #include "relight/reference/delta_path_tracer.h"
 #include "relight/tracing/build_trace_scene.h"
@@ -16,6 +21,22 @@ void divide_by_share_of_room(ReferencePicture& traced) {
   }
 }
 
+/// Objects where this frame's depth decides what is in front of them, and where the fused room does.
+ObjectLayer shown_by(const CurrentDepth& depth, const ReferencePicture& traced) {
+  ObjectLayer objects{0, 0, traced.object, traced.coverage, traced.distance_m};
+  for (int v = 0; v < traced.distance_m.height; ++v) {
+    for (int u = 0; u < traced.distance_m.width; ++u) {
+      const std::size_t i = traced.distance_m.index(u, v);
+      if (depth.differs(u, v, traced.distance_m.data[i])) {
+        set_at(objects.radiance, i, radiance_at(traced.unhidden_object, i));
+        objects.coverage.data[i] = traced.unhidden_coverage.data[i];
+      }
+      if (objects.coverage.data[i] == 0) objects.distance_m.data[i] = 0;
+    }
+  }
+  return objects;
+}
+
 }  // namespace
 
 struct ReferenceRenderer::State {
@@ -23,6 +44,8 @@ struct ReferenceRenderer::State {
   Room room;
   std::vector<KnownSurface> known;
   CameraUpload camera;
+  CameraLook camera_look;
+  PixelRays pixel_rays;
 
   // State kept between frames.
   std::shared_ptr<const ReferenceScene> reconstructed;
@@ -37,7 +60,11 @@ struct ReferenceRenderer::State {
   std::optional<Traced> last;
 
   State(const capture::Session& s, Room r)
-      : session(s), room(std::move(r)), known(known_surfaces(s.real_surfaces)), camera(s.color) {}
+      : session(s),
+        room(std::move(r)),
+        known(known_surfaces(s.real_surfaces)),
+        camera(s.color),
+        pixel_rays(s.color.model) {}
 
   std::shared_ptr<const ReferenceScene> room_of(const capture::FrameSet& frame, const reconstruct::Scene& scene) {
     if (room) return room(frame);
@@ -60,6 +87,7 @@ struct ReferenceRenderer::State {
       const DeltaPathTracer tracer(with_objects);
       ReferenceSamples how;
       how.per_pixel = samples;
+      how.unhidden = !room;
       last = Traced{now, std::move(objects), T_tag_camera.matrix(), samples,
                     tracer.change({session.color.model, T_tag_camera}, how)};
       divide_by_share_of_room(last->picture);
@@ -79,6 +107,8 @@ RelitPicture ReferenceRenderer::relight(const capture::FrameSet& frame, const re
   result.plan = plan;
   s.camera.take(frame);
   result.srgb = *s.camera.coded();
+  const bool like_camera = plan.look == "camera";
+  if (like_camera) s.camera_look.follow(s.camera.coded(), scene);
   std::vector<ReferenceMesh> objects = reference_objects_of(exhibit, static_cast<double>(frame.time_ns) * 1e-9);
 
   const std::string missing = what_is_missing(scene, !objects.empty(), s.room != nullptr);
@@ -87,10 +117,17 @@ RelitPicture ReferenceRenderer::relight(const capture::FrameSet& frame, const re
     return result;
   }
   const ReferencePicture& traced = s.traced(frame, scene, std::move(objects), plan.samples);
-  compose(s.camera, {traced.change}, {0, 0, traced.object, traced.coverage, {}}, &result.srgb);
+  ObjectLayer shown{0, 0, traced.object, traced.coverage, {}};
+  const CurrentDepth depth(s.pixel_rays, depth_of(frame, s.session.color.model), s.room ? 0 : scene.field->voxel_m);
+  if (!s.room) shown = shown_by(depth, traced);
+  if (like_camera) shown = softened(shown, s.camera_look.blur_px(), traced.coverage.width, traced.coverage.height);
+  if (!s.room) hide_behind_foreground(depth, s.camera, shown);
+  compose(s.camera, {traced.change}, shown, &result.srgb);
+  if (like_camera && s.camera_look.noise())
+    add_noise(*s.camera_look.noise(), *s.camera.coded(), shown, frame.index, &result.srgb);
   if (with_maps) {
     RelightMaps maps;
-    maps.mask = traced.coverage;
+    maps.mask = std::move(shown.coverage);
     maps.delta = traced.change;
     result.maps = std::make_shared<const RelightMaps>(std::move(maps));
   }

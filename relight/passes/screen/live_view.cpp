@@ -56,13 +56,15 @@ void LiveView::place(gpu::CommandList& list, const shader::FrameParams& params, 
 void LiveView::compose(gpu::CommandList& list, shader::FrameParams params, const LampShadows& shadows, bool samples,
                        const Volumes& volumes, const gpu::Texture& irradiance, const Screen& screen) const {
   const std::vector<gpu::Binding> real = inputs(volumes, irradiance, screen);
-  const gpu::Binding object = gpu::image(13, *screen.live_object);
+  const gpu::Binding object = gpu::image(13, *screen.object_layer);
   if (samples) {
-    dispatch_tiles(list, *object_, joined(real, {gpu::sampled(11, *screen.lit_samples), object}), params,
-                   screen.tiles->objects());
+    dispatch_tiles(list, *object_,
+                   joined(real, {gpu::sampled(11, *screen.lit_samples), object, gpu::image(14, *screen.object_z)}),
+                   params, screen.tiles->objects());
   } else {
     dispatch_tiles(list, *blend_,
-                   {gpu::sampled(11, *screen.object_radiance), gpu::sampled(14, *screen.object_surface), object},
+                   {gpu::sampled(11, *screen.object_radiance), gpu::sampled(14, *screen.object_surface), object,
+                    gpu::image(15, *screen.object_z)},
                    params, screen.tiles->objects());
   }
   params.pass_i.x() = screen.fine_step;
@@ -93,7 +95,7 @@ void LiveView::add_gloss(gpu::CommandList& list, shader::FrameParams params, con
       list, *gloss_,
       {gpu::sampled(2, *screen.radiance), gpu::sampled(4, *screen.real_albedo), gpu::sampled(6, *screen.indirect),
        gpu::sampled(7, *screen.mirror_gained_smooth), gpu::sampled(8, *screen.mirror_fraction_smooth),
-       gpu::image(12, *screen.live_gain), gpu::image(13, *screen.live_object)},
+       gpu::image(12, *screen.live_gain), gpu::image(13, *screen.object_layer)},
       params, screen.tiles->glossy());
 }
 

@@ -1,8 +1,8 @@
 #pragma once
 // The live setting's frame: all light that does not depend on the camera was gathered before (lamp shadows, light at
 // vertices, the volumes' cells) and is looked up; only glossy real surfaces of known material are traced (RealChange).
-// In: the volumes, the lamp maps, rays, depth, codes. Out: live_gain and live_object where objects may be visible or
-// cast shadows; gain elsewhere.
+// In: the volumes, the lamp maps, rays, depth, codes. Out: live_gain, object_layer and object_z where objects may be
+// visible or cast shadows; gain elsewhere.
 #include "relight/passes/screen/lamp_shadows.h"
 #include "relight/passes/screen/object_view.h"
 #include "relight/passes/screen/screen.h"

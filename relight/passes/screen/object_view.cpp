@@ -57,12 +57,13 @@ void ObjectView::draw_known(gpu::CommandList& list, const shader::FrameParams& p
 }
 
 void ObjectView::resolve(gpu::CommandList& list, const shader::FrameParams& params, const Screen& screen) const {
-  dispatch_tiles(list, *resolve_,
-                 {gpu::sampled(1, *screen.sample_normal), gpu::sampled(2, *screen.sample_base),
-                  gpu::sampled(3, *screen.sample_depth), gpu::sampled(4, *screen.real_position),
-                  gpu::image(12, *screen.object_normal), gpu::image(13, *screen.object_base),
-                  gpu::image(14, *screen.object_surface), gpu::image(15, *screen.object_other)},
-                 params, screen.tiles->objects());
+  dispatch_tiles(
+      list, *resolve_,
+      {gpu::sampled(1, *screen.sample_normal), gpu::sampled(2, *screen.sample_base),
+       gpu::sampled(3, *screen.sample_depth), gpu::sampled(4, *screen.real_position), gpu::sampled(5, *screen.rays),
+       gpu::sampled(6, *screen.depth), gpu::image(12, *screen.object_normal), gpu::image(13, *screen.object_base),
+       gpu::image(14, *screen.object_surface), gpu::image(15, *screen.object_other)},
+      params, screen.tiles->objects());
 }
 
 void ObjectView::ambient(gpu::CommandList& list, shader::FrameParams params, const Volumes& volumes,

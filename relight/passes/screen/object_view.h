@@ -2,8 +2,8 @@
 // The virtual surface at each pixel, and light on it.
 // draw: rasterizes triangles into the supersampled targets; in: objects; out: sample_*.
 // draw_known: the same for real surfaces of known material; out: known_*.
-// resolve: samples in front of the real surface are merged to one surface per pixel; in: sample_*, real_position; out:
-// object_normal, object_base, object_surface.
+// resolve: visible samples are merged to one surface per pixel; in: sample_*, real_position, rays, depth; out:
+// object_normal, object_base, object_surface, object_other.
 // ambient: slowly varying light, which is the visibility of the lamps and all light except lamps (thesis eq.
 // 5.23-5.24); in: all volumes, the resolved surface, rays; out: object_irradiance, object_mirrored, object_open.
 // shade: radiance (thesis eq. 5.23-5.25); in: the same, that light, the lamp maps; out: object_radiance.

@@ -60,13 +60,13 @@ Screen::Screen(gpu::Device& device, int width_px, int height_px, int trace_scale
   indirect = full("indirect", Format::rgba16_float);
   gain = coarse("gain", kPasses.smooth_px);
   live_gain = coarse("fine gain", fine_step);
-  live_object = full("objects", Format::rgba16_float);
   mirror_gained = full("mirror gained", Format::rgba16_float);
   mirror_fraction = full("mirror fraction", Format::rgba16_float);
   mirror_gained_smooth = full("mirror gained, smooth", Format::rgba16_float);
   mirror_fraction_smooth = full("mirror fraction, smooth", Format::rgba16_float);
-  picture = full("picture", Format::rgba8_unorm);
-  delta = full("delta", Format::rgba16_float);
+  object_layer = full("objects", Format::rgba16_float);
+  object_z = full("object depths", Format::r32_float);
+  delta = full("delta", Format::rgba32_float);
 }
 
 std::optional<gpu::Area> Screen::object_area() const {

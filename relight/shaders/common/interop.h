@@ -77,6 +77,7 @@ struct FrameParams {
   ivec4 bricks_low;   // first brick of the field's index
   ivec4 bricks_size;  // bricks along x, y, z; w: 1 when there is a field
   vec4 field;         // voxel and truncation of the real field, m; factor of the flux accumulators; inverse
+  vec4 depth_noise;   // what noise explains of a difference from depth t, m: x + y t + z t²
   vec4 sphere;        // bounding sphere of all virtual objects
   ivec4 counts;       // lamps, cones towards the objects, cones over the hemisphere, shadow cones per lamp
   ivec4 counts2;      // cones of a glossy lobe, mips of the environment, surfaces of known material, voxel mips

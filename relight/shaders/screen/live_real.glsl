@@ -5,7 +5,7 @@
 #define LIVE_REAL_GLSL
 #include "screen/real_depth.glsl"
 #include "common/influence_mask.glsl"
-#include "screen/unoccluded_irradiance.glsl"
+#include "common/unoccluded_irradiance.glsl"
 layout(binding = 27) uniform sampler2D codes;    // of the camera, 8-bit sRGB
 layout(binding = 20) uniform sampler3D real_response;    // times weight, weight
 layout(binding = 21) uniform sampler3D real_normal;      // and distance

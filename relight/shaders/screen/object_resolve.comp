@@ -1,14 +1,17 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // Resolves the supersampled object buffer to one surface and its coverage per pixel, and a second surface where an edge
-// runs through the pixel; samples behind real surfaces are ignored.
+// runs through the pixel; hidden samples are ignored.
 #include "common/frame.glsl"
 #include "common/half.glsl"
 #include "common/tiles.glsl"
+#include "screen/real_in_front.glsl"
 layout(binding = 1) uniform sampler2D sample_normal;
 layout(binding = 2) uniform sampler2D sample_base;
 layout(binding = 3) uniform sampler2D sample_depth;
 layout(binding = 4) uniform sampler2D real_position;                     // a: z in the camera frame, 0: unknown
+layout(binding = 5) uniform sampler2D rays;                              // x/z, y/z per pixel
+layout(binding = 6) uniform sampler2D depth;                             // metres along z, 0: none
 layout(binding = 12, rgba16f) uniform writeonly image2D object_normal;   // a: roughness
 layout(binding = 13, rgba16f) uniform writeonly image2D object_base;     // a: metallic
 layout(binding = 14, rgba32f) uniform writeonly image2D object_surface;  // z, coverage, specular, other's share
@@ -31,9 +34,8 @@ void main() {
   ivec2 at = tile_texel();
   if (any(greaterThanEqual(at, frame.picture.xy))) return;
   int s = frame.picture.w;
-  float real = texelFetch(real_position, at, 0).a;
-  // Contact tolerance: an object standing on a real surface must not be cut by that surface's depth error.
-  float behind = real > 0.0 ? real + max(0.3 * frame.field.x, 0.003 * real) : 1e9;
+  float real = texelFetch(real_position, at, 0).a, measured = texelFetch(depth, at, 0).x;
+  vec2 ray = texelFetch(rays, at, 0).xy;
   // The samples are split in two: those of the first covered sample's surface, and the others; the larger group is the
   // pixel's surface.
   Sum sums[2] = Sum[](Sum(vec4(0), vec4(0), 0.0, 0.0, 0), Sum(vec4(0), vec4(0), 0.0, 0.0, 0));
@@ -41,22 +43,22 @@ void main() {
   float first_z = 0.0;
   for (int i = 0; i < s * s; ++i) {
     ivec2 q = s * at + ivec2(i % s, i / s);
-    vec2 depth = texelFetch(sample_depth, q, 0).xy;
-    if (depth.y == 0.0 || depth.x > behind) continue;
+    vec2 found = texelFetch(sample_depth, q, 0).xy;
+    if (found.y == 0.0 || hides(real, measured, found.x, ray)) continue;
     vec4 normal = texelFetch(sample_normal, q, 0), base = texelFetch(sample_base, q, 0);
     if (sums[0].count == 0) {
       first_normal = normal.xyz;
       first_base = base.rgb;
-      first_z = depth.x;
+      first_z = found.x;
     }
     vec3 off = abs(base.rgb - first_base);
-    bool same = dot(normal.xyz, first_normal) > kSameNormal && abs(depth.x - first_z) < kSameDepth * first_z &&
+    bool same = dot(normal.xyz, first_normal) > kSameNormal && abs(found.x - first_z) < kSameDepth * first_z &&
                 max(max(off.r, off.g), off.b) < kSameBase;
     int which = same ? 0 : 1;
     sums[which].normal += normal;
     sums[which].base += base;
-    sums[which].z += depth.x;
-    sums[which].specular += mod(depth.y, 2.0);
+    sums[which].z += found.x;
+    sums[which].specular += mod(found.y, 2.0);
     ++sums[which].count;
   }
   int covered = sums[0].count + sums[1].count;

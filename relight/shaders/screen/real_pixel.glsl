@@ -5,7 +5,7 @@
 #define REAL_PIXEL_GLSL
 #include "screen/real_depth.glsl"
 #include "common/influence_mask.glsl"
-#include "screen/unoccluded_irradiance.glsl"
+#include "common/unoccluded_irradiance.glsl"
 layout(binding = 27) uniform sampler2D radiance; // the camera image, linear
 layout(binding = 28) uniform sampler2D surfaces; // depth along z and number + 1 of surfaces of known material
 layout(binding = 7) uniform sampler3D real_albedo_volume;

@@ -3,7 +3,7 @@
 // The real surface at every pixel: position, normal, colour, and whether the objects can change its light.
 #include "common/bricks.glsl"
 #include "common/influence_mask.glsl"
-#include "screen/unoccluded_irradiance.glsl"
+#include "common/unoccluded_irradiance.glsl"
 #include "common/half.glsl"
 #include "common/tiles.glsl"
 layout(binding = 1) uniform sampler2D rays;     // x/z, y/z per pixel

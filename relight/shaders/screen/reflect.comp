@@ -7,6 +7,7 @@
 #include "screen/mirror_blur.glsl"
 #include "common/half.glsl"
 #include "common/tiles.glsl"
+#include "screen/real_in_front.glsl"
 layout(binding = 12) uniform sampler2D real_position;
 layout(binding = 13) uniform sampler2D real_normal;
 layout(binding = 14) uniform sampler2D real_albedo;
@@ -28,10 +29,11 @@ void main() {
   vec4 out_g = vec4(0), out_s = vec4(0);
   vec4 normal = texelFetch(real_normal, at, 0);
   int known = int(texelFetch(real_albedo, at, 0).a);
-  if (known > 0 && normal.a > 0.0 && texelFetch(object_surface, at, 0).y < 0.999) {
+  vec4 real = texelFetch(real_position, at, 0);
+  if (known > 0 && normal.a > 0.0 && shows_room(texelFetch(object_surface, at, 0), real.a)) {
     Surface s = frame.surfaces[known - 1];
     BsdfParams bsdf = bsdf_of(s);
-    vec3 p = texelFetch(real_position, at, 0).xyz, n = normalize(normal.xyz);
+    vec3 p = real.xyz, n = normalize(normal.xyz);
     bool traced = at.y % rows_alike(mirror_blur_px(bsdf.alpha, p)) == 0;
     vec3 v = normalize(frame.T_tag_camera[3].xyz - p);
     int count = traced ? frame.counts2.x : 0;

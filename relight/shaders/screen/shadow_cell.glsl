@@ -2,6 +2,7 @@
 #ifndef SHADOW_CELL_GLSL
 #define SHADOW_CELL_GLSL
 #include "volume/lamp_visibility.glsl"
+#include "screen/real_in_front.glsl"
 layout(binding = 12) uniform sampler2D real_position;
 layout(binding = 13) uniform sampler2D real_normal;
 layout(binding = 15) uniform sampler2D object_surface;
@@ -13,7 +14,8 @@ int shadow_pixel(ivec2 cell, out ivec2 at, out vec3 n) {
     at = min(scale * cell + ivec2(i % scale, i / scale), frame.picture.xy - 1);
     vec4 normal = texelFetch(real_normal, at, 0);
     n = normalize(normal.xyz);
-    if (normal.a > 0.0 && texelFetch(object_surface, at, 0).y < 0.999) return i;
+    float real = texelFetch(real_position, at, 0).a;
+    if (normal.a > 0.0 && shows_room(texelFetch(object_surface, at, 0), real)) return i;
   }
   return -1;
 }

@@ -6,6 +6,7 @@
 #include "common/half.glsl"
 #include "common/tiles.glsl"
 #include "common/material_mask.glsl"
+#include "screen/real_in_front.glsl"
 layout(binding = 12) uniform sampler2D real_position;
 layout(binding = 13) uniform sampler2D real_normal;
 layout(binding = 14) uniform sampler2D object_surface;
@@ -22,9 +23,10 @@ void main() {
     int j = (i + scale * (scale / 2) + scale / 2) % (scale * scale);
     ivec2 q = min(scale * at + ivec2(j % scale, j / scale), frame.picture.xy - 1);
     vec4 normal = texelFetch(real_normal, q, 0);
-    if (normal.a == 0.0 || texelFetch(object_surface, q, 0).y > 0.999) continue;
+    vec4 real = texelFetch(real_position, q, 0);
+    if (normal.a == 0.0 || !shows_room(texelFetch(object_surface, q, 0), real.a)) continue;
     if (is_metal(texelFetch(real_albedo, q, 0).a)) continue;
-    vec3 p = texelFetch(real_position, q, 0).xyz, n = normalize(normal.xyz);
+    vec3 p = real.xyz, n = normalize(normal.xyz);
     vec3 off = p + cone_start_m() * n;
     float turn = pixel_turn(at);
     vec3 gained, lost;

@@ -6,6 +6,7 @@
 #include "volume/chunks.glsl"
 #include "volume/voxel_list.glsl"
 #include "common/half.glsl"
+#include "common/unoccluded_irradiance.glsl"
 layout(local_size_x = 64) in;
 layout(binding = 1, r16f) uniform image3D distance_m;
 layout(binding = 2, rgba16f) uniform writeonly image3D out_radiance;  // rgb times weight, weight
@@ -29,6 +30,8 @@ void main() {
       vec3 on = voxel.position - d * g / slope;
       radiance = field_radiance(on);
       albedo = field_albedo(on);
+      // What clips in all frames has albedo, and no measured radiance.
+      if (radiance.a == 0.0 && albedo.a > 0.0) radiance = vec4(albedo.rgb / kPi * open_irradiance(on, g / slope), 1.0);
       if (radiance.a > 0.0 && albedo.a > 0.0)
         response = vec4(albedo.rgb / kPi / max(radiance.rgb, vec3(1e-4)) * weight, weight);
       radiance = radiance.a > 0.0 ? vec4(radiance.rgb * weight, weight) : vec4(0);

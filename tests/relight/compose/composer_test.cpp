@@ -1,10 +1,11 @@
-// The composer on the CPU and its twin on the GPU.
+// The composer, and the layers that the device renders for it.
 #include "relight/compose/composer.h"
 
 #include <cmath>
 #include <random>
 
-#include "relight/passes/screen/compose.h"
+#include "relight/compose/read_tiles.h"
+#include "relight/passes/screen/layers.h"
 #include "relight/tracing/bsdf.h"
 #include "tests/relight/gpu/device_fixture.h"
 
@@ -13,7 +14,8 @@ namespace {
 
 constexpr int kWidth = 56, kHeight = 40;
 constexpr std::size_t kPixels = kWidth * kHeight;
-constexpr float kAlbedo = 0.75f;  // of all real surfaces; exact as a half
+constexpr float kAlbedo = 0.75f;   // of all real surfaces; exact as a half
+constexpr float kObject_m = 0.8f;  // along z
 
 enum Kind { untouched, changed, darkened, nan_change, infinite_change, object, edge, nan_object, kKinds };
 Kind kind_of(std::size_t pixel) { return static_cast<Kind>(pixel % kKinds); }
@@ -22,7 +24,7 @@ Kind kind_of(std::size_t pixel) { return static_cast<Kind>(pixel % kKinds); }
 struct Inputs {
   std::vector<Eigen::half> irradiance = std::vector<Eigen::half>(4 * kPixels);  ///< its change
   std::vector<Eigen::half> radiance = irradiance;                               ///< of objects
-  std::vector<float> surface = std::vector<float>(4 * kPixels);                 ///< y: coverage
+  std::vector<float> surface = std::vector<float>(4 * kPixels);                 ///< x: depth; y: coverage
 };
 
 Inputs random_inputs(std::mt19937& random) {
@@ -38,6 +40,7 @@ Inputs random_inputs(std::mt19937& random) {
     if (kind == nan_change) inputs.irradiance[4 * i + 1] = static_cast<Eigen::half>(NAN);
     if (kind == infinite_change) inputs.irradiance[4 * i + 2] = static_cast<Eigen::half>(-INFINITY);
     if (kind == nan_object) inputs.radiance[4 * i] = static_cast<Eigen::half>(NAN);
+    inputs.surface[4 * i] = kind >= object ? kObject_m : 0;
     inputs.surface[4 * i + 1] = kind == object ? 1 : kind > object ? part(random) : 0;
   }
   return inputs;
@@ -74,8 +77,8 @@ capture::Image<std::uint8_t> composed_on_cpu(const CameraUpload& camera, const I
 
 class Composer : public gpu::DeviceTest {
  protected:
-  std::vector<std::uint8_t> composed_on_device(const CameraUpload& camera, const capture::FrameSet& frame,
-                                               const Inputs& inputs) {
+  capture::Image<std::uint8_t> composed_from_device(const CameraUpload& camera, const capture::FrameSet& frame,
+                                                    const Inputs& inputs) {
     Screen screen(*device_, kWidth, kHeight, 1, 1, 1, 1, 1);
     camera.upload(*device_, frame, true, screen);
     shader::FrameParams params{};
@@ -85,23 +88,34 @@ class Composer : public gpu::DeviceTest {
     device_->upload(*screen.indirect, 0, std::as_bytes(std::span(inputs.irradiance)));
     device_->upload(*screen.object_radiance, 0, std::as_bytes(std::span(inputs.radiance)));
     device_->upload(*screen.object_surface, 0, std::as_bytes(std::span(inputs.surface)));
-    const Compose pass(*device_);
+    const Layers pass(*device_);
     const auto list = device_->begin();
-    list->begin_pass("compose");
+    list->begin_pass("layers");
     list->clear(*screen.real_normal, {0, 0, 1, 1});
     list->clear(*screen.real_albedo, {kAlbedo, kAlbedo, kAlbedo, 0});
     for (const auto* unused : {&screen.direct_lost, &screen.mirror_gained_smooth, &screen.mirror_fraction_smooth,
-                               &screen.object_normal, &screen.object_other}) {
+                               &screen.object_normal, &screen.object_other, &screen.real_position}) {
       list->clear(**unused, {});
     }
     pass.record(*list, params, screen);
     device_->submit(*list);
-    return gpu::values_of<std::uint8_t>(device_->download(*screen.picture));
+    capture::Image<float> change(kWidth, kHeight, 3);
+    TileReader(*device_, *screen.delta).read(screen.tiles->view_places(), 1, 0, 3, &change.data);
+    ObjectLayer objects;
+    const std::vector<float> rays(2 * kPixels, 0.5f);
+    read_objects(*device_, screen, rays, screen.tiles->view_places(), &objects);
+    for (std::size_t i = 0; i < kPixels; ++i) {
+      const float along_ray_m = kind_of(i) >= object ? kObject_m * std::sqrt(1.5f) : 0;
+      EXPECT_NEAR(objects.distance_m.data[i], along_ray_m, 1e-5f) << i;
+    }
+    capture::Image<std::uint8_t> picture = *camera.coded();
+    compose(camera, {change}, objects, &picture);
+    return picture;
   }
 };
 ON_BOTH_DEVICES(Composer);
 
-TEST_P(Composer, IsTheSameOnCpuAndDevice) {
+TEST_P(Composer, BlendsWhatTheDeviceRenders) {
   std::mt19937 random(3);
   for (const bool encoded : {true, false}) {
     SCOPED_TRACE(encoded);
@@ -111,13 +125,13 @@ TEST_P(Composer, IsTheSameOnCpuAndDevice) {
     CameraUpload camera{capture::ColorCamera{}};
     camera.take(frame);
     const capture::Image<std::uint8_t> cpu = composed_on_cpu(camera, inputs);
-    const std::vector<std::uint8_t> device = composed_on_device(camera, frame, inputs);
+    const capture::Image<std::uint8_t> device = composed_from_device(camera, frame, inputs);
     int differing = 0;
     for (std::size_t i = 0; i < kPixels; ++i) {
       const Kind kind = kind_of(i);
       const bool kept = kind == untouched || kind == nan_change || kind == infinite_change;
       for (std::size_t c = 0; c < 3; ++c) {
-        const int on_cpu = cpu.data[3 * i + c], on_device = device[4 * i + c];
+        const int on_cpu = cpu.data[3 * i + c], on_device = device.data[3 * i + c];
         if (kept) {
           ASSERT_EQ(on_cpu, camera.coded()->data[3 * i + c]) << i;
         }
@@ -128,7 +142,7 @@ TEST_P(Composer, IsTheSameOnCpuAndDevice) {
         differing += on_cpu != on_device;
       }
     }
-    EXPECT_LT(differing, static_cast<int>(kPixels) / 100) << "pow() of a device is not exact";
+    EXPECT_LT(differing, static_cast<int>(kPixels) / 100) << "halves round";
   }
 }
 

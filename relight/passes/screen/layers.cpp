@@ -1,9 +1,9 @@
-#include "relight/passes/screen/compose.h"
+#include "relight/passes/screen/layers.h"
 
 namespace lumigraft::relight {
 
-void Compose::record(gpu::CommandList& list, const shader::FrameParams& params, const Screen& screen) const {
-  const std::vector<gpu::Binding> bindings{gpu::sampled(1, *screen.codes),
+void Layers::record(gpu::CommandList& list, const shader::FrameParams& params, const Screen& screen) const {
+  const std::vector<gpu::Binding> bindings{gpu::sampled(1, *screen.real_position),
                                            gpu::sampled(2, *screen.radiance),
                                            gpu::sampled(3, *screen.real_normal),
                                            gpu::sampled(4, *screen.real_albedo),
@@ -15,8 +15,9 @@ void Compose::record(gpu::CommandList& list, const shader::FrameParams& params, 
                                            gpu::sampled(10, *screen.object_surface),
                                            gpu::sampled(14, *screen.object_normal),
                                            gpu::sampled(15, *screen.object_other),
-                                           gpu::image(12, *screen.picture),
-                                           gpu::image(13, *screen.delta)};
+                                           gpu::image(12, *screen.object_layer),
+                                           gpu::image(13, *screen.delta),
+                                           gpu::image(16, *screen.object_z)};
   dispatch_tiles(list, *pipeline_, bindings, params, screen.tiles->views());
 }
 

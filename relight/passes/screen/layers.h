@@ -1,14 +1,14 @@
 #pragma once
-// The final frame (thesis §5.4.4). In: camera codes and radiance, the real view, all changes, object_radiance,
-// object_surface. Out: picture, delta.
+// What compose/composer.h blends to the final frame. In: camera radiance, the real view, all changes, object_radiance,
+// object_surface. Out: delta, object_layer, object_z.
 #include "relight/passes/dispatch.h"
 #include "relight/passes/screen/screen.h"
 
 namespace lumigraft::relight {
 
-class Compose {
+class Layers {
  public:
-  explicit Compose(gpu::Device& device) : pipeline_(device.create_compute("compose.comp")) {}
+  explicit Layers(gpu::Device& device) : pipeline_(device.create_compute("layers.comp")) {}
   void record(gpu::CommandList& list, const shader::FrameParams& params, const Screen& screen) const;
 
  private:

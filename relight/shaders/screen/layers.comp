@@ -1,18 +1,17 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// The final frame (thesis §5.4.4): camera image plus change where it shows the real room, virtual radiance where it
-// shows an object, blended by coverage. Pixels without change keep their pixel values. compose/composer.h is the same on
-// the CPU.
+// What compose/composer.h blends to the final frame (thesis §5.4.4): the change of radiance of real pixels, and the
+// objects' radiance.
 #include "common/frame.glsl"
 #include "common/brdf.glsl"
 #include "common/finite.glsl"
-#include "common/srgb.glsl"
+#include "common/half.glsl"
 #include "common/tiles.glsl"
 #include "common/material_mask.glsl"
 
 const float kUnlike = 0.5;  // dissimilarity of surfaces: normals differ by 60°, or depth by 2.5 %
-layout(binding = 1) uniform sampler2D picture;   // pixel values of the camera
-layout(binding = 2) uniform sampler2D radiance;  // the same, linear
+layout(binding = 1) uniform sampler2D real_position;
+layout(binding = 2) uniform sampler2D radiance;  // of the camera
 layout(binding = 3) uniform sampler2D real_normal;
 layout(binding = 4) uniform sampler2D real_albedo;
 layout(binding = 5) uniform sampler2D direct_lost;
@@ -23,9 +22,11 @@ layout(binding = 9) uniform sampler2D object_radiance;
 layout(binding = 10) uniform sampler2D object_surface;
 layout(binding = 14) uniform sampler2D object_normal;
 layout(binding = 15) uniform sampler2D object_other;
-layout(binding = 12, rgba8) uniform writeonly image2D out_picture;
-layout(binding = 13, rgba16f) uniform writeonly image2D out_delta;
+layout(binding = 12, rgba16f) uniform writeonly image2D out_object;  // radiance times coverage, coverage
+layout(binding = 13, rgba32f) uniform writeonly image2D out_delta;
+layout(binding = 16, r32f) uniform writeonly image2D out_z;          // of the object in the camera frame
 #include "common/exclude_tag.glsl"
+#include "screen/real_in_front.glsl"
 
 vec3 lit(ivec2 at) { return max(finite_or_zero(texelFetch(object_radiance, at, 0).rgb), vec3(0)); }
 
@@ -53,11 +54,10 @@ vec3 virtual_color(ivec2 at) {
 void main() {
   ivec2 at = tile_texel();
   if (any(greaterThanEqual(at, frame.picture.xy))) return;
-  vec4 room = texelFetch(radiance, at, 0);
-  vec3 b = room.rgb, delta = vec3(0);
-  float coverage = texelFetch(object_surface, at, 0).y;
+  vec3 b = texelFetch(radiance, at, 0).rgb, delta = vec3(0);
+  vec4 surface = texelFetch(object_surface, at, 0);
   float footprint = texelFetch(real_normal, at, 0).a;
-  if (footprint > 0.0 && coverage < 0.999) {
+  if (footprint > 0.0 && shows_room(surface, texelFetch(real_position, at, 0).a)) {
     vec4 albedo = texelFetch(real_albedo, at, 0);
     int known = int(albedo.a);
     vec3 diffuse = albedo.rgb, under = vec3(1), mirror = vec3(0);
@@ -73,10 +73,7 @@ void main() {
     vec3 change = footprint * under * texelFetch(indirect, at, 0).rgb - texelFetch(direct_lost, at, 0).rgb;
     delta = max(finite_or_zero(diffuse / kPi * change + mirror), -b);
   }
-  vec3 code = texelFetch(picture, at, 0).rgb;
-  if (coverage > 0.0 || delta != vec3(0)) {
-    code = srgb_encode(room.a * frame.exposure.rgb * mix(b + delta, virtual_color(at), coverage));
-  }
-  imageStore(out_picture, at, vec4(round(code * 255.0) / 255.0, 1.0));
-  imageStore(out_delta, at, vec4(delta, coverage));
+  imageStore(out_delta, at, vec4(delta, 0.0));
+  imageStore(out_object, at, to_half(vec4(surface.y * virtual_color(at), surface.y)));
+  imageStore(out_z, at, vec4(surface.x));
 }

@@ -1,0 +1,228 @@
+// Hands and people in front of objects, by all methods but `rays` (gather/foreground_test.cpp).
+#include <cmath>
+
+#include "relight/reference/reference_renderer.h"
+#include "tests/relight/closed_form/closed_scene.h"
+
+namespace lumigraft::test {
+namespace {
+
+using relight::RelitPicture;
+
+constexpr float kHand_m = 0.3f;
+const Eigen::Array3f kSkin(0.7f, 0.3f, 0.2f);
+
+/// A white box on a floor; the hand in front of it is not in the room.
+class HandBeforeObject {
+ public:
+  HandBeforeObject(relight::Renderer& renderer, relight::Plan plan, const ClosedScene& scene)
+      : renderer_(renderer), plan_(std::move(plan)), scene_(scene), room_(scene.scene()), empty_(scene.frame()) {}
+
+  /// A hand over the columns left of the picture's middle by 12 pixels to `right_px` right of it, all rows of the box;
+  /// depth within `unknown_px` of that outline is not known.
+  capture::FrameSet with_hand(float right_px, int unknown_px = 0) const {
+    capture::FrameSet frame = empty_;
+    auto depth = std::make_shared<capture::DepthFrame>(*frame.depth);
+    auto color = std::make_shared<capture::Frame>(*frame.color);
+    for (int v = 4; v < scene_.height - 4; ++v) {
+      for (int u = middle() - 12; u < scene_.width; ++u) {
+        const float inside_px = static_cast<float>(middle()) + right_px - static_cast<float>(u);  // of its right edge
+        const float part = std::clamp(inside_px + 0.5f, 0.0f, 1.0f);
+        for (int c = 0; c < 3; ++c) {
+          float& light = color->radiance.at(u, v, c);
+          light = part * kSkin[c] + (1 - part) * light;
+        }
+        if (inside_px > 0) depth->depth_m.at(u, v) = kHand_m;
+        if (unknown_px > 0 && std::abs(inside_px) <= static_cast<float>(unknown_px)) depth->depth_m.at(u, v) = 0;
+      }
+    }
+    frame.depth = depth;
+    frame.color = color;
+    return frame;
+  }
+
+  void is_hidden_at_once_and_shown_at_once() {
+    const RelitPicture before = relit(empty_, true);
+    ASSERT_GT(before.maps->mask.at(middle(), row()), 0.99f) << "the box is in the middle";
+    const RelitPicture with = relit(with_hand(3), true), after = relit(empty_, true);
+    for (int v = row() - 4; v < row() + 4; ++v) {
+      for (int u = middle() - 9; u < middle(); ++u) EXPECT_LT(with.maps->mask.at(u, v), 0.01f) << u << ", " << v;
+    }
+    EXPECT_GT(with.maps->mask.at(middle() + 7, row()), 0.99f) << "beside the hand";
+    EXPECT_EQ(after.maps->mask.data, before.maps->mask.data);
+  }
+
+  /// Without maps, so that what did not change is reused.
+  void picture_follows_the_hand() {
+    const RelitPicture before = relit(empty_, false);
+    for (const int right_px : {3, -4, 3}) {
+      SCOPED_TRACE(right_px);
+      const RelitPicture with = relit(with_hand(static_cast<float>(right_px)), false);
+      for (int v = row() - 4; v < row() + 4; ++v) {
+        EXPECT_NEAR(picture_radiance(with, middle() + right_px - 4, v), kSkin[0], 0.1) << v;
+        EXPECT_NEAR(picture_radiance(with, middle() + right_px + 5, v),
+                    picture_radiance(before, middle() + right_px + 5, v), 0.03)
+            << v;
+      }
+    }
+    const RelitPicture after = relit(empty_, false);
+    for (int v = row() - 4; v < row() + 4; ++v) {
+      EXPECT_NEAR(picture_radiance(after, middle(), v), picture_radiance(before, middle(), v), 0.02) << v;
+    }
+  }
+
+  void outline_is_divided() {
+    for (const float part : {0.25f, 0.5f, 0.75f}) {  // of the pixel that the outline passes through
+      const RelitPicture with = relit(with_hand(3 + part - 0.5f), true);
+      for (int v = row() - 4; v < row() + 4; ++v) {
+        EXPECT_NEAR(1 - with.maps->mask.at(middle() + 3, v), part, 0.15f) << v;
+      }
+    }
+  }
+
+  void unknown_depth_is_decided_by_colour() {
+    const RelitPicture with = relit(with_hand(3.5f, 2), true);
+    for (int v = row() - 4; v < row() + 4; ++v) {
+      for (const int u : {2, 3}) EXPECT_LT(with.maps->mask.at(middle() + u, v), 0.2f) << u << ", " << v;
+      for (const int u : {4, 5}) EXPECT_GT(with.maps->mask.at(middle() + u, v), 0.8f) << u << ", " << v;
+    }
+  }
+
+  /// Part of the picture that the object covers, pixels, with the floor's depth off by this.
+  double covered_px(float off_m) {
+    capture::FrameSet frame = empty_;
+    auto depth = std::make_shared<capture::DepthFrame>(*frame.depth);
+    for (float& z : depth->depth_m.data) z += z > 0 ? off_m : 0;
+    frame.depth = depth;
+    const RelitPicture picture = relit(frame, true);
+    double sum = 0;
+    for (const float coverage : picture.maps->mask.data) sum += static_cast<double>(coverage);
+    return sum;
+  }
+
+ private:
+  int middle() const { return scene_.width / 2; }
+  int row() const { return scene_.height / 2 - 6; }  // of the box
+  RelitPicture relit(const capture::FrameSet& frame, bool with_maps) {
+    return renderer_.relight(frame, room_, scene_.exhibit, plan_, with_maps);
+  }
+
+  relight::Renderer& renderer_;
+  relight::Plan plan_;
+  ClosedScene scene_;
+  reconstruct::Scene room_;
+  capture::FrameSet empty_;
+};
+
+/// A box that reaches `low_m` above the floor.
+ClosedScene scene_with_box(float low_m = 0.01f) {
+  ClosedScene scene = box_on_floor();
+  scene.exhibit.objects = {box_object({-0.2f, -0.05f, low_m}, {0.2f, 0.05f, 0.2f}, 0.9f)};
+  return scene;
+}
+
+std::vector<relight::Plan> plans() {
+  std::vector<relight::Plan> plans{live_plan(), careful_plan(32, 1), live_plan()};
+  plans[1].trace_scale = 2;
+  plans[2].method = "dlpv";
+  plans[2].trace_scale = 2;
+  return plans;
+}
+
+class HandBeforeObjectOn : public ClosedTest {
+ protected:
+  template <typename Check>
+  void with_all_plans(Check check) {
+    const ClosedScene scene = scene_with_box();
+    for (const relight::Plan& plan : plans()) {
+      SCOPED_TRACE(plan.method + " at 1/" + std::to_string(plan.trace_scale));
+      relight::Relighter relighter(device_, scene.session());
+      HandBeforeObject hand(relighter, plan, scene);
+      (hand.*check)();
+    }
+  }
+};
+ON_BOTH_DEVICES(HandBeforeObjectOn);
+
+TEST_P(HandBeforeObjectOn, HidesItAtOnceAndGoesAtOnce) {
+  with_all_plans(&HandBeforeObject::is_hidden_at_once_and_shown_at_once);
+}
+TEST_P(HandBeforeObjectOn, IsFollowedByThePicture) { with_all_plans(&HandBeforeObject::picture_follows_the_hand); }
+TEST_P(HandBeforeObjectOn, DividesPixelsAtItsOutline) { with_all_plans(&HandBeforeObject::outline_is_divided); }
+TEST_P(HandBeforeObjectOn, ColourDecidesWhereDepthIsUnknown) {
+  with_all_plans(&HandBeforeObject::unknown_depth_is_decided_by_colour);
+}
+
+/// Depth that is off by no more than its noise cuts nothing off an object on the floor, nor does it uncover what is
+/// below the floor.
+void stays_cut_at_the_floor(relight::Renderer& renderer, const relight::Plan& plan) {
+  constexpr float kOff_m = 0.008f;
+  const ClosedScene standing = scene_with_box(0), sunk = scene_with_box(-0.1f);
+  HandBeforeObject on_floor(renderer, plan, standing), below(renderer, plan, sunk);
+  const double covered = on_floor.covered_px(0);
+  ASSERT_GT(covered, 400);
+  EXPECT_NEAR(on_floor.covered_px(-kOff_m), covered, 0.02 * covered);
+  EXPECT_NEAR(on_floor.covered_px(kOff_m), covered, 0.02 * covered);
+  EXPECT_NEAR(below.covered_px(0), covered, 0.04 * covered);
+  EXPECT_NEAR(below.covered_px(kOff_m), covered, 0.02 * covered);
+}
+
+TEST_P(HandBeforeObjectOn, LeavesContactToTheFusedFloor) {
+  for (const relight::Plan& plan : plans()) {
+    SCOPED_TRACE(plan.method + " at 1/" + std::to_string(plan.trace_scale));
+    relight::Relighter relighter(device_, scene_with_box().session());
+    stays_cut_at_the_floor(relighter, plan);
+  }
+}
+
+class HandBeforeObjectTraced : public testing::Test {
+ protected:
+  HandBeforeObjectTraced() : renderer_(scene_.session()) { plan_.method = "reference"; }
+  HandBeforeObject hand(int samples) {
+    plan_.samples = samples;
+    return {renderer_, plan_, scene_};
+  }
+
+  const ClosedScene scene_ = scene_with_box();
+  relight::ReferenceRenderer renderer_;
+  relight::Plan plan_;
+};
+
+TEST_F(HandBeforeObjectTraced, HidesItAtOnceAndGoesAtOnce) { hand(2).is_hidden_at_once_and_shown_at_once(); }
+TEST_F(HandBeforeObjectTraced, DividesPixelsAtItsOutline) { hand(2).outline_is_divided(); }
+TEST_F(HandBeforeObjectTraced, ColourDecidesWhereDepthIsUnknown) { hand(2).unknown_depth_is_decided_by_colour(); }
+TEST_F(HandBeforeObjectTraced, LeavesContactToTheFusedFloor) {
+  plan_.samples = 4;
+  stays_cut_at_the_floor(renderer_, plan_);
+}
+
+/// The room still holds a hand that has gone: its surface hides nothing, and objects behind it have their light.
+TEST_F(HandBeforeObjectTraced, FusedSurfaceThatTheCameraSeesThroughHidesNothing) {
+  ClosedScene held = scene_;
+  const Eigen::Vector3f hand_m = 0.4f * scene_.eye_m + Eigen::Vector3f(0, 0, 0.06f);
+  const Eigen::AlignedBox3f hand(hand_m - Eigen::Vector3f::Constant(0.03f), hand_m + Eigen::Vector3f::Constant(0.03f));
+  const auto floor = scene_.distance;
+  held.distance = [=](const Eigen::Vector3f& p) { return std::min(floor(p), box_distance(hand, p)); };
+  held.extent.extend(hand.max() + Eigen::Vector3f::Constant(0.05f));
+  plan_.samples = 2;
+  const reconstruct::Scene with_hand = held.scene(), without = scene_.scene();
+  const capture::FrameSet empty = scene_.frame();
+  const RelitPicture ghost = renderer_.relight(empty, with_hand, scene_.exhibit, plan_, true);
+  const RelitPicture clear = renderer_.relight(empty, without, scene_.exhibit, plan_, true);
+  capture::FrameSet no_depth = empty;
+  no_depth.depth.reset();
+  const RelitPicture hidden = renderer_.relight(no_depth, with_hand, scene_.exhibit, plan_, true);
+  int behind = 0;
+  double difference = 0;
+  for (std::size_t i = 0; i < clear.maps->mask.data.size(); ++i) {
+    EXPECT_NEAR(ghost.maps->mask.data[i], clear.maps->mask.data[i], 0.01f);
+    if (hidden.maps->mask.data[i] > 0.01f || clear.maps->mask.data[i] < 0.99f) continue;
+    difference += ghost.srgb.data[3 * i] - clear.srgb.data[3 * i];
+    ++behind;
+  }
+  EXPECT_GT(behind, 50) << "the fused hand hides the box";
+  EXPECT_LT(std::abs(difference / behind), 12);
+}
+
+}  // namespace
+}  // namespace lumigraft::test
