@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <numeric>
 #include <optional>
 #include <unordered_map>
 #include <utility>
@@ -75,7 +76,7 @@ class Extension {
     return area;
   }
 
-  /// Per channel, of evenly chosen voxels; without the highest part, which errors of the light made.
+  /// Per channel, of evenly chosen voxels; the mean of the highest part, as single ones may be errors of the light.
   std::optional<Array3f> largest_bound(const std::vector<Voxel>& area) const {
     std::array<std::vector<float>, 3> bounds;
     const std::size_t step = area.size() / static_cast<std::size_t>(kClipped.voxels) + 1;
@@ -98,7 +99,8 @@ class Extension {
       const auto at = of_channel.begin() +
                       static_cast<std::ptrdiff_t>(kClipped.quantile * static_cast<float>(of_channel.size() - 1));
       std::nth_element(of_channel.begin(), at, of_channel.end());
-      albedo[c] = std::min(*at, kClipped.max_albedo);
+      albedo[c] = std::min(std::accumulate(at, of_channel.end(), 0.0f) / static_cast<float>(of_channel.end() - at),
+                           kClipped.max_albedo);
     }
     return albedo;
   }

@@ -79,7 +79,7 @@ struct AlbedoParameters {
   struct Clipped {
     int min_voxels = 16;                 ///< of an area; fewer are highlights and noise
     int voxels = 128, gather_rays = 16;  ///< of an area that are read, and rays for the light of each: 2 ms
-    float quantile = 0.95f;              ///< of their bounds
+    float quantile = 0.95f;              ///< of their bounds, from which on their mean is taken
     float max_albedo = 0.9f;             ///< white paper; more is an error of the light
     float sigma = 0.15f;                 ///< 1σ of what is found so
   } clipped;

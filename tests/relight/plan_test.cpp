@@ -39,6 +39,15 @@ TEST(Plan, ReadsWhatIsGivenOverTheDefaults) {
   EXPECT_EQ(plan_of("", defaults).volume, 64);
 }
 
+TEST(Plan, LookIsThatOfTheCameraOrPlain) {
+  EXPECT_EQ(plan_of("").look, "plain");
+  const Plan plan = plan_of("[plan]\nlook = \"camera\"\n");
+  EXPECT_EQ(plan.look, "camera");
+  EXPECT_TRUE(plan.user_set.contains("look"));
+  EXPECT_NE(error_of("[plan]\nlook = \"film\"\n").find("allowed: \"camera\", \"plain\""), std::string::npos)
+      << error_of("[plan]\nlook = \"film\"\n");
+}
+
 TEST(Plan, OverridesFromTheCommandLine) {
   const capture::ConfigTable root =
       capture::ConfigTable::parse("", "session.toml", {"plan.volume=32", "plan.method=dvct"});
@@ -91,10 +100,11 @@ TEST(Plan, RefusesWhatIsNotAllowed) {
 
 TEST(Plan, HelpNamesEveryKeyOnce) {
   const std::vector<PlanKey> keys = plan_keys();
-  ASSERT_EQ(keys.size(), 12u);
+  ASSERT_EQ(keys.size(), 13u);
   EXPECT_EQ(keys[0].key, "plan.method");
-  EXPECT_EQ(keys[1].key, "plan.volume");
-  EXPECT_EQ(keys[1].allowed, "32, 64, 128 or 256");
+  EXPECT_EQ(keys[1].key, "plan.look");
+  EXPECT_EQ(keys[2].key, "plan.volume");
+  EXPECT_EQ(keys[2].allowed, "32, 64, 128 or 256");
   for (const PlanKey& key : keys) EXPECT_FALSE(key.meaning.empty()) << key.key;
 }
 

@@ -98,6 +98,47 @@ TEST(AlbedoStage, OneLampOnAPlane) {
   EXPECT_LT(error.mean, 0.01);
 }
 
+TEST(AlbedoStage, ClippedSurfaceGetsTheLargestOfItsBounds) {
+  TestRoom room;
+  room.lamps = {bulb()};
+  room.ambient = Eigen::Vector3f::Constant(0.02f);
+  const auto on_sheet = [](const Eigen::Vector3f& p) { return std::abs(p.x()) < 0.2f && std::abs(p.y()) < 0.2f; };
+  room.albedo = [&](const Eigen::Vector3f& p) {
+    return on_sheet(p) ? Eigen::Vector3f(0.85f, 0.8f, 0.75f) : Eigen::Vector3f(0.2f, 0.2f, 0.15f);
+  };
+  DistanceField field = room.field();
+  // All of the sheet clips; at its darkest place in green alone just so.
+  Eigen::Vector3f clip = Eigen::Vector3f::Constant(std::numeric_limits<float>::max());
+  for (const float x : {-0.19f, 0.19f})
+    for (const float y : {-0.19f, 0.19f}) {
+      const Eigen::Vector3f p(x, y, 0);
+      clip = clip.cwiseMin(room.albedo(p).cwiseProduct(room.irradiance(p, Eigen::Vector3f::UnitZ())) / kTestPi);
+    }
+  BrickMap<FieldBrick> bricks;
+  for (const auto& [key, brick] : field.bricks) {
+    auto seen = std::make_shared<FieldBrick>(*brick);
+    for (int i = 0; i < kBrickVoxels; ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      if (!on_sheet(field.voxel_m * voxel_in(key, i).cast<float>())) continue;
+      seen->radiance[k] = seen->radiance[k].cwiseMin(clip);
+      seen->radiance_weight[k] = 0;
+    }
+    bricks[key] = std::move(seen);
+  }
+  field.bricks = bricks;
+  AlbedoStage stage{capture::Session()};
+  const auto result = stage.solve(field, room.illumination());
+  for (const float x : {-0.15f, 0.0f, 0.15f}) {
+    for (const float y : {-0.15f, 0.0f, 0.15f}) {
+      const auto [albedo, sigma] = albedo_at(*result.albedo, {x, y, 0});
+      EXPECT_GT(sigma, 0);
+      EXPECT_LT((albedo - room.albedo({x, y, 0})).cwiseAbs().maxCoeff(), 0.1f) << x << ", " << y;
+    }
+  }
+  const auto near_sheet = [](const Eigen::Vector3f& p) { return p.head<2>().cwiseAbs().maxCoeff() < 0.25f; };
+  EXPECT_LT(floor_error(room, *result.albedo, near_sheet).mean, 0.03);
+}
+
 TEST(AlbedoStage, LampNextToABox) {
   TestRoom room;
   room.lamps = {bulb()};

@@ -429,6 +429,10 @@ TEST(Fusion, ColourBecomesRadiance) {
   const auto clipped = bright.fuse(
       frame_of(table, camera, T, 0, {}, [](const Vector3d& p) { return p.x() > 0 ? 2.0 : 0.2; }), pose_at(T));
   EXPECT_FALSE(clipped->radiance(Vector3f(0.1f, 0, 0)));
+  const Eigen::Vector3i voxel = (Vector3f(0.1f, 0, 0) / clipped->voxel_m).array().round().matrix().cast<int>();
+  const FieldBrick* bound = clipped->brick(brick_of(voxel));
+  ASSERT_TRUE(bound);
+  EXPECT_GT(bound->radiance[static_cast<std::size_t>(index_in_brick(voxel))].minCoeff(), 0) << "a lower bound";
   ASSERT_TRUE(clipped->radiance(Vector3f(-0.1f, 0, 0)));
   EXPECT_TRUE(clipped->sample(Vector3f(0.1f, 0, 0)));
 }
