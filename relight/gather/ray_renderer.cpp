@@ -263,7 +263,11 @@ RelitPicture RayRenderer::relight(const capture::FrameSet& frame, const reconstr
   s.camera.take(frame);
   result.srgb = *s.camera.coded();
   const bool like_camera = plan.look == "camera";
-  if (like_camera) s.camera_look.follow(s.camera.coded(), scene);
+  Clock clock(result.passes);
+  if (like_camera) {
+    s.camera_look.follow(s.camera.coded(), scene);
+    clock.done("camera look");
+  }
   const std::vector<ReferenceMesh> objects = reference_objects_of(exhibit, static_cast<double>(frame.time_ns) * 1e-9);
   std::string missing = what_is_missing(scene, !objects.empty());
   if (missing.empty() && s.rooms == Rooms::taken && !s.room) missing = "the room is not ready for rays yet";
@@ -274,7 +278,6 @@ RelitPicture RayRenderer::relight(const capture::FrameSet& frame, const reconstr
   for (const VirtualObject& object : exhibit.objects) {
     if (const auto line = left_out(object); line && object.visible) result.warnings.push_back("relight: " + *line);
   }
-  Clock clock(result.passes);
   s.follow(scene);
   s.light.prepare(exhibit);
   const bool lit_anew = s.light.follow(s.room, objects, plan, [&](const char* pass) { clock.done(pass); });
@@ -289,7 +292,7 @@ RelitPicture RayRenderer::relight(const capture::FrameSet& frame, const reconstr
     s.show_objects(depth, clock);
   }
   compose(s.camera, {s.change, &s.radiance, like_camera}, s.shown, &result.srgb);
-  clock.done("compose");
+  if (seen_anew) clock.done("compose");
   if (like_camera && s.camera_look.noise()) {
     add_noise(*s.camera_look.noise(), *s.camera.coded(), s.shown, frame.index, &result.srgb);
     clock.done("noise");
