@@ -103,7 +103,7 @@ void NoiseEstimator::take(std::shared_ptr<const Picture> picture) {
     const Eigen::Vector2f at = place.two();
     const int left = static_cast<int>(at.x() * static_cast<float>(now.width - kEdge + 1)),
               top = static_cast<int>(at.y() * static_cast<float>(now.height - kEdge + 1));
-    if (auto patch = patch_at(now, before, left, top)) patches.push_back(std::move(*patch));
+    if (auto patch = patch_at(now, before, left, top)) patches.push_back(*patch);
   }
   if (gain_changed(patches)) forget();
   std::erase_if(patches, [&](const Patch& patch) { return shows_motion(patch); });

@@ -1,6 +1,7 @@
 // Hands and people in front of objects: what depth shows at once.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "relight/gather/ray_renderer.h"
 #include "tests/relight/closed_form/closed_scene.h"
@@ -130,6 +131,54 @@ TEST_F(HandBeforeBox, FusedSurfaceThatTheCameraSeesThroughHidesNothing) {
     EXPECT_NEAR(ghost.maps->mask.data[i], without.maps->mask.data[i], 0.01f);
   }
   EXPECT_LT(std::sqrt(sum / static_cast<double>(without.srgb.data.size())), 1.5) << "nor does it hide lamps";
+}
+
+/// Depth that is wrong in all pixels.
+TEST_F(HandBeforeBox, WrongDepthIsDrawnAsItIs) {
+  const reconstruct::Scene room = scene_.scene();
+  const relight::RelitPicture before = relit(scene_.frame(), room);
+  const auto with_depth = [&](float depth_m) {
+    capture::FrameSet frame = scene_.frame();
+    auto depth = std::make_shared<capture::DepthFrame>(*frame.depth);
+    std::fill(depth->depth_m.data.begin(), depth->depth_m.data.end(), depth_m);
+    frame.depth = depth;
+    return relit(frame, room);
+  };
+  EXPECT_EQ(with_depth(0).maps->mask.data, before.maps->mask.data) << "unknown: the fused room decides";
+  for (const float depth_m : {0.02f, 0.3f}) {  // a hand that touches the lens, a person who fills the picture
+    const relight::RelitPicture hidden = with_depth(depth_m);
+    for (const float coverage : hidden.maps->mask.data) ASSERT_LT(coverage, 0.01f) << depth_m;
+  }
+  for (const float depth_m : {std::numeric_limits<float>::quiet_NaN(), -1.0f, 1e9f}) {
+    const relight::RelitPicture picture = with_depth(depth_m);
+    for (const float coverage : picture.maps->mask.data) ASSERT_TRUE(coverage >= 0 && coverage <= 1) << depth_m;
+    for (const float delta : picture.maps->delta.data) ASSERT_TRUE(std::isfinite(delta)) << depth_m;
+  }
+  const relight::RelitPicture after = relit(scene_.frame(), room);
+  EXPECT_EQ(after.srgb.data, before.srgb.data) << "nothing is left of it";
+}
+
+/// The hand of colour is where that of depth will be three frames later.
+TEST_F(HandBeforeBox, DepthThatLagsTearsNoObject) {
+  const reconstruct::Scene room = scene_.scene();
+  for (const int lag_px : {2, 6, 12}) {
+    capture::FrameSet frame = with_hand(0.3f);
+    auto depth = std::make_shared<capture::DepthFrame>(*frame.depth);
+    for (int v = 0; v < scene_.height; ++v) {
+      for (int u = 0; u < scene_.width; ++u)
+        depth->depth_m.at(u, v) = frame.depth->depth_m.at(std::max(u - lag_px, 0), v);
+    }
+    frame.depth = depth;
+    const relight::RelitPicture picture = relit(frame, room);
+    // One hole of the hand's size, with nothing of the object inside and no holes outside.
+    int hidden = 0;
+    const relight::RelitPicture whole = relit(scene_.frame(), room);
+    for (std::size_t i = 0; i < picture.maps->mask.data.size(); ++i) {
+      if (whole.maps->mask.data[i] > 0.99f && picture.maps->mask.data[i] < 0.5f) ++hidden;
+    }
+    EXPECT_LT(hidden, 24 * 24 * 1.2) << lag_px;
+    EXPECT_GT(hidden, 0) << lag_px;
+  }
 }
 
 }  // namespace
