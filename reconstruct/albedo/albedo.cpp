@@ -301,7 +301,7 @@ std::optional<AlbedoStage::Result> AlbedoStage::State::solve_incremental(const D
       incremental.solve(field, rays, metal, {room, *last.illumination, floor_grid, kStage.gather_rays, model_error},
                         change, albedo->bricks);
   if (!change.bricks.empty()) {
-    extend_to_clipped(field, room, *last.illumination, albedo->bricks);
+    extend_to_clipped(field, metal, room, *last.illumination, albedo->bricks);
     albedo->version = ++version;
     last.albedo = albedo;
   }
@@ -418,7 +418,7 @@ std::optional<AlbedoStage::Result> AlbedoStage::State::follow_light(const Distan
     auto albedo = std::make_shared<AlbedoField>(*last.albedo);
     last.samples = incremental.solve(field, rays, metal, {*room, *lit, floor_grid, kStage.gather_rays, model_error},
                                      grown, albedo->bricks);
-    extend_to_clipped(field, *room, *lit, albedo->bricks);
+    extend_to_clipped(field, metal, *room, *lit, albedo->bricks);
     albedo->version = ++version;
     last.albedo = albedo;
   }
@@ -517,7 +517,7 @@ AlbedoStage::Result AlbedoStage::solve_complete(const DistanceField& field, cons
   result->voxel_m = field.voxel_m;
   result->version = ++s.version;
   result->bricks = albedo_bricks(surface.points, of_points);
-  extend_to_clipped(field, *room, *lit, result->bricks);
+  extend_to_clipped(field, s.metal, *room, *lit, result->bricks);
   if (s.last.albedo) keep_unchanged(result->bricks, s.last.albedo->bricks);
 
   s.incremental.keep(field, surface, gathered, albedo, of_points, noise_floor);

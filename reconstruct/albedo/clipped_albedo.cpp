@@ -30,9 +30,9 @@ Vector3f lamp_irradiance(const PointLight& light, const Vector3f& position_m, co
 
 class Extension {
  public:
-  Extension(const DistanceField& field, const IrradianceModel& room, const Illumination& light,
+  Extension(const DistanceField& field, const MetalMask& metal, const IrradianceModel& room, const Illumination& light,
             BrickMap<AlbedoBrick>& bricks)
-      : field_(field), room_(room), light_(light), bricks_(bricks) {}
+      : field_(field), metal_(metal), room_(room), light_(light), bricks_(bricks) {}
 
   void extend() {
     find_clipped();
@@ -50,7 +50,8 @@ class Extension {
     for (const auto& [key, brick] : field_.bricks) {
       for (std::size_t i = 0; i < kBrickVoxels; ++i) {
         if (brick->radiance_weight[i] > 0 || brick->radiance[i].isZero(0) || !(brick->weight[i] > 0) ||
-            std::abs(brick->distance_m[i]) >= field_.voxel_m)
+            std::abs(brick->distance_m[i]) >= field_.voxel_m ||
+            metal_.contains(field_.voxel_m * voxel_in(key, static_cast<int>(i)).cast<float>()))
           continue;
         open_[key][i] = 1;
         clipped_.emplace_back(key, static_cast<int>(i));
@@ -125,6 +126,7 @@ class Extension {
   }
 
   const DistanceField& field_;
+  const MetalMask& metal_;
   const IrradianceModel& room_;
   const Illumination& light_;
   BrickMap<AlbedoBrick>& bricks_;
@@ -135,9 +137,9 @@ class Extension {
 
 }  // namespace
 
-void extend_to_clipped(const DistanceField& field, const IrradianceModel& room, const Illumination& light,
-                       BrickMap<AlbedoBrick>& bricks) {
-  Extension(field, room, light, bricks).extend();
+void extend_to_clipped(const DistanceField& field, const MetalMask& metal, const IrradianceModel& room,
+                       const Illumination& light, BrickMap<AlbedoBrick>& bricks) {
+  Extension(field, metal, room, light, bricks).extend();
 }
 
 }  // namespace lumigraft::reconstruct

@@ -7,9 +7,9 @@ namespace lumigraft::reconstruct {
 
 /// Where the field has only lower bounds of radiance, π B / E is a lower bound of albedo (Tobin 1958). Each connected
 /// area gets the largest that its surface shows, as light varies over it: at the edge of what clips, the bound is the
-/// albedo. `bricks`: albedo of the field's coloured surface; gets that of the areas. `light`: in which the albedo was
-/// solved; `room`: its other light.
-void extend_to_clipped(const DistanceField& field, const IrradianceModel& room, const Illumination& light,
-                       BrickMap<AlbedoBrick>& bricks);
+/// albedo. Metal has none. `bricks`: albedo of the field's coloured surface; gets that of the areas. `light`: in which
+/// the albedo was solved; `room`: its other light.
+void extend_to_clipped(const DistanceField& field, const MetalMask& metal, const IrradianceModel& room,
+                       const Illumination& light, BrickMap<AlbedoBrick>& bricks);
 
 }  // namespace lumigraft::reconstruct

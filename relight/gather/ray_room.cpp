@@ -33,6 +33,14 @@ void add_patches(const Model& model, std::vector<Patch>& patches) {
   }
 }
 
+/// Whether the field has a lower bound of radiance there, and nothing better.
+bool clips_at(const reconstruct::DistanceField& field, const Vector3f& p_m) {
+  const Eigen::Vector3i voxel = (p_m / field.voxel_m).array().round().matrix().cast<int>();
+  const reconstruct::FieldBrick* brick = field.brick(reconstruct::brick_of(voxel));
+  const auto i = static_cast<std::size_t>(reconstruct::index_in_brick(voxel));
+  return brick && !(brick->radiance_weight[i] > 0) && !brick->radiance[i].isZero(0);
+}
+
 }  // namespace
 
 RayRoom::RayRoom(const reconstruct::Scene& scene, const std::vector<KnownSurface>& known, const capture::Tag& tag)
@@ -64,10 +72,10 @@ RayRoom::RayRoom(const reconstruct::Scene& scene, const std::vector<KnownSurface
       vertex.position_m = p;
       vertex.normal = model.normals[v];
       vertex.albedo = model.colors[v];
-      vertex.colored = model.colors[v].maxCoeff() > 0;
-      if (measured || !fused || !vertex.colored) {
-        vertex.before = measured ? *measured : fisheye_radiance(*scene.illumination, p);
-      } else {  // it clips in all frames
+      const bool clips = fused && !measured && clips_at(*scene.field, p);
+      vertex.colored = (!fused || measured || clips) && model.colors[v].maxCoeff() > 0;
+      vertex.before = measured ? *measured : fisheye_radiance(*scene.illumination, p);
+      if (clips && vertex.colored) {
         SurfaceHit surface;
         surface.position_m = p;
         surface.normal = surface.face = vertex.normal;

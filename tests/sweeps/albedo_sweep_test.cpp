@@ -140,7 +140,7 @@ TEST(AlbedoSweep, Saturated) {
               .x_label = "exposure over one at which nothing clips",
               .y_label = "fraction",
               .x = {1, 1.5, 2, 3, 4, 6},
-              .curves = {{"clipped"}, {"unknown of it"}, {"known: 95 of 100 off"}}};
+              .curves = {{"clipped"}, {"unknown of it"}, {"clipped: median off"}, {"all: 95 of 100 off"}}};
   for (const double exposure : sweep.x) {
     reconstruct::TestRoom room = lit_test_room();
     room.lamps[0].position = {0.3f, -0.2f, 0.35f};
@@ -155,7 +155,9 @@ TEST(AlbedoSweep, Saturated) {
     for (const auto& [key, brick] : reconstruct::BrickMap(field.bricks)) {  // as in fusion: clipped pixels do not count
       auto without = std::make_shared<reconstruct::FieldBrick>(*brick);
       for (std::size_t i = 0; i < reconstruct::kBrickVoxels; ++i) {
-        if (clips(without->radiance[i])) without->radiance_weight[i] = 0;
+        if (!clips(without->radiance[i])) continue;
+        without->radiance[i] = without->radiance[i].cwiseMin(end);
+        without->radiance_weight[i] = 0;
       }
       field.bricks[key] = without;
     }
@@ -169,10 +171,12 @@ TEST(AlbedoSweep, Saturated) {
     const double count = static_cast<double>(clipped.unknown + clipped.off.size());
     sweep.curves[0].y.push_back(count / static_cast<double>(all.unknown + all.off.size()));
     sweep.curves[1].y.push_back(count > 0 ? clipped.unknown_fraction() : 0);
-    sweep.curves[2].y.push_back(Floor::percentile(all.off, 0.95));
-    // Only points next to observed ones are known, and these are correct.
+    sweep.curves[2].y.push_back(count > 0 ? Floor::percentile(clipped.off, 0.5) : 0);
+    sweep.curves[3].y.push_back(Floor::percentile(all.off, 0.95));
+    // What clips has the largest of its bounds.
     if (count > 30) {
-      EXPECT_GT(clipped.unknown_fraction(), 0.6) << exposure;
+      EXPECT_LT(clipped.unknown_fraction(), 0.1) << exposure;
+      EXPECT_LT(Floor::percentile(clipped.off, 0.5), 0.1) << exposure;
     }
     EXPECT_LT(Floor::percentile(all.sigmas, 0.9), 2.5) << exposure;
   }

@@ -52,6 +52,7 @@ reconstruct::Scene unknown_strip(const ClosedScene& closed, bool fused) {
       const auto k = static_cast<std::size_t>(i);
       if (!fused) brick->weight[k] = 0;
       brick->radiance_weight[k] = 0;
+      brick->radiance[k].setZero();
       paint->sigma[k] = -1;
     }
     field->bricks[key] = brick;
