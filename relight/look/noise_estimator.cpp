@@ -107,6 +107,9 @@ void NoiseEstimator::take(std::shared_ptr<const Picture> picture) {
   }
   if (gain_changed(patches)) forget();
   std::erase_if(patches, [&](const Patch& patch) { return shows_motion(patch); });
+  std::size_t remembered = 0;
+  for (const std::deque<float>& of_level : last_variances_) remembered += of_level.size();
+  if (remembered < static_cast<std::size_t>(kLook.change_patches)) return;  // too few to tell motion from noise
   if (patches.size() > static_cast<std::size_t>(kLook.used)) patches.resize(static_cast<std::size_t>(kLook.used));
   const float kept = std::exp(-1 / kLook.frames);
   spectrum_.decay(kept);

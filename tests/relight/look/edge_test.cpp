@@ -97,7 +97,7 @@ TEST(Edges, OfObjectsAreAsSharpAsTheTags) {
     relight::CameraLook look;
     const Eigen::Isometry3d truth = looking_at_tag(0.5, 15 * kDegree, 0.4);
     double of_tag = 0;
-    for (unsigned i = 0; i < 12; ++i) {
+    for (unsigned i = 0; i < 5; ++i) {
       capture::Frame picture =
           view_of_tag(camera, finder.pattern(), 0.16, truth, {.code_sigma = 1, .seed = i + 1, .lens_blur = blur_px});
       of_tag = edge_width_of_tag(picture, camera, truth, 0.16);

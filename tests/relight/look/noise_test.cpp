@@ -13,7 +13,7 @@ namespace {
 using relight::NoiseEstimator;
 using relight::NoiseModel;
 
-constexpr int kWidth = 320, kHeight = 240, kFrames = 60;
+constexpr int kWidth = 320, kHeight = 240, kFrames = 40;
 
 std::shared_ptr<const NoiseModel> measured(NoisyCamera& camera, const cv::Mat3f& light, int frames = kFrames) {
   NoiseEstimator estimator;
@@ -55,7 +55,7 @@ TEST(Noise, OfAnObjectIsThatOfTheCamera) {
       object.data[i] = capture::srgb_table().code(even(0)[static_cast<int>(i % 3)]);
     const relight::ObjectLayer layer{0, 0, {}, capture::Image<float>(64, 64, 1, 1.0f), {}};
     Residual real, virtual_one;
-    for (std::uint64_t i = 0; i < 100; ++i) {
+    for (std::uint64_t i = 0; i < 60; ++i) {
       const auto a = camera.picture(even), b = camera.picture(even);
       real.add(*a, *b, 0, 0);
       Codes x = object, y = object;
@@ -81,7 +81,7 @@ TEST(Noise, OfAShadowIsThatOfItsLevel) {
   constexpr float kLit = 0.4f, kFactor = 0.3f;
   const cv::Mat3f lit(64, 64, cv::Vec3f::all(kLit)), dark = kFactor * lit;
   Residual real, virtual_one;
-  for (std::uint64_t i = 0; i < 100; ++i) {
+  for (std::uint64_t i = 0; i < 60; ++i) {
     real.add(*camera.picture(dark), *camera.picture(dark), 0, 0);
     std::array<Codes, 2> shadow;
     for (std::size_t k = 0; k < 2; ++k) {
@@ -100,7 +100,7 @@ TEST(Noise, TextureThatMovesIsNotNoise) {
   NoisyCamera camera;
   NoiseEstimator estimator;
   const cv::Mat3f even = fields(kWidth, kHeight);
-  for (int i = 0; i < kFrames; ++i) {
+  for (int i = 0; i < 60; ++i) {
     cv::Mat3f light = even.clone();
     // The lower half has stripes that move by 3 px per frame, and a bar crosses the picture.
     for (int v = 0; v < kHeight; ++v) {
