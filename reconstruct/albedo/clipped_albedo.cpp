@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "reconstruct/albedo/parameters.h"
+#include "reconstruct/light/fluence.h"
 
 namespace lumigraft::reconstruct {
 namespace {
@@ -20,13 +21,6 @@ using Eigen::Vector3f;
 using Eigen::Vector3i;
 using Voxel = std::pair<BrickKey, int>;  // brick, and index in it
 constexpr const AlbedoParameters::Clipped& kClipped = kAlbedoParameters.clipped;
-
-Vector3f lamp_irradiance(const PointLight& light, const Vector3f& position_m, const Vector3f& normal) {
-  if (!light.distance_known) return std::max(0.0f, normal.dot(light.direction)) * light.irradiance;
-  const Vector3f offset = light.position_m - position_m;
-  const float squared = offset.squaredNorm(), length = std::sqrt(squared);
-  return light.emission(-offset / length) * std::max(0.0f, normal.dot(offset) / length) / squared * light.intensity;
-}
 
 class Extension {
  public:
@@ -86,7 +80,7 @@ class Extension {
       const std::optional<Vector3f> normal = field_.normal(position_m);
       if (!normal) continue;
       Vector3f irradiance = room_.gather(position_m, *normal, kClipped.gather_rays).irradiance;
-      for (const PointLight& light : light_.lights) irradiance += lamp_irradiance(light, position_m, *normal);
+      for (const PointLight& lamp : light_.lights) irradiance += lamp_irradiance(lamp, position_m, *normal).matrix();
       const Vector3f& radiance = field_.brick(area[i].first)->radiance[static_cast<std::size_t>(area[i].second)];
       for (int c = 0; c < 3; ++c) {
         bounds[static_cast<std::size_t>(c)].push_back(std::numbers::pi_v<float> * radiance[c] /

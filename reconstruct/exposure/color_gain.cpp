@@ -102,16 +102,6 @@ Array3f environment_irradiance(const Illumination& light, const Vector3f& normal
   return sh_irradiance(light.environment_sh, normal).array().max(0.0f);
 }
 
-Array3f lamp_irradiance(const PointLight& lamp, const Vector3f& position_m, const Vector3f& normal) {
-  if (lamp.visibility == PointLight::Visibility::dark) return Array3f::Zero();
-  if (!lamp.distance_known) return lamp.irradiance.array() * std::max(0.0f, normal.dot(lamp.direction));
-  const Vector3f to_lamp = lamp.position_m - position_m;
-  const float squared = std::max(to_lamp.squaredNorm(), lamp.radius_m * lamp.radius_m);
-  if (!(squared > 0)) return Array3f::Zero();
-  const Vector3f direction = to_lamp.normalized();
-  return lamp.intensity.array() * (lamp.emission(-direction) * std::max(0.0f, normal.dot(direction)) / squared);
-}
-
 std::string gain_warning(const Array3f& gain) {
   const Array3f logs = gain.log();
   const float level = logs.mean(), hue = (logs - level).abs().maxCoeff();

@@ -23,4 +23,15 @@ Eigen::Array3f mean_irradiance(const Illumination& light, const Eigen::Vector3f&
   return sum;
 }
 
+Eigen::Array3f lamp_irradiance(const PointLight& lamp, const Eigen::Vector3f& position_m,
+                               const Eigen::Vector3f& normal) {
+  if (lamp.visibility == PointLight::Visibility::dark) return Eigen::Array3f::Zero();
+  if (!lamp.distance_known) return lamp.irradiance.array() * std::max(0.0f, normal.dot(lamp.direction));
+  const Eigen::Vector3f to_lamp = lamp.position_m - position_m;
+  const float squared = std::max(to_lamp.squaredNorm(), lamp.radius_m * lamp.radius_m);
+  if (!(squared > 0)) return Eigen::Array3f::Zero();
+  const Eigen::Vector3f direction = to_lamp.normalized();
+  return lamp.intensity.array() * (lamp.emission(-direction) * std::max(0.0f, normal.dot(direction)) / squared);
+}
+
 }  // namespace lumigraft::reconstruct

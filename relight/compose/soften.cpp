@@ -7,12 +7,13 @@
 namespace lumigraft::relight {
 namespace {
 
-/// The image with `margin` pixels of zeros at each side.
+/// The smallest window of pixels that show objects.
 cv::Rect covered_part(const capture::Image<float>& coverage) {
   const cv::Mat1f mat(coverage.height, coverage.width, const_cast<float*>(coverage.data.data()));
   return cv::boundingRect(cv::Mat1b(mat > 0));
 }
 
+/// An image of this size, zero except for `inner`, which is the `part` of `image`.
 template <int kChannels>
 cv::Mat_<cv::Vec<float, kChannels>> with_margin(const capture::Image<float>& image, const cv::Rect& part,
                                                 const cv::Rect& inner, const cv::Size& size) {

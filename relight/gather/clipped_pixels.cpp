@@ -1,15 +1,18 @@
 #include "relight/gather/clipped_pixels.h"
 
 #include <algorithm>
+#include <atomic>
 #include <limits>
 
 namespace lumigraft::relight {
 
-void restore_clipped(const RayRoom& room, const std::vector<LightSampleSet>& lamps, const CameraUpload& camera,
+bool restore_clipped(const RayRoom& room, const std::vector<LightSampleSet>& lamps, const CameraUpload& camera,
                      std::vector<GBufferPixel>& seen, capture::Image<float>& radiance) {
+  std::atomic<bool> any = false;
   for_each_index(seen.size(), kRows * radiance.width, [&](std::size_t i) {
     GBufferPixel& pixel = seen[i];
     if (!pixel.known || pixel.glossy || !camera.clipped(i)) return;
+    any = true;
     const Rgb irradiance =
         unoccluded_irradiance(*room.illumination(), lamps, pixel.surface).max(std::numeric_limits<float>::min());
     for (std::size_t c = 0; c < 3; ++c) {
@@ -20,6 +23,7 @@ void restore_clipped(const RayRoom& room, const std::vector<LightSampleSet>& lam
       bound = std::max(bound, pixel.albedo[k] * irradiance[k] / kPi);
     }
   });
+  return any;
 }
 
 }  // namespace lumigraft::relight

@@ -10,8 +10,9 @@ namespace lumigraft::relight {
 
 /// A clipped channel is a lower bound of the radiance (Tobin 1958): it becomes that of the room's albedo under
 /// unoccluded lamps and the environment, where that is more; elsewhere the albedo becomes what explains the bound.
-/// `radiance`: of the camera's image, W/sr/m²; of other surfaces than matt ones it stays.
-void restore_clipped(const RayRoom& room, const std::vector<LightSampleSet>& lamps, const CameraUpload& camera,
+/// `radiance`: of the camera's image, W/sr/m²; of other surfaces than matt ones it stays. Returns whether a pixel
+/// clips.
+bool restore_clipped(const RayRoom& room, const std::vector<LightSampleSet>& lamps, const CameraUpload& camera,
                      std::vector<GBufferPixel>& seen, capture::Image<float>& radiance);
 
 }  // namespace lumigraft::relight

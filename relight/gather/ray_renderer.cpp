@@ -68,6 +68,7 @@ struct RayRenderer::State {
   std::shared_ptr<const RayRoom> seen_room;
   GatherQuality detail;
   std::vector<GBufferPixel> seen;
+  bool clips = false;   ///< some pixel of the picture they were found in
   MovedPixels covered;  ///< pixels of the room that moved surfaces replace in `seen`
   std::shared_ptr<const capture::DepthFrame> last_depth;
   std::vector<Receiver> receivers;   ///< by pixel
@@ -121,7 +122,10 @@ struct RayRenderer::State {
   void look(const capture::FrameSet& frame, const CameraRays& eye, const CurrentDepth& depth,
             const GatherQuality& asked, Clock& clock) {
     const Eigen::Matrix4f& T = eye.camera.T_tag_camera.matrix();
-    const bool same_surfaces = T_tag_camera == T && seen_room && seen_room->shares_surfaces_with(*room);
+    // What clips is restored in the light of now.
+    const bool other_light =
+        seen_room && seen_room->illumination() != room->illumination() && (clips || camera.any_clipped());
+    const bool same_surfaces = T_tag_camera == T && seen_room && seen_room->shares_surfaces_with(*room) && !other_light;
     const bool same_view = same_surfaces && detail == asked;
     if (same_view && frame.depth == last_depth) return;
     seen_room.reset();  // until all below is done: memory may run out
@@ -132,7 +136,7 @@ struct RayRenderer::State {
       trace_room(*room, eye, radiance, seen);
       fill_holes(eye.camera, radiance, camera.exposure(), seen);
       sharpen_edges(eye.camera, radiance, camera.exposure(), room->voxel_m(), seen);
-      restore_clipped(*room, lamps, camera, seen, radiance);
+      clips = restore_clipped(*room, lamps, camera, seen, radiance);
       T_tag_camera = T;
     }
     MovedPixels moved;

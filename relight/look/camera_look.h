@@ -13,7 +13,6 @@ class CameraLook {
  public:
   /// Of each frame, sRGB pixel values. `scene`: its pose has the width of the tags' edges.
   void follow(const std::shared_ptr<const capture::Image<std::uint8_t>>& picture, const reconstruct::Scene& scene);
-  void reset() { *this = {}; }
 
   /// Null while it is not known.
   const NoiseModel* noise() const { return noise_.model().get(); }

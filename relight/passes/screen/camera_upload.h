@@ -1,5 +1,6 @@
 #pragma once
 // Uploads the camera frame to the GPU.
+#include <algorithm>
 #include <array>
 #include <memory>
 
@@ -31,6 +32,10 @@ class CameraUpload {
     return !picture_->encoded.empty() && picture_->encoded.data[3 * pixel + channel] >= capture::kFullScale;
   }
   bool clipped(std::size_t pixel) const { return clipped(pixel, 0) || clipped(pixel, 1) || clipped(pixel, 2); }
+  bool any_clipped() const {
+    return std::any_of(picture_->encoded.data.begin(), picture_->encoded.data.end(),
+                       [](std::uint8_t value) { return value >= capture::kFullScale; });
+  }
   const std::vector<float>& rays() const { return rays_; }  ///< x/z and y/z of every pixel
   /// The picture as sRGB codes; the camera's own picture where its codes are.
   const std::shared_ptr<const capture::Image<std::uint8_t>>& coded() const { return coded_; }

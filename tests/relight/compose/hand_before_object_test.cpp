@@ -48,7 +48,7 @@ class HandBeforeObject {
     for (int v = row() - 4; v < row() + 4; ++v) {
       for (int u = middle() - 9; u < middle(); ++u) EXPECT_LT(with.maps->mask.at(u, v), 0.01f) << u << ", " << v;
     }
-    EXPECT_GT(with.maps->mask.at(middle() + 7, row()), 0.99f) << "beside the hand";
+    EXPECT_GT(with.maps->mask.at(middle() + 7, row()), 0.99f) << "next to the hand";
     EXPECT_EQ(after.maps->mask.data, before.maps->mask.data);
   }
 

@@ -80,5 +80,38 @@ TEST(ClippedPixels, ShadowsHaveTheDepthThatTheLightGivesThem) {
   }
 }
 
+TEST(ClippedPixels, FollowTheLight) {
+  ClosedScene scene = bright_floor();
+  const reconstruct::Scene before = scene.scene();
+  const float brightest = [&] {
+    const capture::FrameSet frame = scene.frame();
+    return *std::max_element(frame.color->radiance.data.begin(), frame.color->radiance.data.end());
+  }();
+  const float exposure = 0.8f / brightest;
+  relight::RayRenderer renderer(scene.session());
+  renderer.relight(encoded(scene.frame(), exposure), before, scene.exhibit, rays_plan(2), true);
+  // The lamp becomes twice as strong: now the floor clips.
+  scene.lamps[0].intensity *= 2;
+  scene.lamps[0].irradiance *= 2;
+  scene.radiance = [scene](const Eigen::Vector3f& p) {
+    const float sky = static_cast<float>(M_PI) * scene.sky;
+    return scene.albedo / static_cast<float>(M_PI) * (sky + irradiance(scene.lamps[0], p, Eigen::Vector3f::UnitZ()));
+  };
+  reconstruct::Scene after = before;
+  after.illumination = scene.scene().illumination;
+  const capture::FrameSet frame = encoded(scene.frame(), exposure);
+  const auto kept = renderer.relight(frame, after, scene.exhibit, rays_plan(2), true);
+  relight::RayRenderer fresh(scene.session());
+  const auto anew = fresh.relight(frame, after, scene.exhibit, rays_plan(2), true);
+  double off = 0, count = 0;
+  for (std::size_t i = 0; i < anew.srgb.data.size(); ++i) {
+    if (frame.color->encoded.data[i] < 250 || anew.maps->mask.data[i / 3] > 0) continue;
+    off += std::abs(kept.srgb.data[i] - anew.srgb.data[i]);
+    ++count;
+  }
+  ASSERT_GT(count, 100);
+  EXPECT_LT(off / count, 0.5);
+}
+
 }  // namespace
 }  // namespace lumigraft::test
