@@ -28,6 +28,8 @@ TEST(ServiceConfig, ASessionBringsItsOwnExhibit) {
   ASSERT_EQ(input.exhibit.objects.size(), 1u);
   EXPECT_EQ(input.plan.volume, 32);
   EXPECT_EQ(input.plan.trace_scale, 4) << "what is not set stays interactive";
+  EXPECT_EQ(input.plan.look, "camera");
+  EXPECT_EQ(read_service(files, replay_plan()).plan.look, "plain") << "replay compares radiance";
   EXPECT_EQ(input.server.address, "0.0.0.0");
   EXPECT_EQ(input.server.port, 9);
 }
