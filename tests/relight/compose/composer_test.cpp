@@ -4,6 +4,7 @@
 #include <cmath>
 #include <random>
 
+#include "capture/camera/srgb.h"
 #include "relight/compose/read_tiles.h"
 #include "relight/passes/screen/layers.h"
 #include "relight/tracing/bsdf.h"
@@ -144,6 +145,37 @@ TEST_P(Composer, BlendsWhatTheDeviceRenders) {
     }
     EXPECT_LT(differing, static_cast<int>(kPixels) / 100) << "halves round";
   }
+}
+
+TEST(ComposerOfOne, ChangeIsProportionalToThePixelOfNow) {
+  capture::ColorCamera of_camera;
+  of_camera.model.width = 3;
+  of_camera.model.height = 1;
+  CameraUpload camera(of_camera);
+  capture::FrameSet frame;
+  auto picture = std::make_shared<capture::Frame>();
+  picture->encoded = capture::Image<std::uint8_t>(3, 1, 3, 128);
+  for (int c = 0; c < 3; ++c) picture->encoded.at(2, 0, c) = 255;
+  frame.color = picture;
+  camera.take(frame);
+  const float now = camera.radiance(0)[0];
+  // The change was computed when the second pixel was 1.25 times as bright; the third clips, and is twice as bright.
+  const capture::Image<float> delta(3, 1, 3, -0.1f);
+  capture::Image<float> then(3, 1, 3, now);
+  for (int c = 0; c < 3; ++c) {
+    then.at(1, 0, c) = 1.25f * now;
+    then.at(2, 0, c) = 2;
+  }
+  const auto light_at = [&](bool proportional, int u) {
+    capture::Image<std::uint8_t> out = *camera.coded();
+    compose(camera, {delta, &then, proportional}, {}, &out);
+    return capture::srgb_table().linear[out.at(u, 0, 0)];
+  };
+  EXPECT_NEAR(light_at(false, 0), now - 0.1f, 0.004f);
+  EXPECT_NEAR(light_at(false, 1), now - 0.1f, 0.004f);
+  EXPECT_NEAR(light_at(true, 0), now - 0.1f, 0.004f);
+  EXPECT_NEAR(light_at(true, 1), now - 0.08f, 0.004f);
+  EXPECT_EQ(light_at(false, 2), 1) << "what clips stays white where it stays too bright";
 }
 
 }  // namespace
