@@ -19,6 +19,9 @@ using Eigen::Vector3d;
 using Step = Eigen::Matrix<double, 6, 1>;
 
 class TagMapFileText : public testing::Test {
+ public:
+  ~TagMapFileText() override { std::filesystem::remove(file_); }
+
  protected:
   TagMapFileText() {
     const char* name = testing::UnitTest::GetInstance()->current_test_info()->name();
@@ -40,7 +43,6 @@ class TagMapFileText : public testing::Test {
     learnt_ = map.state();
     text_ = tag_map_text(tag_, learnt_);
   }
-  ~TagMapFileText() override { std::filesystem::remove(file_); }
 
   TagMap::State read(const std::string& text, const capture::Tag& tag) const {
     capture::write_text(file_, text);
