@@ -161,7 +161,7 @@ void CameraView::read_layers() {
 void CameraView::take(const capture::FrameSet& frame, const reconstruct::Scene& scene, bool like_camera) {
   camera_.take(frame);
   like_camera_ = like_camera;
-  if (like_camera) look_.follow(camera_.coded(), scene);
+  if (like_camera) look_.follow(camera_.coded(), model_, scene.pose, depth_of(frame, model_));
 }
 
 void CameraView::add_noise_to(const ObjectLayer& objects, std::uint64_t frame,

@@ -269,7 +269,8 @@ RelitPicture RayRenderer::relight(const capture::FrameSet& frame, const reconstr
   const bool like_camera = plan.look == "camera";
   Clock clock(result.passes);
   if (like_camera) {
-    s.camera_look.follow(s.camera.coded(), scene);
+    const capture::CameraModel& camera = s.session.color.model;
+    s.camera_look.follow(s.camera.coded(), camera, scene.pose, depth_of(frame, camera));
     clock.done("camera look");
   }
   const std::vector<ReferenceMesh> objects = reference_objects_of(exhibit, static_cast<double>(frame.time_ns) * 1e-9);

@@ -8,11 +8,13 @@
 namespace lumigraft::relight {
 
 void CameraLook::follow(const std::shared_ptr<const capture::Image<std::uint8_t>>& picture,
-                        const reconstruct::Scene& scene) {
-  noise_.take(picture);
-  if (!scene.pose || !(scene.pose->blur_px > 0)) return;
+                        const capture::CameraModel& camera, const std::optional<reconstruct::Pose>& pose,
+                        const capture::Image<float>* depth_m) {
+  if (!pose) return;
+  noise_.take(picture, {camera, pose->T_tag_camera, depth_m});
+  if (!(pose->blur_px > 0)) return;
   // Second moments add up; a pixel's area has 1/12.
-  const double now = (scene.pose->blur_px * scene.pose->blur_px - 1) / 12;
+  const double now = (pose->blur_px * pose->blur_px - 1) / 12;
   // Motion changes the blur from frame to frame; noise does not change it by much more than a step.
   const bool moved = std::abs(now - variance_px2_) > kLook.blur_motion_px * kLook.blur_motion_px;
   variance_px2_ = variance_px2_ < 0 || moved ? now : variance_px2_ + (now - variance_px2_) / kLook.blur_frames;

@@ -11,8 +11,10 @@ namespace lumigraft::relight {
 
 class CameraLook {
  public:
-  /// Of each frame, sRGB pixel values. `scene`: its pose has the width of the tags' edges.
-  void follow(const std::shared_ptr<const capture::Image<std::uint8_t>>& picture, const reconstruct::Scene& scene);
+  /// Of each frame, sRGB pixel values. `pose`: with the width of the tags' edges; while it is unknown nothing is
+  /// measured. `depth_m`: of the camera's size; null: not measured.
+  void follow(const std::shared_ptr<const capture::Image<std::uint8_t>>& picture, const capture::CameraModel& camera,
+              const std::optional<reconstruct::Pose>& pose, const capture::Image<float>* depth_m);
 
   /// Null while it is not known.
   const NoiseModel* noise() const { return noise_.model().get(); }

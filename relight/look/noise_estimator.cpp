@@ -54,8 +54,9 @@ float code_of(std::size_t level) { return (static_cast<float>(level) + 0.5f) * s
 
 NoiseEstimator::NoiseEstimator() : last_variances_(kLevels) { levels_.fill(std::vector<Level>(kLevels)); }
 
-std::optional<NoiseEstimator::Patch> NoiseEstimator::patch_at(const Picture& a, const Picture& b, int left,
-                                                              int top) const {
+std::optional<NoiseEstimator::Patch> NoiseEstimator::patch_at(const Picture& a, const Picture& b,
+                                                              const Eigen::Vector2i& at,
+                                                              const Eigen::Vector2i& before) {
   Patch patch;
   for (std::size_t c = 0; c < 3; ++c) {
     NoiseSpectrum::Patch shared;
@@ -63,8 +64,8 @@ std::optional<NoiseEstimator::Patch> NoiseEstimator::patch_at(const Picture& a, 
     float sum_of_noise = 0;
     for (int v = 0; v < kEdge; ++v) {
       for (int u = 0; u < kEdge; ++u) {
-        const std::size_t at = a.index(left + u, top + v, static_cast<int>(c));
-        const int x = a.data[at], y = b.data[at];
+        const int x = a.at(at.x() + u, at.y() + v, static_cast<int>(c)),
+                  y = b.at(before.x() + u, before.y() + v, static_cast<int>(c));
         const auto i = static_cast<std::size_t>(v * kEdge + u);
         shared[i] = static_cast<float>(x + y) * std::numbers::sqrt2_v<float> / 2;
         patch.noise[c][i] = static_cast<float>(x - y) * std::numbers::sqrt2_v<float> / 2;
@@ -86,24 +87,29 @@ std::optional<NoiseEstimator::Patch> NoiseEstimator::patch_at(const Picture& a, 
   return patch;
 }
 
-void NoiseEstimator::take(std::shared_ptr<const Picture> picture) {
-  if (!last_.empty() && last_.back() == picture) return;
-  if (!last_.empty() && (last_.back()->width != picture->width || last_.back()->height != picture->height)) {
+void NoiseEstimator::take(std::shared_ptr<const Picture> picture, const Viewpoint& from) {
+  if (!last_.empty() && last_.back().picture == picture) return;
+  if (!last_.empty() &&
+      (last_.back().picture->width != picture->width || last_.back().picture->height != picture->height)) {
     last_.clear();
     forget();
   }
-  last_.push_back(std::move(picture));
+  last_.push_back({std::move(picture), from.T_tag_camera});
   if (last_.size() > static_cast<std::size_t>(kLook.lag) + 1) last_.pop_front();
   ++frames_;
-  const Picture &now = *last_.back(), &before = *last_.front();
+  const Picture &now = *last_.back().picture, &before = *last_.front().picture;
   if (last_.size() < 2 || now.width < kEdge || now.height < kEdge) return;
   std::vector<Patch> patches;
   Sampler place(kPatchSeed, static_cast<std::uint32_t>(frames_), 0);
   for (int i = 0; i < kLook.tried; ++i) {
     const Eigen::Vector2f at = place.two();
-    const int left = static_cast<int>(at.x() * static_cast<float>(now.width - kEdge + 1)),
-              top = static_cast<int>(at.y() * static_cast<float>(now.height - kEdge + 1));
-    if (auto patch = patch_at(now, before, left, top)) patches.push_back(*patch);
+    const Eigen::Array2i room(now.width - kEdge, now.height - kEdge);
+    const Eigen::Array2i here = (at.array() * (room + 1).cast<float>()).cast<int>();
+    const auto shift = shift_px(from, last_.front().T_tag_camera, here + kEdge / 2);
+    if (!shift) continue;
+    const Eigen::Array2d there = here.cast<double>() + shift->array().round();
+    if ((there < 0).any() || (there > room.cast<double>()).any()) continue;
+    if (auto patch = patch_at(now, before, here, there.cast<int>())) patches.push_back(*patch);
   }
   if (gain_changed(patches)) forget();
   std::erase_if(patches, [&](const Patch& patch) { return shows_motion(patch); });

@@ -1,6 +1,6 @@
 #pragma once
 // Measures a camera's noise while it runs.
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <array>
 #include <cstdint>
 #include <deque>
@@ -9,20 +9,22 @@
 #include <vector>
 
 #include "capture/image.h"
+#include "relight/look/camera_motion.h"
 #include "relight/look/noise_model.h"
 #include "relight/look/noise_spectrum.h"
 
 namespace lumigraft::relight {
 
 /// Noise is the difference between two frames over √2, in patches that show nothing else: what both frames share varies
-/// there less than the noise, so that motion changes nothing. Patches that differ more than others, where something
-/// moved, do not count. Follows a camera that changes its gain.
+/// there less than the noise. Compared is where both show the same surface, to the nearest pixel: between other places
+/// a texture would differ as noise does. Patches that differ more than others, where something moved, do not count.
+/// Follows a camera that changes its gain.
 class NoiseEstimator {
  public:
   NoiseEstimator();
   using Picture = capture::Image<std::uint8_t>;
   /// A new frame, sRGB pixel values. Frames of another size start anew.
-  void take(std::shared_ptr<const Picture> picture);
+  void take(std::shared_ptr<const Picture> picture, const Viewpoint& from);
   /// Null until enough patches were seen.
   const std::shared_ptr<const NoiseModel>& model() const { return model_; }
 
@@ -37,7 +39,14 @@ class NoiseEstimator {
     float weight = 0, variance = 0;  ///< sums over patches
   };
 
-  std::optional<Patch> patch_at(const Picture& a, const Picture& b, int left, int top) const;
+  struct Frame {
+    std::shared_ptr<const Picture> picture;
+    Eigen::Isometry3d T_tag_camera;
+  };
+
+  /// Of two frames; `before`: the same place in the earlier one.
+  static std::optional<Patch> patch_at(const Picture& a, const Picture& b, const Eigen::Vector2i& at,
+                                       const Eigen::Vector2i& before);
   void count(const Patch& patch);
   bool shows_motion(const Patch& patch);
   bool gain_changed(const std::vector<Patch>& patches);
@@ -45,7 +54,7 @@ class NoiseEstimator {
   void rebuild();
   std::array<float, 256> curve(std::size_t channel, float missing) const;
 
-  std::deque<std::shared_ptr<const Picture>> last_;
+  std::deque<Frame> last_;
   std::uint64_t frames_ = 0;
   std::array<std::vector<Level>, 3> levels_;
   NoiseSpectrum spectrum_;

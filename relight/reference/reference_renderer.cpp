@@ -108,7 +108,8 @@ RelitPicture ReferenceRenderer::relight(const capture::FrameSet& frame, const re
   s.camera.take(frame);
   result.srgb = *s.camera.coded();
   const bool like_camera = plan.look == "camera";
-  if (like_camera) s.camera_look.follow(s.camera.coded(), scene);
+  const capture::CameraModel& camera = s.session.color.model;
+  if (like_camera) s.camera_look.follow(s.camera.coded(), camera, scene.pose, depth_of(frame, camera));
   std::vector<ReferenceMesh> objects = reference_objects_of(exhibit, static_cast<double>(frame.time_ns) * 1e-9);
 
   const std::string missing = what_is_missing(scene, !objects.empty(), s.room != nullptr);

@@ -66,21 +66,20 @@ class RigSessions : public testing::TestWithParam<const char*> {
 TEST_P(RigSessions, ARightRigAgreesAndAWrongOneIsFound) {
   const Eigen::Vector3d x = Eigen::Vector3d::UnitX(), z = Eigen::Vector3d::UnitZ(), nowhere(0, 0, 0);
   EXPECT_FALSE(error(z, 0, nowhere));
-  for (const double degrees : {8.0, -25.0, 180.0}) {
+  // Seconds each: every error in two rooms, the smallest turn and a shift in the others.
+  const std::string name = GetParam();
+  const bool every_error = name == "recording" || name == "cornell";
+  for (const double degrees : every_error ? std::vector{8.0, -25.0, 180.0} : std::vector{8.0}) {
     const auto found = error(z, degrees, nowhere);
     ASSERT_TRUE(found) << degrees;
-    // On a table that looks the same all around, another turn with a shift can explain the little that both cameras
-    // see: the error is detected, but its size is uncertain.
-    if (std::abs(degrees) > 20 && std::string(GetParam()).starts_with("tabletop")) {
-      EXPECT_GT(found->turn_degrees, 8);
-    } else {
-      EXPECT_NEAR(found->turn_degrees, std::abs(degrees), 6);
-    }
+    EXPECT_NEAR(found->turn_degrees, std::abs(degrees), 6);
   }
-  const auto tilted = error(x, 15, nowhere);
-  ASSERT_TRUE(tilted);
-  EXPECT_NEAR(tilted->turn_degrees, 15, 6);
-  if (std::string(GetParam()) == "box-with-inside") return;  // a uniform floor looks the same from everywhere
+  if (every_error) {
+    const auto tilted = error(x, 15, nowhere);
+    ASSERT_TRUE(tilted);
+    EXPECT_NEAR(tilted->turn_degrees, 15, 6);
+  }
+  if (name == "box-with-inside") return;  // a uniform floor looks the same from everywhere
   const auto moved = error(z, 0, {0.12, 0.12, 0.05});
   ASSERT_TRUE(moved);
   EXPECT_NEAR(moved->shift_m, 0.18, 0.1);

@@ -106,10 +106,9 @@ TEST(Edges, OfObjectsAreAsSharpAsTheTags) {
       frame.time_ns = i * kFrameNs;
       const auto codes = std::make_shared<const capture::Image<std::uint8_t>>(picture.encoded);
       frame.color = std::make_shared<capture::Frame>(std::move(picture));
-      reconstruct::Scene scene;
-      scene.pose = poses.locate(frame).pose;
-      ASSERT_TRUE(scene.pose);
-      look.follow(codes, scene);
+      const auto pose = poses.locate(frame).pose;
+      ASSERT_TRUE(pose);
+      look.follow(codes, camera, pose, nullptr);
     }
     EXPECT_NEAR(edge_width_of_object(look.blur_px()), of_tag, 0.15) << "blur of " << blur_px << " px";
   }
