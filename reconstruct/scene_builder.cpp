@@ -13,6 +13,7 @@
 #include "reconstruct/pose/lamp_tags.h"
 #include "reconstruct/pose/pose.h"
 #include "reconstruct/room/enclosure.h"
+#include "reconstruct/room/frozen_depth.h"
 #include "reconstruct/room/mirror_detection.h"
 #include "reconstruct/room/tag_planes.h"
 
@@ -79,6 +80,7 @@ constexpr float kNoLight = 1e-6f;
 struct SceneBuilder::State {
   SceneOverrides overrides;
   capture::RegistrationStage registration;
+  FrozenDepth frozen_depth;
   PoseStage pose;
   bool located = false;             ///< in any frame so far
   const std::string never_located;  ///< warning until then
@@ -145,7 +147,10 @@ SceneStore& SceneBuilder::store() { return state_->store; }
 const SceneStore& SceneBuilder::store() const { return state_->store; }
 
 capture::FrameSet SceneBuilder::register_depth(const capture::FrameSet& sensed) {
-  return state_->registration.register_depth(sensed);
+  State& s = *state_;
+  capture::FrameSet registered = s.frozen_depth.check(s.registration.register_depth(sensed));
+  s.store.publish_warnings("frozen depth", s.frozen_depth.warnings());
+  return registered;
 }
 
 PoseStage::Result SceneBuilder::locate_camera(const capture::FrameSet& frame) {

@@ -61,6 +61,14 @@ struct RoomParameters {
     /// edges have long tails in texture, and at least those of coloured light and of noise.
     float hue_sigmas = 4, edge_sigmas = 8, min_hue = 0.1f, min_edge = 0.1f;
   } tag_planes;
+
+  struct FrozenDepth {
+    int block_px = 16;             ///< compared at once, at half the resolution
+    float min_contrast = 0.1f;     ///< σ of texture over its mean; noise has a quarter of it
+    float min_correlation = 0.9f;  ///< of a block with itself; noise leaves 0.94 at the least contrast
+    int columns = 4, rows = 3;     ///< parts of the picture: most have moved with the camera, few with a hand
+    std::size_t min_parts = 4;     ///< that have texture
+  } frozen_depth;
 };
 
 inline constexpr RoomParameters kRoomParameters{};
