@@ -83,6 +83,7 @@ void apply(const ColorDefect& defect, server::TruePictures& truth) {
 // Software rendering takes seconds per frame: just enough frames to reconstruct the scene.
 constexpr int kStillFrames = 2;
 constexpr int kMovingFrames = 8;
+constexpr int kConeFrames = 4;       // at full resolution on a software device
 constexpr int kChangingFrames = 12;  // lamps that go off and on again
 
 struct SessionScore {
@@ -112,6 +113,7 @@ SessionScore replay_and_score(fs::path session, const std::string& group, const 
   const bool still = truths.size() == 1;
   const int frames = std::min(static_cast<int>(colors.size()), still                 ? kStillFrames
                                                                : group == "changing" ? kChangingFrames
+                                                               : group == "cones"    ? kConeFrames
                                                                                      : kMovingFrames);
   if (!defect.none()) {
     fs::remove_all(seen);
