@@ -55,6 +55,7 @@ struct AlbedoParameters {
     int directions_around = 8;            ///< in which a sample's surroundings are searched for unmeasured surface,
     float max_gap = 0.75f;                ///< which has no sample within this, in edges of the sample's cell
     float edge_error = 0.35f;             ///< of a lamp's light, times the variation of its visibility around a sample
+    float negligible_edge = 0.02f;        ///< of all light: what the edges of all lamps may be off without rays
     float max_distance_slope = 4;         ///< of log irradiance by log distance: beyond it surface is grazed
     float metal_sigma = 0.02f;            ///< absolute, of albedo 0: metal is configured
     float weight_softening = 0.05f;       ///< squared cells, in the weights of samples around a point

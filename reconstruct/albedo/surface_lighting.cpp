@@ -156,8 +156,14 @@ SurfaceLighting::SurfaceLighting(const Surface& surface, const IrradianceModel& 
     contrast_.push_back(std::move(contrast));
   }
   for (std::size_t i = 0; i < samples.size(); ++i) {
-    const float edge = edge_error[i].mean() / std::max(sample_light_[i].irradiance.mean(), 1e-9f);
-    sample_light_[i].relative_sigma = std::hypot(kLighting.model_error, edge);
+    const float total = std::max(sample_light_[i].irradiance.mean(), 1e-9f);
+    sample_light_[i].relative_sigma = std::hypot(kLighting.model_error, edge_error[i].mean() / total);
+    const float negligible = kLighting.negligible_edge / std::sqrt(static_cast<float>(contrast_.size())) * total;
+    for (std::size_t lamp = 0; lamp < contrast_.size(); ++lamp) {
+      const float edge = kLighting.edge_error * contrast_[lamp][i] *
+                         lamp_irradiance(lamp, samples[i].position, samples[i].normal, 1).mean();
+      edges_.push_back(edge > negligible);
+    }
   }
 }
 
@@ -210,9 +216,9 @@ Eigen::Vector3f SurfaceLighting::lamp_irradiance(std::size_t lamp, const Eigen::
          light.intensity;
 }
 
-float SurfaceLighting::visibility(std::size_t lamp, const SurfacePoint& point) const {
+float SurfaceLighting::visibility(std::size_t lamp, const SurfacePoint& point, const Interpolated& around) const {
   const auto sample = static_cast<std::size_t>(point.sample);
-  if (contrast_[lamp][sample] == 0) return visible_[lamp][sample];
+  if (!edges_[sample * contrast_.size() + lamp]) return around.visible[static_cast<Eigen::Index>(lamp)];
   return left_[lamp][sample] * room_.visibility(illumination_.lights[lamp], lamp_distance(lamp), point.position,
                                                 point.normal, kLighting.point_rays);
 }
@@ -221,6 +227,7 @@ SurfaceLighting::Interpolated SurfaceLighting::interpolate(const SurfacePoint& p
                                                            const std::vector<SampleAlbedo>& samples) const {
   Interpolated result;
   Eigen::Vector3f gathered = Eigen::Vector3f::Zero(), around = Eigen::Vector3f::Zero();
+  result.visible = Eigen::ArrayXf::Zero(static_cast<Eigen::Index>(visible_.size()));
   float weights = 0, known_weights = 0, sigma = 0, spread = 0, texture = 0;
   const auto add = [&](std::size_t j) {
     const SurfaceSample& sample = surface_.samples[j];
@@ -228,6 +235,8 @@ SurfaceLighting::Interpolated SurfaceLighting::interpolate(const SurfacePoint& p
     const float squared = (point.position - sample.position).squaredNorm() / (sample.size_m * sample.size_m);
     const float w = facing * facing * facing * facing / (kLighting.weight_softening + squared) + 1e-6f;
     gathered += w * gathered_[j];
+    for (std::size_t lamp = 0; lamp < visible_.size(); ++lamp)
+      result.visible[static_cast<Eigen::Index>(lamp)] += w * visible_[lamp][j];
     weights += w;
     if (samples[j].sigma < 0) return;
     around += w * samples[j].albedo;
@@ -244,6 +253,7 @@ SurfaceLighting::Interpolated SurfaceLighting::interpolate(const SurfacePoint& p
   add(own);
   for (const int j : neighbours_[own]) add(static_cast<std::size_t>(j));
   result.gathered = gathered / weights;
+  result.visible /= weights;
   result.known = known_weights > 0;
   if (!result.known) return result;
   result.albedo = around / known_weights;
@@ -279,7 +289,8 @@ std::vector<PointAlbedo> SurfaceLighting::albedo(const std::vector<SampleAlbedo>
     std::fill(power_error.begin(), power_error.end(), 0.0f);
     std::fill(distance_error.begin(), distance_error.end(), 0.0f);
     for (std::size_t lamp = 0; lamp < illumination_.lights.size(); ++lamp) {
-      const Eigen::Vector3f from_lamp = lamp_irradiance(lamp, point.position, point.normal, visibility(lamp, point));
+      const Eigen::Vector3f from_lamp =
+          lamp_irradiance(lamp, point.position, point.normal, visibility(lamp, point, around));
       irradiance += from_lamp;
       const PointLight& light = lights[lamp];
       power_error[first_piece[lamp]] += light.power_log_sigma * from_lamp.mean();

@@ -47,8 +47,9 @@ float model_error(const std::vector<SurfaceSample>& samples, float noise_floor, 
 class SurfaceLighting {
  public:
   /// `gathered`: IrradianceModel::gather of each sample; points interpolate it. Rays to lamps are cast for samples, and
-  /// for points between samples of different visibility. `noise_floor`: noise_floor_radiance of the room's samples.
-  /// `model_error`: as the function's. `held`: known albedo of the last samples.
+  /// for points between samples of different visibility where that changes their light. `noise_floor`:
+  /// noise_floor_radiance of the room's samples. `model_error`: as the function's. `held`: known albedo of the last
+  /// samples.
   SurfaceLighting(const Surface& surface, const IrradianceModel& room, const Illumination& illumination,
                   const std::vector<Eigen::Vector3f>& gathered, float noise_floor, float model_error,
                   const std::vector<SampleAlbedo>& held = {});
@@ -66,7 +67,8 @@ class SurfaceLighting {
   /// Weighted means over the sample of a point and its neighbours.
   struct Interpolated {
     Eigen::Vector3f gathered;
-    bool known = false;  ///< albedo of at least one sample is known; else the rest is not set
+    Eigen::ArrayXf visible;  ///< of each lamp
+    bool known = false;      ///< albedo of at least one sample is known; else the rest is not set
     Eigen::Vector3f albedo;
     float sigma = 0;                                      ///< absolute,
     Eigen::Array3f known_ratio = Eigen::Array3f::Zero();  ///< log of it over π B / E, where earlier light changed it
@@ -79,8 +81,8 @@ class SurfaceLighting {
   Interpolated interpolate(const SurfacePoint& point, const std::vector<SampleAlbedo>& samples) const;
   Eigen::Vector3f lamp_irradiance(std::size_t lamp, const Eigen::Vector3f& position, const Eigen::Vector3f& normal,
                                   float visible) const;
-  /// Visibility of a lamp at a point: that of its sample where the neighbours agree, else by rays.
-  float visibility(std::size_t lamp, const SurfacePoint& point) const;
+  /// Visibility of a lamp at a point: by rays at edges of shadows that matter, else that of the samples around it.
+  float visibility(std::size_t lamp, const SurfacePoint& point, const Interpolated& around) const;
 
   const Surface& surface_;
   const IrradianceModel& room_;
@@ -92,6 +94,7 @@ class SurfaceLighting {
   std::vector<std::vector<float>> visible_;              ///< per lamp, per sample
   std::vector<std::vector<float>> left_;                 ///< the part that unobserved_shadows leaves
   std::vector<std::vector<float>> contrast_;             ///< variation of visibility around the sample
+  std::vector<bool> edges_;                              ///< whether rays are cast; per sample, per lamp
   std::vector<SampleLight> sample_light_;
 };
 
