@@ -10,7 +10,7 @@
 namespace lumigraft::server {
 
 OfflinePipeline::OfflinePipeline(const capture::Session& session, relight::Exhibit exhibit, const relight::Plan& plan,
-                                 MakeDevice make_device, std::shared_ptr<Oracle> oracle,
+                                 MakeDevice make_device, const std::shared_ptr<Oracle>& oracle,
                                  const reconstruct::FusionSettings& fusion)
     : session_(session),
       exhibit_(std::move(exhibit)),

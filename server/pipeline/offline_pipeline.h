@@ -31,7 +31,7 @@ class OfflinePipeline {
 
   /// `oracle` may be null; `make_device` is not called if the plan's method needs no device.
   OfflinePipeline(const capture::Session& session, relight::Exhibit exhibit, const relight::Plan& plan,
-                  MakeDevice make_device, std::shared_ptr<Oracle> oracle,
+                  MakeDevice make_device, const std::shared_ptr<Oracle>& oracle,
                   const reconstruct::FusionSettings& fusion = {});
 
   /// Call before the first frame: where the tags are, as learnt before.

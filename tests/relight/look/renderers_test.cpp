@@ -12,7 +12,7 @@ namespace {
 constexpr int kFrames = 12, kCompared = 7;
 constexpr double kBlur = 2.2;  // of the tag's edges; 1 is that of pixels alone
 
-capture::FrameSet frame_with(const capture::FrameSet& base, std::shared_ptr<const Codes> codes, int index) {
+capture::FrameSet frame_with(const capture::FrameSet& base, const std::shared_ptr<const Codes>& codes, int index) {
   capture::FrameSet frame = base;
   auto color = std::make_shared<capture::Frame>();
   color->exposure = 1;
