@@ -85,14 +85,14 @@ Eigen::Vector3f brick_centre(const BrickKey& key, float voxel_m);
 /// Visibility of a brick in a depth image.
 struct BrickVisibility {
   enum class Kind {
-    hidden,   ///< behind every measurement there, behind the camera, or outside the image
+    hidden,   ///< behind what is observed there, behind the camera, or outside the image
     open,     ///< completely in front, with no surface within the truncation distance
     surface,  ///< neither
   } kind;
-  float depth_m = 0;            ///< of its centre
-  float far_m = 0;              ///< depth behind which everything is hidden
-  Eigen::Vector2f pixel{0, 0};  ///< of its centre
-  float radius_px = 0;          ///< around it, that contains the brick
+  float depth_m = 0;                                       ///< of its centre
+  float hidden_m = 0;                                      ///< depth behind which everything is hidden
+  int first_u = 0, last_u = -1, first_v = 0, last_v = -1;  ///< pixels that contain it; none if it is at the camera
+  bool jumps = false;                                      ///< next to these pixels
 };
 BrickVisibility brick_visibility(const BrickKey& key, const PreparedDepth& view, const PixelMap& map, float focal,
                                  const Eigen::Isometry3f& T_camera_tag, float voxel_m, float truncation_m);

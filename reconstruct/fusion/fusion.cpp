@@ -52,7 +52,8 @@ struct FusionStage::State {
         weight_cap(static_cast<float>(settings.weight_cap)),
         max_copies(static_cast<std::size_t>(1e6 * settings.max_memory_mb) / sizeof(FieldBrick)),
         map(session.color.model),
-        preprocessor(session.color.model, settings.voxel_m, settings.far_m),
+        preprocessor(session.color.model, settings.voxel_m, settings.voxel_m * settings.truncation_voxels,
+                     settings.far_m),
         surfaces(session, voxel_m) {}
 
   void add_viewpoint(const Isometry3f& T_tag_camera);
@@ -226,21 +227,21 @@ void FusionStage::State::update_brick(const BrickUpdate& update, const VisibleBr
   WorkingBrick& brick = *visible.brick;
   const bool open = visible.visibility.kind == BrickVisibility::Kind::open;
   const bool light_changed = !open && with_color && brick.light_variance < light_variance;
-  const std::shared_ptr<FieldBrick> before = brick.now;
-  brick.prepare_change(maker);
-  if (light_changed) {
+  if (light_changed && brick.now) {
+    brick.prepare_change(maker);
     forget_light(brick);
     brick.urgent = true;
+  } else if (light_changed) {
+    brick.light_variance = light_variance;
   }
-  const BrickUpdate::Change change = open ? update.update_open(brick) : update.update(brick, visible.visibility.far_m);
+  const BrickUpdate::Change change =
+      open ? update.update_open(brick, maker) : update.update(brick, visible.visibility.hidden_m, maker);
   // Of its mean voxel: new ones have none yet.
   brick.update_count -= brick.update_count * static_cast<std::uint32_t>(change.new_voxels) / kBrickVoxels;
   ++brick.update_count;
   brick.last_update = frames;
-  if (change.observed)
-    record_change(brick, open, change);
-  else if (!light_changed)
-    brick.now = before;
+  brick.misses = change.observed ? 0 : brick.misses + 1;
+  if (change.observed) record_change(brick, open, change);
   // Now, while the brick is in the cache.
   if (brick.queued && (publication_due() || brick.urgent)) copy_drifted(brick);
 }

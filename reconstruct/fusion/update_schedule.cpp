@@ -13,12 +13,14 @@ bool outdated(const WorkingBrick& brick, double light_variance) {
   return brick.update_count < brick.active_until || brick.light_variance < light_variance;
 }
 
-/// Relative gain of information since the last update, per metre of depth: near bricks cover more of the image.
+/// Relative gain of information since the last update, per metre of depth: near bricks cover more of the image. What
+/// was hidden lately, although it is in the image, probably still is.
 float gain(const VisibleBrick& visible, std::uint32_t frame, double light_variance) {
   const WorkingBrick& brick = *visible.brick;
   const std::uint32_t updates = outdated(brick, light_variance) ? 0 : brick.update_count;
   const auto waited = static_cast<float>(frame - brick.last_update + 1);
-  return waited / (static_cast<float>(updates + 1) * std::max(visible.visibility.depth_m, kBrickSelection.near_m));
+  return waited / (static_cast<float>(updates + 1) * static_cast<float>(brick.misses + 1) *
+                   std::max(visible.visibility.depth_m, kBrickSelection.near_m));
 }
 
 }  // namespace
