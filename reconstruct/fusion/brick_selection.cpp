@@ -35,7 +35,7 @@ Simd4 four(const Vector3f& v) { return Simd4{v.x(), v.y(), v.z(), 0}; }
 
 std::vector<BrickKey> bricks_on_surfaces(const PreparedDepth& view, const DepthPreprocessor& preprocessor,
                                          const Eigen::Isometry3f& T_tag_camera, float voxel_m, float truncation_m,
-                                         const ImageSubset& subset, RecentBricks& known) {
+                                         const ImageSubset& subset, const DepthRange& range_m, RecentBricks& known) {
   std::vector<BrickKey> keys;
   const auto add = [&](const BrickKey& key) {
     if (known.insert(key)) keys.push_back(key);
@@ -48,6 +48,7 @@ std::vector<BrickKey> bricks_on_surfaces(const PreparedDepth& view, const DepthP
     const Vector3f in_camera = preprocessor.ray(pixel).homogeneous();
     const Simd4 ray = axes[0] * in_camera.x() + axes[1] * in_camera.y() + axes[2] * in_camera.z();
     const float z = 1 / view.inverse_depth[static_cast<std::size_t>(pixel)];
+    if (z < range_m.from_m || z > range_m.to_m) return;
     const Simd4 surface = origin + z / voxel_m * ray;
     // The cells around the surface need all their voxels.
     const Simd4Int low = brick_of(surface - 1.5f), high = brick_of(surface + 1.5f);

@@ -73,11 +73,15 @@ class RecentBricks {
   std::vector<BrickKey> far_;
 };
 
-/// Bricks that intersect the truncation band of a surface observed in this subset of the image, sorted, each once.
-/// Omits bricks that are in `known`, and inserts the others there.
+struct DepthRange {
+  float from_m = 0, to_m = 0;
+};
+
+/// Bricks that intersect the truncation band of a surface observed in this subset of the image, at a depth within
+/// `range_m`, sorted, each once. Omits bricks that are in `known`, and inserts the others there.
 std::vector<BrickKey> bricks_on_surfaces(const PreparedDepth& view, const DepthPreprocessor& preprocessor,
                                          const Eigen::Isometry3f& T_tag_camera, float voxel_m, float truncation_m,
-                                         const ImageSubset& subset, RecentBricks& known);
+                                         const ImageSubset& subset, const DepthRange& range_m, RecentBricks& known);
 
 /// Tag frame, metres.
 Eigen::Vector3f brick_centre(const BrickKey& key, float voxel_m);

@@ -34,17 +34,16 @@ bool update_due(const WorkingBrick& brick, std::uint32_t frame, double light_var
   return frame - brick.last_update >= 1u << kSettled.size() || (frame + brick.turn) % interval == 0;
 }
 
-bool limit_work(std::vector<VisibleBrick>& bricks, std::uint32_t frame, double light_variance) {
-  // Lamps and albedo are first solved from the first frame alone.
-  if (frame == 0 || bricks.size() <= kUpdateSchedule.max_bricks) return false;
+bool limit_work(std::vector<VisibleBrick>& bricks, std::uint32_t frame, double light_variance, std::size_t max_bricks) {
+  if (bricks.size() <= max_bricks) return false;
   std::vector<std::pair<float, std::size_t>> order;  // negative gain; then the order of creation
   order.reserve(bricks.size());
   for (std::size_t i = 0; i < bricks.size(); ++i) order.emplace_back(-gain(bricks[i], frame, light_variance), i);
-  const auto end = order.begin() + static_cast<std::ptrdiff_t>(kUpdateSchedule.max_bricks);
+  const auto end = order.begin() + static_cast<std::ptrdiff_t>(max_bricks);
   std::nth_element(order.begin(), end, order.end());
   std::sort(order.begin(), end, [](const auto& a, const auto& b) { return a.second < b.second; });
   std::vector<VisibleBrick> kept;
-  kept.reserve(kUpdateSchedule.max_bricks);
+  kept.reserve(max_bricks);
   for (auto chosen = order.begin(); chosen != end; ++chosen) kept.push_back(bricks[chosen->second]);
   bricks = std::move(kept);
   return true;

@@ -54,7 +54,7 @@ TEST(FusionUpdate, IsBitIdenticalWithNarrowVectors) {
     const Eigen::Isometry3f T_camera_tag = T_tag_camera.inverse().cast<float>();
     const ColorLookup colour(frame.color.get(), capture::Response::srgb(), camera.width, camera.height);
     for (const BrickKey& key : bricks_on_surfaces(view, preprocessor, T_tag_camera.cast<float>(), kVoxelM, kTruncationM,
-                                                  ImageSubset{}, known)) {
+                                                  ImageSubset{}, {0, 5}, known)) {
       wide_bricks.push_back(new_brick(key));
       narrow_bricks.push_back(new_brick(key));
     }
@@ -92,7 +92,7 @@ TEST(FusionUpdate, NothingThatIsObservedCountsAsHidden) {
     const ColorLookup colour(nullptr, capture::Response::srgb(), camera.width, camera.height);
     const BrickUpdate update(view, preprocessor, map, colour, T_camera_tag, {kVoxelM, kTruncationM, 64});
     for (const BrickKey& key : bricks_on_surfaces(view, preprocessor, T_tag_camera.cast<float>(), kVoxelM, kTruncationM,
-                                                  ImageSubset{}, known))
+                                                  ImageSubset{}, {0, 5}, known))
       keys.push_back(key);
     for (const BrickKey& key : keys) {
       const BrickVisibility visibility =
@@ -141,7 +141,7 @@ TEST(FusionUpdate, WhatWasHiddenLatelyWaits) {
     visible.push_back({&brick, {BrickVisibility::Kind::surface, 1}});
   }
   bricks[7].misses = 1;
-  EXPECT_TRUE(limit_work(visible, 8, 0));
+  EXPECT_TRUE(limit_work(visible, 8, 0, kUpdateSchedule.max_bricks));
   EXPECT_EQ(visible.size(), kUpdateSchedule.max_bricks);
   for (const VisibleBrick& kept : visible) EXPECT_NE(kept.brick, &bricks[7]);
 }
@@ -202,7 +202,7 @@ TEST(FusionUpdate, TheBoundOfDriftHolds) {
     const Eigen::Isometry3f T_camera_tag = T_tag_camera.inverse().cast<float>();
     const ColorLookup colour(frame.color.get(), capture::Response::srgb(), camera.width, camera.height);
     for (const BrickKey& key : bricks_on_surfaces(view, preprocessor, T_tag_camera.cast<float>(), kVoxelM, kTruncationM,
-                                                  ImageSubset{}, known))
+                                                  ImageSubset{}, {0, 5}, known))
       bricks.push_back(new_brick(key));
     const BrickUpdate update(view, preprocessor, map, colour, T_camera_tag, {kVoxelM, kTruncationM, 64});
     for (WorkingBrick& brick : bricks) {
