@@ -5,6 +5,7 @@
 
 #include "reconstruct/field/field_rays.h"
 #include "reconstruct/room/enclosure.h"
+#include "reconstruct/shading/irradiance.h"
 #include "tests/reconstruct/fusion/fusion_views.h"
 
 namespace lumigraft::reconstruct {
@@ -89,9 +90,6 @@ TEST(CoarseField, TheErrorOfTheSurfaceGrowsWithTheVoxels) {
   Hits near = hits(field, 1, 4.5), far = hits(field, 5.5, 11);
   ASSERT_GT(near.rays, 100);
   ASSERT_GT(far.rays, 100);
-  std::printf("near %.1f mm of %d, far %.1f mm of %d, hit %zu; bricks %zu, coarse %zu\n", 1e3 * near.median_m(),
-              near.rays, 1e3 * far.median_m(), far.rays, far.away_m.size(), field.bricks.size(),
-              field.coarse->bricks.size());
   EXPECT_GT(static_cast<double>(near.away_m.size()), 0.97 * near.rays);
   EXPECT_GT(static_cast<double>(far.away_m.size()), 0.95 * far.rays);
   EXPECT_LT(near.median_m(), static_cast<double>(field.voxel_m));
@@ -117,13 +115,29 @@ TEST(CoarseField, RaysEndOnTheFarWallWithItsColour) {
   EXPECT_GT(found, 20);
 }
 
+// A patch that faces the length of the hall gathers what its far half sends, of which no other light is known.
+TEST(CoarseField, LightIsGatheredFromFarSurface) {
+  const DistanceField& field = fused_hall();
+  DistanceField near = field;
+  near.coarse = nullptr;
+  const MetalMask no_metal(session_with(small_camera()));
+  const auto gathered = [&](const DistanceField& from) {
+    const EnvironmentMap dark{capture::Image<float>(16, 8, 3)};
+    const FieldRays rays(from);
+    const IrradianceModel model(from, rays, no_metal, nullptr, {Vector3f(0, 0, 1), dark});
+    return model.gather(Vector3f(-3, 0, 1.5f), Vector3f::UnitX(), 400).irradiance.x();
+  };
+  const double with_far = gathered(field), only_near = gathered(near);
+  EXPECT_GT(with_far, 1.5 * only_near);
+  EXPECT_LT(with_far, M_PI * kWallRadiance);
+}
+
 TEST(CoarseField, TheEnclosureReachesTheFarWall) {
   int on_wall = 0, beyond = 0;
   for (const RoomPoint& point : room_points(fused_hall())) {
     on_wall += std::abs(point.position_m.x() - 6) < 0.2f && point.normal.x() < -0.9f ? 1 : 0;
     beyond += point.position_m.x() > 6.3f ? 1 : 0;
   }
-  std::printf("%d on wall, %d beyond\n", on_wall, beyond);
   EXPECT_GT(on_wall, 100);
   EXPECT_LT(beyond, on_wall / 20);
 }
