@@ -17,11 +17,11 @@ namespace lumigraft::reconstruct {
 
 /// What of the images a level fuses.
 struct FusionScope {
-  DepthRange surface_m;    ///< depth of surfaces for which bricks are created
-  float depth_to_m = 0;    ///< depth up to which bricks are updated, also those that it shows to be free
-  std::size_t max_bricks;  ///< updated in one frame
-  bool first_frame_whole;  ///< the first frame updates all
-  bool with_viewpoints;    ///< the field lists the viewpoints and what they saw
+  DepthRange surface_m;            ///< depth of surfaces for which bricks are created
+  float depth_to_m = 0;            ///< depth up to which bricks are updated, also those that it shows to be free
+  std::size_t max_bricks = 0;      ///< updated in one frame
+  bool first_frame_whole = false;  ///< the first frame updates all
+  bool with_viewpoints = false;    ///< the field lists the viewpoints and what they saw
 };
 
 /// A distance field with one size of voxels (FusionStage says how it is fused).

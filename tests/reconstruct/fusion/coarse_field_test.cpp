@@ -25,7 +25,7 @@ double hall(const Vector3d& p) {
 
 /// Of the far wall at x = 6 m, and of all else.
 constexpr double kWallRadiance = 0.4, kRadiance = 0.2;
-double radiance(const Vector3d& p) { return p.x() > 5.9 ? kWallRadiance : kRadiance; }
+double hall_radiance(const Vector3d& p) { return p.x() > 5.9 ? kWallRadiance : kRadiance; }
 
 /// At one end of the hall, looking to the other.
 Isometry3d at_the_end(double turn_rad) {
@@ -39,7 +39,7 @@ Isometry3d at_the_end(double turn_rad) {
 }
 
 capture::FrameSet hall_frame(const Isometry3d& T, unsigned i, const Shape& shape = hall) {
-  return frame_of(shape, small_camera(), T, i, {1, i + 1}, radiance, kFar_m);
+  return frame_of(shape, small_camera(), T, i, {1, i + 1}, hall_radiance, kFar_m);
 }
 
 const DistanceField& fused_hall() {
@@ -64,7 +64,7 @@ struct Hits {
     return away_m[away_m.size() / 2];
   }
 };
-Hits hits(const DistanceField& field, double from_m, double to_m) {
+Hits hits_in(const DistanceField& field, double from_m, double to_m) {
   const capture::CameraModel camera = small_camera();
   const Isometry3d T = at_the_end(0);
   Hits result;
@@ -87,7 +87,7 @@ TEST(CoarseField, TheErrorOfTheSurfaceGrowsWithTheVoxels) {
   const DistanceField& field = fused_hall();
   ASSERT_TRUE(field.coarse);
   EXPECT_EQ(field.coarse->voxel_m, kCoarse.voxels * field.voxel_m);
-  Hits near = hits(field, 1, 4.5), far = hits(field, 5.5, 11);
+  Hits near = hits_in(field, 1, 4.5), far = hits_in(field, 5.5, 11);
   ASSERT_GT(near.rays, 100);
   ASSERT_GT(far.rays, 100);
   EXPECT_GT(static_cast<double>(near.away_m.size()), 0.97 * near.rays);
@@ -182,7 +182,7 @@ TEST(CoarseField, ARoomWithinReachHasNone) {
 }
 
 /// A brick per cell of 8 voxels of the plane z = height_m, for x from `from_m` to `to_m`.
-DistanceField level(float voxel_m, float height_m, float from_m, float to_m) {
+DistanceField level_surface(float voxel_m, float height_m, float from_m, float to_m) {
   DistanceField field;
   field.voxel_m = voxel_m;
   field.truncation_m = 4 * voxel_m;
@@ -203,8 +203,8 @@ DistanceField level(float voxel_m, float height_m, float from_m, float to_m) {
 }
 
 TEST(CoarseField, CountsOnlyWhereNothingFinerIsKnown) {
-  DistanceField field = level(0.008f, 0, -0.4f, 0);
-  field.coarse = std::make_shared<const DistanceField>(level(0.048f, 0.03f, -0.8f, 0.8f));
+  DistanceField field = level_surface(0.008f, 0, -0.4f, 0);
+  field.coarse = std::make_shared<const DistanceField>(level_surface(0.048f, 0.03f, -0.8f, 0.8f));
   const FieldRays rays(field);
   for (const auto& [x, height] : {std::pair{-0.2f, 0.0f}, std::pair{0.3f, 0.03f}}) {
     const Vector3f on(x, 0.01f, height), above(x, 0.01f, 0.3f);
