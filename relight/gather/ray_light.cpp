@@ -4,7 +4,6 @@
 
 #include "relight/gather/gather_quality.h"
 #include "relight/gather/parameters.h"
-#include "relight/objects/mesh_simplify.h"
 #include "relight/tracing/world.h"
 
 namespace lumigraft::relight {
@@ -51,23 +50,25 @@ RayLight::World::World(std::shared_ptr<const RayRoom> the_room, std::vector<Plac
       places(change_regions(room->lamps(), room->meshes(), objects.meshes())),
       light(*room, objects, cells, sphere) {}
 
-void RayLight::prepare(const Exhibit& exhibit) {
-  const auto& objects = exhibit.objects;
+Exhibit RayLight::prepare(const Exhibit& exhibit, std::vector<std::string>* preparing) {
+  Exhibit ready = exhibit;
   std::erase_if(prepared_, [&](const Prepared& p) {
-    return std::none_of(objects.begin(), objects.end(), [&](const VirtualObject& o) { return o.model == p.model; });
+    return std::ranges::find(exhibit.objects, p.model, &VirtualObject::model) == exhibit.objects.end();
   });
-  for (const VirtualObject& object : objects) {
-    if (object.model) places_of(object.model);
+  for (VirtualObject& object : ready.objects) {
+    if (!object.model || places_of(object.model) || !object.visible) continue;
+    object.visible = false;
+    preparing->push_back(object.name);
   }
+  return ready;
 }
 
-const std::shared_ptr<const IrradianceProbes>& RayLight::places_of(const std::shared_ptr<const Model>& model) {
-  for (const Prepared& known : prepared_) {
-    if (known.model == model) return known.places;
-  }
-  prepared_.push_back(
-      {model, std::make_shared<const IrradianceProbes>(place_probes(*simplify_model(*model, kGather.max_triangles)))});
-  return prepared_.back().places;
+std::shared_ptr<const IrradianceProbes> RayLight::places_of(const std::shared_ptr<const Model>& model) {
+  const auto known = std::ranges::find(prepared_, model, &Prepared::model);
+  if (known != prepared_.end()) return known->places;
+  std::shared_ptr<const IrradianceProbes> made = models_ ? models_->find(model) : make_ray_model(model);
+  if (made) prepared_.push_back({model, made});
+  return made;
 }
 
 /// Prepares an object from cached data, or creates it.
@@ -89,7 +90,8 @@ bool RayLight::follow(std::shared_ptr<const RayRoom> room, const std::vector<Ref
   const bool same = world_ && world_->room == room && same_meshes(objects_, objects) && same_plan;
   if (same && outstanding_ == 0) return false;
   const bool all_known = same_models(objects_, objects);
-  const bool goes_on = solved_ && same_plan && (all_known || rounds > 1);
+  const bool over_frames = models_ && rounds > 1;  // also the first light
+  const bool goes_on = over_frames || (solved_ && same_plan && (all_known || rounds > 1));
   if (!same) {
     place(std::move(room), objects, goes_on);
     rays_ = plan.rays;
@@ -99,6 +101,7 @@ bool RayLight::follow(std::shared_ptr<const RayRoom> room, const std::vector<Ref
     // moves.
     if (!goes_on) bounces_.reset();
     if (goes_on && (!all_known || bounces_)) bounces_.emplace();
+    if (over_frames) world_->objects.begin_with(world_->room->illumination()->environment_sh);
     done("surfaces");
   }
   if (goes_on) {
@@ -154,7 +157,7 @@ void RayLight::place(std::shared_ptr<const RayRoom> room, const std::vector<Refe
   const bool same_cells = world_ && world_->room->shares_surfaces_with(*room) && same_meshes(objects_, objects);
   auto next = std::make_unique<World>(std::move(room), std::move(now), same_cells ? &world_->cells : nullptr);
   // Later bounces change little between frames: they continue from the previous values.
-  if (goes_on) {
+  if (goes_on && world_) {
     next->objects.reuse_from(world_->objects);
     if (!same_cells) next->cells.reuse_from(world_->cells);
   } else if (same_cells) {

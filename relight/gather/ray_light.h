@@ -31,12 +31,16 @@ class BounceSeries {
 
 class RayLight {
  public:
-  /// Prepares the exhibit's models, hidden ones too, so that showing one only requires computing its light.
-  void prepare(const Exhibit& exhibit);
+  /// `models`: prepared on another thread; null: `prepare` does it.
+  explicit RayLight(std::shared_ptr<const RayModels> models) : models_(std::move(models)) {}
+
+  /// Prepares the exhibit's models, hidden ones too, so that showing one only requires computing its light. Returns the
+  /// exhibit without visible objects that another thread has yet to prepare, which `preparing` names.
+  Exhibit prepare(const Exhibit& exhibit, std::vector<std::string>* preparing);
 
   /// Updates to a room and objects. If the plan's quality has rounds, light is updated over that many frames, also when
-  /// objects appear or disappear; it is solved within one frame if there is no previous solution. Returns false if
-  /// nothing has changed. Calls `done(pass)` after each pass.
+  /// objects appear or disappear; unless another thread prepares models, it is solved within one frame if there is no
+  /// previous solution. Returns false if nothing has changed. Calls `done(pass)` after each pass.
   bool follow(std::shared_ptr<const RayRoom> room, const std::vector<ReferenceMesh>& objects, const Plan& plan,
               const std::function<void(const char*)>& done);
 
@@ -68,7 +72,8 @@ class RayLight {
     std::shared_ptr<const IrradianceProbes> places;
   };
 
-  const std::shared_ptr<const IrradianceProbes>& places_of(const std::shared_ptr<const Model>& model);
+  /// Null if another thread has yet to prepare the model.
+  std::shared_ptr<const IrradianceProbes> places_of(const std::shared_ptr<const Model>& model);
   PlacedModel placed(const ReferenceMesh& object);
   void place(std::shared_ptr<const RayRoom> room, const std::vector<ReferenceMesh>& objects, bool goes_on);
   void solve(const Plan& plan, const std::function<void(const char*)>& done);
@@ -76,6 +81,7 @@ class RayLight {
   void gather_on_objects(int bounces, const Plan& plan, const std::function<void(const char*)>& done);
   void gather_in_cells(const Plan& plan, const std::function<void(const char*)>& done);
 
+  std::shared_ptr<const RayModels> models_;
   std::vector<Prepared> prepared_;
   std::vector<PlacedModel> placed_;
   std::vector<ReferenceMesh> objects_;
