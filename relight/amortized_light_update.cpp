@@ -51,7 +51,7 @@ bool near(const std::vector<PlacedObject>& a, const std::vector<PlacedObject>& b
                     [](const PlacedObject& p, const PlacedObject& q) { return near(p, q); });
 }
 
-bool same_models(const std::vector<PlacedObject>& a, const std::vector<PlacedObject>& b) {
+bool models_equal(const std::vector<PlacedObject>& a, const std::vector<PlacedObject>& b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(),
                     [](const PlacedObject& p, const PlacedObject& q) { return p.stored == q.stored; });
 }
@@ -119,7 +119,7 @@ const gpu::Texture& AmortizedLightUpdate::irradiance() const {
 AmortizedLightUpdate::Done AmortizedLightUpdate::advance(gpu::CommandList& list, const Now& now, BrickPool& bricks) {
   const bool lit = shown_->lit.has_value(), same_room = last_ && near_room(*last_, now.key);
   const bool same_set =
-      last_ && LightKey::same_light(last_->plan, now.key.plan) && same_models(last_->objects, now.key.objects);
+      last_ && LightKey::same_light(last_->plan, now.key.plan) && models_equal(last_->objects, now.key.objects);
   const bool same_places = same_set && near(last_->objects, now.key.objects);
   const bool follows = now.incremental && lit && same_room && same_places;
   bool jumps = false, goes_on = follows;

@@ -60,6 +60,11 @@ float lens_tangent(const capture::CameraModel& lens) {
   return static_cast<float>(low);
 }
 
+bool same_models(const std::vector<PlacedObject>& a, const std::vector<PlacedObject>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const PlacedObject& p, const PlacedObject& q) { return p.stored == q.stored; });
+}
+
 /// Coefficients of CurrentDepth::allowed_m() in depth without its voxel: noise is quadratic (axial_sigma_m).
 Eigen::Vector4f noise_of_depth() {
   const auto at = [](float depth_m) { return kCompose.moved_sigmas * reconstruct::axial_sigma_m(depth_m); };
@@ -98,7 +103,8 @@ struct Relighter::State {
   LightSet lights;
   int max_lamps = 1;  ///< for which there is room: a power of two, so that it rarely changes
   const float widest_tangent;
-  bool drawn_live = false;  ///< the last frame was, in the live setting
+  bool shadows_due = false;  ///< of lamps: what appeared or disappeared has not changed them yet
+  bool drawn_live = false;   ///< the last frame was, in the live setting
   std::int64_t last_time_ns = 0;
   double frame_ms = 33;  ///< between the last frames
   float brightest = 0;   ///< highest radiance of the environment and of the camera's range, W/sr/m²
@@ -254,13 +260,16 @@ struct Relighter::State {
            LampShadows::possible(params);
   }
 
-  /// Direct light of lamps on the objects and their shadows, which are updated at once.
-  void light_directly(gpu::CommandList& list, const shader::FrameParams& params, const LightKey& key) {
+  /// Direct light of lamps on the objects, and their shadows.
+  void light_directly(gpu::CommandList& list, const shader::FrameParams& params, const LightKey& key, bool on_objects,
+                      bool shadows) {
     if (is_live(params)) {
       const LightVolumeState& lit = light.room();
-      list.begin_pass("lamp shadows");
-      lamp_shadows->record(list, params, *lamp_maps, lit);
-      if (ObjectLight::enough_for(key.objects)) {
+      if (shadows) {
+        list.begin_pass("lamp shadows");
+        lamp_shadows->record(list, params, *lamp_maps, lit);
+      }
+      if (on_objects && ObjectLight::enough_for(key.objects)) {
         list.begin_pass("object light");
         light.passes().object_light().record(*device, list, params, light.older(), light.newer(), light.newer_weight(),
                                              key.objects, *lamp_maps, lit.volumes);
@@ -391,13 +400,18 @@ RelitPicture Relighter::relight(const capture::FrameSet& frame, const reconstruc
   std::copy_n(lit.cascade, shader::kCascades, params.cascade);
   params.virtual_grid = lit.virtual_grid;
   params.grid = lit.grid;
-  bool lit_anew = light.changed || directly_anew;
+  const bool objects_anew = light.changed || directly_anew;
+  bool lit_anew = objects_anew, shadows_wait = false;
   if (s.models && live) {
     if (!s.lamp_shadows->update_receivers(*s.device, *list, params, s.light.room()) && !s.drawn_live)
       return s.wait_for_light(*list, std::move(result));
-    lit_anew = lit_anew || s.lamp_shadows->other_receivers();
+    lit_anew = lit_anew || s.lamp_shadows->other_receivers() || s.shadows_due;
+    // Shadows follow in the next frame: this one draws what appeared or what it hid.
+    shadows_wait = s.drawn_live && s.directly_lit && !same_models(s.directly_lit->objects, objects) &&
+                   !s.lamp_shadows->other_receivers();
   }
-  if (lit_anew) s.light_directly(*list, params, key);
+  if (lit_anew) s.light_directly(*list, params, key, objects_anew, !shadows_wait);
+  s.shadows_due = shadows_wait;
   const CameraView::View view{params, objects,           s.known_surfaces, s.glossy, s.store.white(),
                               plan,   moved || lit_anew, with_maps,        live};
   const CameraView::Light shown{s.light, *s.lamp_maps, s.bricks};
@@ -407,7 +421,7 @@ RelitPicture Relighter::relight(const capture::FrameSet& frame, const reconstruc
     return result;
   }
   if (light.recorded || lit_anew) s.submit(*list, &result);
-  if (lit_anew) s.lamp_shadows->read(*s.device, params);  // the selection of shadowed blocks depends on it
+  if (lit_anew && !shadows_wait) s.lamp_shadows->read(*s.device, params);  // the selection of shadowed blocks depends on it
   s.view.show_live(frame, view, shown, *s.lamp_shadows, &result);
   return result;
 }

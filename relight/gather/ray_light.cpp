@@ -1,6 +1,7 @@
 #include "relight/gather/ray_light.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "relight/gather/gather_quality.h"
 #include "relight/gather/parameters.h"
@@ -85,13 +86,20 @@ PlacedModel RayLight::placed(const ReferenceMesh& object) {
 
 bool RayLight::follow(std::shared_ptr<const RayRoom> room, const std::vector<ReferenceMesh>& objects, const Plan& plan,
                       const std::function<void(const char*)>& done) {
-  const int rounds = gather_quality_of(plan.trace_scale).rounds;
+  int rounds = gather_quality_of(plan.trace_scale).rounds;
   const bool same_plan = rays_ == plan.rays && trace_scale_ == plan.trace_scale;
   const bool same = world_ && world_->room == room && same_meshes(objects_, objects) && same_plan;
-  if (same && outstanding_ == 0) return false;
+  if (same && outstanding_ == 0) return std::exchange(draws_next_, false);
   const bool all_known = same_models(objects_, objects);
   const bool over_frames = models_ && rounds > 1;  // also the first light
   const bool goes_on = over_frames || (solved_ && same_plan && (all_known || rounds > 1));
+  // What appears or disappears is gathered in twice as many parts, and drawn in the frames between: none does both.
+  const bool apart = over_frames && (!all_known || bounces_);
+  if (apart) rounds *= 2;
+  if (same && apart && draws_next_) {
+    draws_next_ = false;
+    return true;
+  }
   if (!same) {
     place(std::move(room), objects, goes_on);
     rays_ = plan.rays;
@@ -103,13 +111,18 @@ bool RayLight::follow(std::shared_ptr<const RayRoom> room, const std::vector<Ref
     if (goes_on && (!all_known || bounces_)) bounces_.emplace();
     if (over_frames) world_->objects.begin_with(world_->room->illumination()->environment_sh);
     done("surfaces");
+    if (over_frames && !all_known) {
+      draws_next_ = false;
+      return true;
+    }
   }
   if (goes_on) {
     go_on(rounds, plan, done);
   } else {
     solve(plan, done);
   }
-  return true;
+  draws_next_ = same && apart;
+  return !draws_next_;
 }
 
 void RayLight::set_moved(std::shared_ptr<const MovedOccluders> moved) {

@@ -121,6 +121,7 @@ void RayObjects::begin_with(const reconstruct::Sh9& environment) {
     indirect_[i] = reconstruct::sh_irradiance(environment, places_[i].normal).array().max(0);
     has_light_[i] = true;
   }
+  spread();
 }
 
 bool RayObjects::is_inside(const Vector3f& p_m, const Vector3f& w) const {

@@ -109,7 +109,7 @@ class Film {
   struct Cost {
     double wall_ms, cpu_ms;
     std::string worst_pass;
-    bool drawn, ready;  ///< ready: drawn with all objects, or none is to be
+    bool ready;  ///< drawn with all objects
   };
   std::vector<Cost> play(int frames) {
     std::vector<Cost> costs;
@@ -131,7 +131,6 @@ class Film {
                                           [](const auto& a, const auto& b) { return a.gpu_ms < b.gpu_ms; });
       costs.push_back({cost.wall_ms, cost.cpu_ms,
                        worst == result.picture.passes.end() ? "" : worst->name + " " + std::to_string(worst->gpu_ms),
-                       !result.picture.passed_through,
                        std::ranges::none_of(result.picture.warnings, [](const std::string& line) {
                          return line.find("being") != std::string::npos;
                        })});
@@ -161,9 +160,6 @@ class Film {
     std::printf("  %-22s wall %6.1f -> %7.1f ms (x %5.1f, frame %2d), CPU %6.1f -> %7.1f ms (x %5.1f)  %s\n", what,
                 wall, slow->wall_ms, slow->wall_ms / wall, static_cast<int>(slow - after.begin()), cpu, busy->cpu_ms,
                 busy->cpu_ms / cpu, slow->worst_pass.c_str());
-    std::printf("   ");
-    for (const Cost& c : after) std::printf(" %s%.0f", c.drawn ? "" : "-", c.cpu_ms);
-    std::printf("\n");
     std::fflush(stdout);
   }
 
