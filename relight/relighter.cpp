@@ -421,7 +421,8 @@ RelitPicture Relighter::relight(const capture::FrameSet& frame, const reconstruc
     return result;
   }
   if (light.recorded || lit_anew) s.submit(*list, &result);
-  if (lit_anew && !shadows_wait) s.lamp_shadows->read(*s.device, params);  // the selection of shadowed blocks depends on it
+  if (lit_anew && !shadows_wait)
+    s.lamp_shadows->read(*s.device, params);  // the selection of shadowed blocks depends on it
   s.view.show_live(frame, view, shown, *s.lamp_shadows, &result);
   return result;
 }
