@@ -1,7 +1,9 @@
 #include "relight/amortized_light_update.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <limits>
 
 #include "relight/quality.h"
 #include "relight/upload/parameters.h"
@@ -39,11 +41,40 @@ bool near(const reconstruct::Illumination& a, const reconstruct::Illumination& b
   return near(a.environment_sh[0].maxCoeff(), b.environment_sh[0].maxCoeff());
 }
 
-bool near(const LightKey& a, const LightKey& b) {
-  return LightKey::same_light(a.plan, b.plan) && near(*a.illumination, *b.illumination) &&
-         ((a.field == b.field && a.enclosure == b.enclosure) || b.field->version >= kRelight.young_field) &&
-         std::equal(a.objects.begin(), a.objects.end(), b.objects.begin(), b.objects.end(),
+bool near_room(const LightKey& a, const LightKey& b) {
+  return near(*a.illumination, *b.illumination) &&
+         ((a.field == b.field && a.enclosure == b.enclosure) || b.field->version >= kRelight.young_field);
+}
+
+bool near(const std::vector<PlacedObject>& a, const std::vector<PlacedObject>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
                     [](const PlacedObject& p, const PlacedObject& q) { return near(p, q); });
+}
+
+bool models_equal(const std::vector<PlacedObject>& a, const std::vector<PlacedObject>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const PlacedObject& p, const PlacedObject& q) { return p.stored == q.stored; });
+}
+
+/// For each object, the buffer in `from` of the same model that is nearest, null if there is none. Each is used once.
+std::vector<const gpu::Buffer*> buffers_of(const std::vector<PlacedObject>& objects, const ObjectsLight& from) {
+  std::vector<const gpu::Buffer*> found(objects.size(), nullptr);
+  std::vector<char> taken(from.objects.size(), 0);
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    std::size_t nearest = from.objects.size();
+    float nearest_m = std::numeric_limits<float>::infinity();
+    for (std::size_t j = 0; j < from.objects.size(); ++j) {
+      if (taken[j] || from.objects[j].stored != objects[i].stored) continue;
+      const float far_m = (from.objects[j].bounds.sphere.centre_m - objects[i].bounds.sphere.centre_m).norm();
+      if (far_m >= nearest_m) continue;
+      nearest = j;
+      nearest_m = far_m;
+    }
+    if (nearest == from.objects.size()) continue;
+    taken[nearest] = 1;
+    found[i] = from.light[nearest].get();
+  }
+  return found;
 }
 
 void upload_environment(gpu::Device& device, const LightSet& lights, const Volumes& volumes) {
@@ -86,43 +117,112 @@ const gpu::Texture& AmortizedLightUpdate::irradiance() const {
 }
 
 AmortizedLightUpdate::Done AmortizedLightUpdate::advance(gpu::CommandList& list, const Now& now, BrickPool& bricks) {
-  const bool in_rounds = now.incremental && shown_->lit && last_ && near(*last_, now.key) && why_no_rounds_.empty();
-  if (!in_rounds) return all_at_once(list, now, bricks);
-  last_ = now.key;
+  const bool lit = shown_->lit.has_value(), same_room = last_ && near_room(*last_, now.key);
+  const bool same_set =
+      last_ && LightKey::same_light(last_->plan, now.key.plan) && models_equal(last_->objects, now.key.objects);
+  const bool same_places = same_set && near(last_->objects, now.key.objects);
+  const bool follows = now.incremental && lit && same_room && same_places;
+  bool jumps = false, goes_on = follows;
+  if (now.budget_ms && !follows && !lit) {
+    jumps = !running_ || !same_set;
+    goes_on = !jumps;
+  } else if (now.budget_ms && !follows && same_room) {
+    // Objects whose light may not lag are deferred only where they appear or disappear.
+    jumps = !same_set || (now.incremental && !same_places);
+    goes_on = jumped_ && (running_ || fading_) && last_->objects == now.key.objects;
+  }
   Done done;
-  if (running_ || fading_) {
-    ++frame_;
-    done.changed = fading_;
-    if (running_) {
-      try {
-        record_part(list);
-      } catch (const gpu::DeviceLost&) {
-        throw;
-      } catch (const gpu::GpuError& e) {
-        next_.reset();
-        older_irradiance_.reset();
-        mixed_irradiance_.reset();
-        why_no_rounds_ = e.what();
-        return all_at_once(list, now, bricks);
-      }
+  if (!why_no_rounds_.empty() || !(jumps || goes_on)) {
+    done = all_at_once(list, now, bricks);
+  } else {
+    try {
+      if (!jumps) go_on(list, now, &done);
+      const bool due = follows && !running_ && frame_ % kRelight.round_frames == 0 && !(*shown_->lit == now.key);
+      if ((jumps || due) && !begin_round(list, now, bricks, jumps)) done = all_at_once(list, now, bricks);
+    } catch (const gpu::DeviceLost&) {
+      throw;
+    } catch (const gpu::GpuError& e) {
+      next_.reset();
+      older_irradiance_.reset();
+      mixed_irradiance_.reset();
+      why_no_rounds_ = e.what();
+      done = all_at_once(list, now, bricks);
     }
-    done.recorded = running_ || fading_;
-    if (frame_ >= kRelight.round_frames && (!running_ || done_ == steps_.size())) end_round();
   }
-  if (!running_ && frame_ % kRelight.round_frames == 0 && !(*shown_->lit == now.key)) {
-    if (!next_ && !make_next()) return all_at_once(list, now, bricks);
-    frame_ = 0;
-    running_ = true;
-    done_ = 0;
-    next_key_ = now.key;
-    steps_ = begin(now, kRelight.slices, bricks, *next_);
-  }
+  last_ = now.key;
+  find_vertex_light(list, now, &done);
   if (fading_) fade(list, shown_->params);
   return done;
 }
 
+/// The next part of the round and of the fade.
+void AmortizedLightUpdate::go_on(gpu::CommandList& list, const Now& now, Done* done) {
+  if (!running_ && !fading_) return;
+  ++frame_;
+  done->changed = fading_;
+  done->recorded = fading_ || (running_ && !jumped_);
+  if (running_ && jumped_) {
+    run_part(*now.budget_ms, done);
+    if (frame_ > kRelight.round_frames) fading_ = false;
+  } else if (running_) {
+    record_part(list);
+  }
+  if (running_ ? done_ == steps_.size() && (jumped_ || frame_ >= kRelight.round_frames)
+               : frame_ >= kRelight.round_frames)
+    end_round();
+}
+
+/// False if device memory does not suffice.
+bool AmortizedLightUpdate::begin_round(gpu::CommandList& list, const Now& now, BrickPool& bricks, bool jump) {
+  if (!next_ && !make_next(list, now)) return false;
+  if (!fading_) frame_ = 0;
+  running_ = true;
+  jumped_ = jump;
+  done_ = 0;
+  next_key_ = now.key;
+  steps_ = begin(now, jump ? kRelight.jump_slices : kRelight.slices, bricks, *next_);
+  return true;
+}
+
+bool AmortizedLightUpdate::reaches(const std::vector<PlacedObject>& objects) const {
+  if (!shown_->lit) return false;
+  const shader::vec4& outer = shown_->params.cascade[shader::kCascades - 1];
+  const float edge_m = outer.w() * static_cast<float>(shown_->volumes.edge);
+  const Eigen::Vector3f low = outer.head<3>();
+  const Eigen::AlignedBox3f box(low, low + Eigen::Vector3f::Constant(edge_m));
+  return std::any_of(objects.begin(), objects.end(),
+                     [&](const PlacedObject& object) { return box.contains(object.bounds.sphere.centre_m); });
+}
+
+/// Fills older_ and newer_.
+void AmortizedLightUpdate::find_vertex_light(gpu::CommandList& list, const Now& now, Done* done) {
+  const std::vector<PlacedObject>& objects = now.key.objects;
+  older_.clear();
+  newer_.clear();
+  if (!now.live || !shown_->lit || !ObjectLight::enough_for(objects)) return;
+  newer_ = buffers_of(objects, shown_->gathered);
+  older_ = fading_ ? buffers_of(objects, older_gathered_) : newer_;
+  std::vector<PlacedObject> missing;
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    if (!newer_[i] || !older_[i]) missing.push_back(objects[i]);
+  }
+  ObjectLight::fit(device_, missing, &ungathered_.light);
+  for (std::size_t i = 0, used = 0; i < objects.size(); ++i) {
+    if (newer_[i] && older_[i]) continue;
+    const gpu::Buffer& buffer = *ungathered_.light[used++];
+    if (missing != ungathered_.objects) {
+      list.begin_pass("object light");
+      light_.object_light().unoccluded(list, now.params, objects[i], buffer);
+      done->recorded = true;
+    }
+    if (!newer_[i]) newer_[i] = &buffer;
+    if (!older_[i]) older_[i] = &buffer;
+  }
+  ungathered_.objects = std::move(missing);
+}
+
 /// Allocates what is needed in addition to the displayed volumes; false if device memory does not suffice.
-bool AmortizedLightUpdate::make_next() {
+bool AmortizedLightUpdate::make_next(gpu::CommandList& list, const Now& now) {
   try {
     const gpu::TextureDesc irradiance = shown_->volumes.real_irradiance->desc();
     older_irradiance_ = device_.create_texture(irradiance);
@@ -138,6 +238,10 @@ bool AmortizedLightUpdate::make_next() {
     return false;
   }
   next_->volumes.mirror_outlines = shown_->volumes.mirror_outlines;
+  if (!shown_->lit) {  // the first round is faded in, too
+    shown_->params = now.params;
+    list.clear(*shown_->volumes.real_irradiance, {});
+  }
   return true;
 }
 
@@ -146,7 +250,6 @@ AmortizedLightUpdate::Done AmortizedLightUpdate::all_at_once(gpu::CommandList& l
   const bool under_way = running_ || fading_;
   running_ = fading_ = false;
   frame_ = 0;
-  last_ = now.key;
   if (shown_->lit && *shown_->lit == now.key) return {false, under_way};
   Done done{true, true};
   const std::vector<LightStep> steps = begin(now, 1, bricks, *shown_);
@@ -210,6 +313,32 @@ void AmortizedLightUpdate::record_part(gpu::CommandList& list) {
     before += step.cost;
     ++done_;
   }
+}
+
+/// As many steps as the budget allows, at least one if there is a budget.
+void AmortizedLightUpdate::run_part(double budget_ms, Done* done) {
+  if (budget_ms <= 0) return;
+  const auto begin = std::chrono::steady_clock::now();
+  const auto elapsed_ms = [&] {
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  };
+  double before_ms = 0;
+  do {
+    const LightStep& step = steps_[done_++];
+    if (step.on_host) {
+      step.on_host();
+    } else {
+      const auto list = device_.begin();
+      list->begin_pass(step.pass);
+      step.record(*list);
+      const std::vector<gpu::PassTime> passes = device_.submit(*list);
+      done->passes.insert(done->passes.end(), passes.begin(), passes.end());
+    }
+    const double after_ms = elapsed_ms();
+    if (step.cost > 0)
+      ms_per_cost_ = std::lerp(ms_per_cost_, static_cast<float>(after_ms - before_ms) / step.cost, 0.2f);
+    before_ms = after_ms;
+  } while (done_ < steps_.size() && before_ms + ms_per_cost_ * steps_[done_].cost < budget_ms);
 }
 
 void AmortizedLightUpdate::end_round() {

@@ -5,6 +5,13 @@
 // the next round. Indirect light is therefore one to three rounds old and changes without jumps; two rounds and one
 // fade after the last change it equals the result of an update at once. Rounds count frames, not time: the same input
 // gives the same output.
+//
+// Where it is asked for (Now::budget_ms), jumps of the objects are amortized too: objects that appear, disappear or are
+// put elsewhere. Such a round lasts as long as its steps take, of which each frame runs what it has time for; it starts
+// again if the objects jump again. Until it is done new objects have the light of the lamps, and of the environment
+// without occlusion.
+#include <optional>
+
 #include "relight/light_volume_builder.h"
 #include "relight/parameters.h"
 #include "relight/upload/light_set.h"
@@ -24,6 +31,9 @@ class AmortizedLightUpdate {
     bool live;         ///< gather at vertices too
     bool incremental;  ///< update in rounds, if the changes since the last frame are small enough
     const gpu::Texture& white;
+    /// Time for a part of an update after a jump of the objects, at least one step, unless it is 0; empty: jumps are
+    /// shown at once.
+    std::optional<double> budget_ms = {};
   };
   struct Done {
     bool recorded = false;                   ///< commands were added to the list
@@ -43,17 +53,27 @@ class AmortizedLightUpdate {
   bool any_room() const { return shown_ != nullptr; }  ///< whether the last fit() allocated volumes
   LightVolumeState& room() { return *shown_; }
   const LightVolumeState& room() const { return *shown_; }
-  const gpu::Texture& irradiance() const;  ///< current change of irradiance in real cells
-  /// Light at the objects' vertices of the last two rounds, and the blend weight of the newer.
-  const VertexLight& older() const { return older_gathered_; }
-  const VertexLight& newer() const { return shown_->gathered; }
-  float newer_weight() const { return fading_ ? static_cast<float>(frame_) / kRelight.round_frames : 1.0f; }
+  const gpu::Texture& irradiance() const;                     ///< current change of irradiance in real cells
+  bool any_light() const { return shown_->lit.has_value(); }  ///< whether the displayed volumes hold any
+  /// Whether they hold it around one of the objects.
+  bool reaches(const std::vector<PlacedObject>& objects) const;
+  /// Light at the vertices of the objects of the last advance(), of the last two rounds, and the blend weight of the
+  /// newer.
+  const std::vector<const gpu::Buffer*>& older() const { return older_; }
+  const std::vector<const gpu::Buffer*>& newer() const { return newer_; }
+  float newer_weight() const {
+    return fading_ ? std::min(static_cast<float>(frame_) / kRelight.round_frames, 1.0f) : 1.0f;
+  }
 
  private:
-  bool make_next();
+  bool make_next(gpu::CommandList& list, const Now& now);
+  bool begin_round(gpu::CommandList& list, const Now& now, BrickPool& bricks, bool jump);
+  void go_on(gpu::CommandList& list, const Now& now, Done* done);
   Done all_at_once(gpu::CommandList& list, const Now& now, BrickPool& bricks);
   std::vector<LightStep> begin(const Now& now, int slices, BrickPool& bricks, LightVolumeState& room);
   void record_part(gpu::CommandList& list);
+  void run_part(double budget_ms, Done* done);
+  void find_vertex_light(gpu::CommandList& list, const Now& now, Done* done);
   void end_round();
   void fade(gpu::CommandList& list, const shader::FrameParams& params) const;
 
@@ -67,12 +87,17 @@ class AmortizedLightUpdate {
   std::vector<LightStep> steps_;
   std::size_t done_ = 0;
   bool running_ = false, fading_ = false;
+  bool jumped_ = false;  ///< the round shows a jump
+  float ms_per_cost_ = 0;
   int frame_ = 0;
   LightKey next_key_;
   // The older end of the fade.
   std::unique_ptr<gpu::Texture> older_irradiance_, mixed_irradiance_;
   shader::vec4 older_cascade_[shader::kCascades];
-  VertexLight older_gathered_;
+  ObjectsLight older_gathered_;
+  // At the vertices of the objects of last_; see older(), newer().
+  std::vector<const gpu::Buffer*> older_, newer_;
+  ObjectsLight ungathered_;  ///< of new objects
 };
 
 }  // namespace lumigraft::relight

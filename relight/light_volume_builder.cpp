@@ -1,5 +1,7 @@
 #include "relight/light_volume_builder.h"
 
+#include <algorithm>
+
 #include "relight/parameters.h"
 #include "relight/quality.h"
 
@@ -69,14 +71,16 @@ std::vector<LightStep> LightVolumeBuilder::steps(const Work& work, const BrickPo
     add_resolve(work, room, &steps);
   }
   if (work.key.enclosure) add_enclosure_change(coarse, room, &steps);
+  room.gathered.objects.clear();
   if (quality.cells || lpv_) add_real_gather(coarse, room, "cells", work.key.plan.bounces - 1, &steps);
   if (work.live && ObjectLight::enough_for(work.key.objects)) {
-    ObjectLight::fit(device_, work.key.objects, &room.gathered);
+    room.gathered.objects = work.key.objects;
+    ObjectLight::fit(device_, work.key.objects, &room.gathered.light);
     for (int slice = 0; slice < work.slices; ++slice) {
       steps.push_back(
           {"object light", 90.0f / static_cast<float>(work.slices), [this, work, slice, &room](gpu::CommandList& list) {
              object_light_.gather(list, work.params, kRelight.vertex_cones, {slice, work.slices}, work.key.objects,
-                                  *work.maps, room.volumes, room.gathered);
+                                  *work.maps, room.volumes, room.gathered.light);
            }});
     }
   }
@@ -87,9 +91,12 @@ std::vector<LightStep> LightVolumeBuilder::steps(const Work& work, const BrickPo
 void LightVolumeBuilder::add_chunks(const Work& work, const BrickPool& bricks, bool real, LightVolumeState& room,
                                     std::vector<LightStep>* steps) {
   Volumes& volumes = room.volumes;
-  if (real) {
-    steps->push_back({"volumes", 60, [this, work, &bricks, &volumes](gpu::CommandList& list) {
-                        fill_.real_distances(list, work.params, bricks, volumes);
+  // A slice has whole groups of two layers.
+  const int slices = std::min(work.slices, volumes.edge);
+  for (int slice = 0; real && slice < slices; ++slice) {
+    steps->push_back({"volumes", 60.0f / static_cast<float>(slices),
+                      [this, work, slice, slices, &bricks, &volumes](gpu::CommandList& list) {
+                        fill_.real_distances(list, work.params, {slice, slices}, bricks, volumes);
                       }});
   }
   steps->push_back({"volumes", 20, [this, work, &volumes](gpu::CommandList& list) {
@@ -104,9 +111,12 @@ void LightVolumeBuilder::add_chunks(const Work& work, const BrickPool& bricks, b
 void LightVolumeBuilder::add_surfaces(const Work& work, const BrickPool& bricks, LightVolumeState& room,
                                       std::vector<LightStep>* steps) {
   const Volumes& volumes = room.volumes;
-  steps->push_back({"volumes", 80, [this, work, &bricks, &volumes](gpu::CommandList& list) {
-                      fill_.real_surfaces(list, work.params, bricks, volumes);
-                    }});
+  for (int slice = 0; slice < work.slices; ++slice) {
+    steps->push_back({"volumes", 80.0f / static_cast<float>(work.slices),
+                      [this, work, slice, &bricks, &volumes](gpu::CommandList& list) {
+                        fill_.real_surfaces(list, work.params, {slice, work.slices}, bricks, volumes);
+                      }});
+  }
   steps->push_back({"volumes", 20, [this, work, &volumes](gpu::CommandList& list) {
                       bounce_.filter(list, work.params, volumes.real_chunks, *volumes.real_radiance, volumes);
                     }});

@@ -5,6 +5,10 @@
 namespace lumigraft::relight {
 inline constexpr struct RelightParameters {
   int round_frames = 24, slices = 8, calm_frames = 60;  ///< of an amortized update; parts of a pass; planner's frames
+  int jump_slices = 32;         ///< parts of a pass after a jump: on two cores without a GPU a part takes about 4 ms
+  double max_frame_ms = 200;    ///< between frames: longer are interruptions
+  double min_budget_ms = 1;     ///< of a frame for such parts, where time stamps do not advance
+  double frame_fraction = 0.5;  ///< of the time between frames, for such parts: no frame takes twice as long
   /// Larger changes between two frames are jumps, which are shown at once instead of faded. Moves over an object's
   /// radius or a lamp's distance; 15°; light relative, of a lamp or of the residual environment.
   float max_move = 0.25f, max_turn_rad = 0.26f, max_scale = 0.02f, max_lamp_move = 0.1f, max_light = 0.25f;

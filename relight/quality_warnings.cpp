@@ -10,12 +10,19 @@ std::string quoted(const VirtualObject& object) { return "object \"" + object.na
 
 }  // namespace
 
-std::string what_is_missing(const reconstruct::Scene& scene, bool any_object, bool room_given) {
-  if (!any_object) return "no visible object";
+std::string what_is_missing(const reconstruct::Scene& scene, bool any_object, const std::vector<std::string>& preparing,
+                            bool room_given) {
+  if (!any_object) return preparing.empty() ? "no visible object" : being_prepared(preparing);
   if (!scene.pose) return "no pose";
   if (!room_given && !scene.illumination) return "no light is known yet";
   if (!room_given && !scene.field) return "no geometry is known yet";
   return {};
+}
+
+std::string being_prepared(const std::vector<std::string>& preparing) {
+  std::string text;
+  for (const std::string& name : preparing) text += (text.empty() ? "object \"" : ", object \"") + name + "\"";
+  return text + (preparing.size() == 1 ? " is" : " are") + " being prepared";
 }
 
 void pass_through(const std::string& why, RelitPicture* result) {

@@ -11,8 +11,13 @@
 
 namespace lumigraft::relight {
 
-/// What a frame lacks to be relit; empty if nothing. `room_given`: light and geometry are not those of the scene.
-std::string what_is_missing(const reconstruct::Scene& scene, bool any_object, bool room_given = false);
+/// What a frame lacks to be relit; empty if nothing. `preparing`: names of visible objects that are not ready to be
+/// drawn; `any_object`: whether others are visible. `room_given`: light and geometry are not those of the scene.
+std::string what_is_missing(const reconstruct::Scene& scene, bool any_object,
+                            const std::vector<std::string>& preparing = {}, bool room_given = false);
+
+/// The line about such objects.
+std::string being_prepared(const std::vector<std::string>& preparing);
 
 /// For a result that is the camera's picture: says why.
 void pass_through(const std::string& why, RelitPicture* result);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <utility>
 
 #include "reconstruct/math/depth_noise.h"
 #include "reconstruct/math/tag_family.h"
@@ -59,6 +60,11 @@ float lens_tangent(const capture::CameraModel& lens) {
   return static_cast<float>(low);
 }
 
+bool same_models(const std::vector<PlacedObject>& a, const std::vector<PlacedObject>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const PlacedObject& p, const PlacedObject& q) { return p.stored == q.stored; });
+}
+
 /// Coefficients of CurrentDepth::allowed_m() in depth without its voxel: noise is quadratic (axial_sigma_m).
 Eigen::Vector4f noise_of_depth() {
   const auto at = [](float depth_m) { return kCompose.moved_sigmas * reconstruct::axial_sigma_m(depth_m); };
@@ -71,6 +77,7 @@ Eigen::Vector4f noise_of_depth() {
 struct Relighter::State {
   std::shared_ptr<gpu::Device> device;
   capture::Session session;
+  std::shared_ptr<const UploadModels> models;
   double print_m;  ///< edge of the tag including its paper
   ObjectStore store;
   BrickPool bricks;
@@ -96,11 +103,16 @@ struct Relighter::State {
   LightSet lights;
   int max_lamps = 1;  ///< for which there is room: a power of two, so that it rarely changes
   const float widest_tangent;
-  float brightest = 0;  ///< highest radiance of the environment and of the camera's range, W/sr/m²
+  bool shadows_due = false;  ///< of lamps: what appeared or disappeared has not changed them yet
+  bool drawn_live = false;   ///< the last frame was, in the live setting
+  std::int64_t last_time_ns = 0;
+  double frame_ms = 33;  ///< between the last frames
+  float brightest = 0;   ///< highest radiance of the environment and of the camera's range, W/sr/m²
 
-  State(std::shared_ptr<gpu::Device> d, const capture::Session& s)
+  State(std::shared_ptr<gpu::Device> d, const capture::Session& s, std::shared_ptr<const UploadModels> m)
       : device(std::move(d)),
         session(s),
+        models(std::move(m)),
         print_m(reconstruct::print_edge_m(s.tag)),
         store(*device),
         bricks(*device),
@@ -248,19 +260,47 @@ struct Relighter::State {
            LampShadows::possible(params);
   }
 
-  /// Direct light of lamps on the objects and their shadows, which are updated at once.
-  void light_directly(gpu::CommandList& list, const shader::FrameParams& params, const LightKey& key) {
+  /// Direct light of lamps on the objects, and their shadows.
+  void light_directly(gpu::CommandList& list, const shader::FrameParams& params, const LightKey& key, bool on_objects,
+                      bool shadows) {
     if (is_live(params)) {
       const LightVolumeState& lit = light.room();
-      list.begin_pass("lamp shadows");
-      lamp_shadows->record(list, params, *lamp_maps, lit);
-      if (ObjectLight::enough_for(key.objects)) {
+      if (shadows) {
+        list.begin_pass("lamp shadows");
+        lamp_shadows->record(list, params, *lamp_maps, lit);
+      }
+      if (on_objects && ObjectLight::enough_for(key.objects)) {
         list.begin_pass("object light");
         light.passes().object_light().record(*device, list, params, light.older(), light.newer(), light.newer_weight(),
                                              key.objects, *lamp_maps, lit.volumes);
       }
     }
     directly_lit = key;
+  }
+
+  void submit(gpu::CommandList& list, RelitPicture* result) const {
+    const std::vector<gpu::PassTime> passes = device->submit(list);
+    result->passes.insert(result->passes.end(), passes.begin(), passes.end());
+  }
+
+  /// The frame before the light around new objects is known.
+  RelitPicture wait_for_light(gpu::CommandList& list, RelitPicture result) {
+    submit(list, &result);
+    pass_through("light around the objects is being gathered", &result);
+    result.srgb = *view.camera().coded();
+    drawn_live = false;
+    return result;
+  }
+
+  /// For deferred updates of light; none while the shadows of lamps are updated, more while nothing is drawn.
+  double budget_ms() const {
+    if (lamp_shadows && lamp_shadows->updating_receivers()) return 0;
+    return std::max((drawn_live ? kRelight.frame_fraction : 1) * frame_ms, kRelight.min_budget_ms);
+  }
+
+  void take_time(std::int64_t time_ns) {
+    const double since_ms = 1e-6 * static_cast<double>(time_ns - std::exchange(last_time_ns, time_ns));
+    if (since_ms >= 0 && since_ms < kRelight.max_frame_ms) frame_ms = since_ms;
   }
 
   /// Whether indirect light may lag behind: only if this is not visible on the objects themselves or in mirrors.
@@ -272,20 +312,25 @@ struct Relighter::State {
   }
 };
 
-Relighter::Relighter(std::shared_ptr<gpu::Device> device, const capture::Session& session)
-    : state_(std::make_unique<State>(std::move(device), session)) {}
+Relighter::Relighter(std::shared_ptr<gpu::Device> device, const capture::Session& session,
+                     std::shared_ptr<const UploadModels> models)
+    : state_(std::make_unique<State>(std::move(device), session, std::move(models))) {}
 Relighter::~Relighter() = default;
 
-RelitPicture Relighter::relight(const capture::FrameSet& frame, const reconstruct::Scene& scene, const Exhibit& exhibit,
+RelitPicture Relighter::relight(const capture::FrameSet& frame, const reconstruct::Scene& scene, const Exhibit& wanted,
                                 const Plan& asked, bool with_maps) {
   State& s = *state_;
   RelitPicture result;
   result.plan = asked;
   s.view.take(frame, scene, asked.look == "camera");
+  s.take_time(frame.time_ns);
+  result.camera = s.view.camera().coded();
+  std::vector<std::string> preparing;
+  const Exhibit exhibit = s.models ? s.store.ready(wanted, *s.models, &preparing) : wanted;
 
   const bool visible = std::any_of(exhibit.objects.begin(), exhibit.objects.end(),
                                    [](const VirtualObject& o) { return o.visible && o.model; });
-  std::string missing = what_is_missing(scene, visible);
+  std::string missing = what_is_missing(scene, visible, preparing);
   if (missing.empty()) {
     s.take_lights(scene.illumination, asked.max_lights);
     try {
@@ -297,6 +342,7 @@ RelitPicture Relighter::relight(const capture::FrameSet& frame, const reconstruc
     }
   }
   if (!missing.empty()) {
+    s.drawn_live = false;
     pass_through(missing, &result);
     result.srgb = *s.view.camera().coded();
     return result;
@@ -310,6 +356,7 @@ RelitPicture Relighter::relight(const capture::FrameSet& frame, const reconstruc
   for (const std::string& line : quality_warnings(exhibit, objects, placement, scene)) {
     result.warnings.push_back("relight: " + line);
   }
+  if (!preparing.empty()) result.warnings.push_back("relight: " + being_prepared(preparing));
   if (!s.too_many_surfaces.empty()) result.warnings.push_back("relight: " + s.too_many_surfaces);
   s.room.follow(scene);
   bool moved = false;
@@ -328,17 +375,21 @@ RelitPicture Relighter::relight(const capture::FrameSet& frame, const reconstruc
   }
   AmortizedLightUpdate::Done light;
   try {
-    light = s.light.advance(*list,
-                            {params, key, s.lights, *s.lamp_maps, s.brightest, live,
-                             !with_maps && s.may_lag(params, objects), s.store.white()},
-                            s.bricks);
+    light = s.light.advance(
+        *list,
+        {params, key, s.lights, *s.lamp_maps, s.brightest, live, !with_maps && s.may_lag(params, objects),
+         s.store.white(), s.models && live && !with_maps ? std::optional(s.budget_ms()) : std::nullopt},
+        s.bricks);
   } catch (const gpu::DeviceLost&) {
     throw;
   } catch (const gpu::GpuError& e) {
     if (!s.no_room_for(plan.volume, e)) throw;
-    return relight(frame, scene, exhibit, asked, with_maps);
+    return relight(frame, scene, wanted, asked, with_maps);
   }
   result.passes = std::move(light.passes);
+  // What is drawn already goes on, if coarsely.
+  if (!s.light.any_light() || (!s.drawn_live && !s.light.reaches(objects)))
+    return s.wait_for_light(*list, std::move(result));
   if (!s.light.why_no_rounds().empty()) {
     result.warnings.push_back(
         "relight: updates of indirect light are not spread over frames: device memory is too small (" +
@@ -349,20 +400,29 @@ RelitPicture Relighter::relight(const capture::FrameSet& frame, const reconstruc
   std::copy_n(lit.cascade, shader::kCascades, params.cascade);
   params.virtual_grid = lit.virtual_grid;
   params.grid = lit.grid;
-  const bool lit_anew = light.changed || directly_anew;
-  if (lit_anew) s.light_directly(*list, params, key);
+  const bool objects_anew = light.changed || directly_anew;
+  bool lit_anew = objects_anew, shadows_wait = false;
+  if (s.models && live) {
+    if (!s.lamp_shadows->update_receivers(*s.device, *list, params, s.light.room()) && !s.drawn_live)
+      return s.wait_for_light(*list, std::move(result));
+    lit_anew = lit_anew || s.lamp_shadows->other_receivers() || s.shadows_due;
+    // Shadows follow in the next frame: this one draws what appeared or what it hid.
+    shadows_wait = s.drawn_live && s.directly_lit && !same_models(s.directly_lit->objects, objects) &&
+                   !s.lamp_shadows->other_receivers();
+  }
+  if (lit_anew) s.light_directly(*list, params, key, objects_anew, !shadows_wait);
+  s.shadows_due = shadows_wait;
   const CameraView::View view{params, objects,           s.known_surfaces, s.glossy, s.store.white(),
                               plan,   moved || lit_anew, with_maps,        live};
   const CameraView::Light shown{s.light, *s.lamp_maps, s.bricks};
+  s.drawn_live = live;
   if (!live) {
     s.view.show_full(frame, view, shown, *list, &result);
     return result;
   }
-  if (light.recorded || lit_anew) {
-    const std::vector<gpu::PassTime> passes = s.device->submit(*list);
-    result.passes.insert(result.passes.end(), passes.begin(), passes.end());
-  }
-  if (lit_anew) s.lamp_shadows->read(*s.device, params);  // the selection of shadowed blocks depends on it
+  if (light.recorded || lit_anew) s.submit(*list, &result);
+  if (lit_anew && !shadows_wait)
+    s.lamp_shadows->read(*s.device, params);  // the selection of shadowed blocks depends on it
   s.view.show_live(frame, view, shown, *s.lamp_shadows, &result);
   return result;
 }

@@ -4,6 +4,7 @@
 
 #include "capture/session/session.h"
 #include "relight/renderer.h"
+#include "relight/upload/upload_model.h"
 
 namespace lumigraft::relight {
 
@@ -12,7 +13,11 @@ namespace lumigraft::relight {
 /// warning gives the reason. Throws gpu::GpuError if the device fails, gpu::DeviceLost if it is lost.
 class Relighter : public Renderer {
  public:
-  Relighter(std::shared_ptr<gpu::Device> device, const capture::Session& session);
+  /// `models`: those that the caller prepares on another thread. Objects are not drawn until theirs is, and indirect
+  /// light of objects that appear, disappear or jump arrives over frames (AmortizedLightUpdate), so that these take no
+  /// longer. Null: `relight` prepares and gathers what a frame lacks.
+  Relighter(std::shared_ptr<gpu::Device> device, const capture::Session& session,
+            std::shared_ptr<const UploadModels> models = nullptr);
   ~Relighter() override;
   RelitPicture relight(const capture::FrameSet& frame, const reconstruct::Scene& scene, const Exhibit& exhibit,
                        const Plan& plan, bool with_maps = false) override;

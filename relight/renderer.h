@@ -25,6 +25,8 @@ struct RelightMaps {
 
 struct RelitPicture {
   capture::Image<std::uint8_t> srgb;  ///< R G B, size and response (sRGB) of the colour camera
+  /// The camera's frame, encoded likewise: `srgb` without objects and change.
+  std::shared_ptr<const capture::Image<std::uint8_t>> camera;
   Plan plan;
   std::vector<gpu::PassTime> passes;  ///< empty if nothing was recomputed
   bool passed_through = false;        ///< unmodified camera frame; a warning gives the reason

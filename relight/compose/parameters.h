@@ -1,6 +1,8 @@
 #pragma once
 // Numbers that decide something here. Where no reason is given the value was chosen by hand and not swept.
 
+#include <cstdint>
+
 namespace lumigraft::relight {
 inline constexpr struct ComposeParameters {
   float moved_sigmas = 3, moved_min_cosine = 0.2f;  ///< of depth, that noise explains; bound of a grazing view's
@@ -8,6 +10,15 @@ inline constexpr struct ComposeParameters {
   float matte_sigma_px = 0.75f;  ///< 1σ of an outline's place in depth against colour, in 320ths of the width
   float matte_reach = 3, matte_samples = 4;  ///< times that: to pixels with a matte; and to those that give colours
   float matte_noise = 0.02f;                 ///< of a pixel's radiance, relative
-  float max_flicker = 2;                     ///< ratio of a pixel's radiance of now to that of its change of light
+  /// Of all change while there is no current view to change. A frame without a pose is no reason yet; then the last
+  /// pose is wrong by the camera's motion, 2 to 10 cm in fade_out_ns for a camera in a hand: longer would be seen as
+  /// swimming, and shorter as a jump (five frames at 30 a second).
+  std::int64_t unseen_ns = 70'000'000, fade_out_ns = 180'000'000, fade_in_ns = 400'000'000;
+  /// A covered lens: brightness and contrast (difference of blocks' mean pixel values, 5 to 95 %) fall below these
+  /// fractions of what they were, over which they average.
+  float covered_light = 0.15f, covered_contrast = 0.2f;
+  std::int64_t usual_view_ns = 3'000'000'000;
+  int view_block_px = 16, view_step_px = 4, min_contrast = 6;  ///< pixel values: less is seen of no room
+  float max_flicker = 2;  ///< ratio of a pixel's radiance of now to that of its change of light
 } kCompose;
 }  // namespace lumigraft::relight

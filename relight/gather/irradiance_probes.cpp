@@ -7,6 +7,7 @@
 
 #include "relight/gather/parameters.h"
 #include "relight/objects/mesh_refine.h"
+#include "relight/objects/mesh_simplify.h"
 #include "relight/objects/placement.h"
 
 namespace lumigraft::relight {
@@ -107,6 +108,10 @@ IrradianceProbes place_probes(const Model& coarse) {
   }
   found.first.resize(2 * model.positions_m.size() + 1, static_cast<std::uint32_t>(found.weights.size()));
   return found;
+}
+
+std::shared_ptr<const IrradianceProbes> make_ray_model(const std::shared_ptr<const Model>& model) {
+  return std::make_shared<const IrradianceProbes>(place_probes(*simplify_model(*model, kGather.max_triangles)));
 }
 
 }  // namespace lumigraft::relight

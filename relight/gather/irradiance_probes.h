@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "relight/objects/prepared_models.h"
 #include "relight/tracing/meshes.h"
 
 namespace lumigraft::relight {
@@ -27,5 +28,9 @@ struct IrradianceProbes {
 };
 
 IrradianceProbes place_probes(const Model& model);
+
+using RayModels = PreparedModels<IrradianceProbes>;
+/// Of the model, simplified if it has very many triangles. Takes up to seconds.
+std::shared_ptr<const IrradianceProbes> make_ray_model(const std::shared_ptr<const Model>& model);
 
 }  // namespace lumigraft::relight

@@ -1,10 +1,10 @@
 #include "relight/gather/ray_light.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "relight/gather/gather_quality.h"
 #include "relight/gather/parameters.h"
-#include "relight/objects/mesh_simplify.h"
 #include "relight/tracing/world.h"
 
 namespace lumigraft::relight {
@@ -51,23 +51,25 @@ RayLight::World::World(std::shared_ptr<const RayRoom> the_room, std::vector<Plac
       places(change_regions(room->lamps(), room->meshes(), objects.meshes())),
       light(*room, objects, cells, sphere) {}
 
-void RayLight::prepare(const Exhibit& exhibit) {
-  const auto& objects = exhibit.objects;
+Exhibit RayLight::prepare(const Exhibit& exhibit, std::vector<std::string>* preparing) {
+  Exhibit ready = exhibit;
   std::erase_if(prepared_, [&](const Prepared& p) {
-    return std::none_of(objects.begin(), objects.end(), [&](const VirtualObject& o) { return o.model == p.model; });
+    return std::ranges::find(exhibit.objects, p.model, &VirtualObject::model) == exhibit.objects.end();
   });
-  for (const VirtualObject& object : objects) {
-    if (object.model) places_of(object.model);
+  for (VirtualObject& object : ready.objects) {
+    if (!object.model || places_of(object.model) || !object.visible) continue;
+    object.visible = false;
+    preparing->push_back(object.name);
   }
+  return ready;
 }
 
-const std::shared_ptr<const IrradianceProbes>& RayLight::places_of(const std::shared_ptr<const Model>& model) {
-  for (const Prepared& known : prepared_) {
-    if (known.model == model) return known.places;
-  }
-  prepared_.push_back(
-      {model, std::make_shared<const IrradianceProbes>(place_probes(*simplify_model(*model, kGather.max_triangles)))});
-  return prepared_.back().places;
+std::shared_ptr<const IrradianceProbes> RayLight::places_of(const std::shared_ptr<const Model>& model) {
+  const auto known = std::ranges::find(prepared_, model, &Prepared::model);
+  if (known != prepared_.end()) return known->places;
+  std::shared_ptr<const IrradianceProbes> made = models_ ? models_->find(model) : make_ray_model(model);
+  if (made) prepared_.push_back({model, made});
+  return made;
 }
 
 /// Prepares an object from cached data, or creates it.
@@ -84,12 +86,20 @@ PlacedModel RayLight::placed(const ReferenceMesh& object) {
 
 bool RayLight::follow(std::shared_ptr<const RayRoom> room, const std::vector<ReferenceMesh>& objects, const Plan& plan,
                       const std::function<void(const char*)>& done) {
-  const int rounds = gather_quality_of(plan.trace_scale).rounds;
+  int rounds = gather_quality_of(plan.trace_scale).rounds;
   const bool same_plan = rays_ == plan.rays && trace_scale_ == plan.trace_scale;
   const bool same = world_ && world_->room == room && same_meshes(objects_, objects) && same_plan;
-  if (same && outstanding_ == 0) return false;
+  if (same && outstanding_ == 0) return std::exchange(draws_next_, false);
   const bool all_known = same_models(objects_, objects);
-  const bool goes_on = solved_ && same_plan && (all_known || rounds > 1);
+  const bool over_frames = models_ && rounds > 1;  // also the first light
+  const bool goes_on = over_frames || (solved_ && same_plan && (all_known || rounds > 1));
+  // What appears or disappears is gathered in twice as many parts, and drawn in the frames between: none does both.
+  const bool apart = over_frames && (!all_known || bounces_);
+  if (apart) rounds *= 2;
+  if (same && apart && draws_next_) {
+    draws_next_ = false;
+    return true;
+  }
   if (!same) {
     place(std::move(room), objects, goes_on);
     rays_ = plan.rays;
@@ -99,14 +109,20 @@ bool RayLight::follow(std::shared_ptr<const RayRoom> room, const std::vector<Ref
     // moves.
     if (!goes_on) bounces_.reset();
     if (goes_on && (!all_known || bounces_)) bounces_.emplace();
+    if (over_frames) world_->objects.begin_with(world_->room->illumination()->environment_sh);
     done("surfaces");
+    if (over_frames && !all_known) {
+      draws_next_ = false;
+      return true;
+    }
   }
   if (goes_on) {
     go_on(rounds, plan, done);
   } else {
     solve(plan, done);
   }
-  return true;
+  draws_next_ = same && apart;
+  return !draws_next_;
 }
 
 void RayLight::set_moved(std::shared_ptr<const MovedOccluders> moved) {
@@ -154,7 +170,7 @@ void RayLight::place(std::shared_ptr<const RayRoom> room, const std::vector<Refe
   const bool same_cells = world_ && world_->room->shares_surfaces_with(*room) && same_meshes(objects_, objects);
   auto next = std::make_unique<World>(std::move(room), std::move(now), same_cells ? &world_->cells : nullptr);
   // Later bounces change little between frames: they continue from the previous values.
-  if (goes_on) {
+  if (goes_on && world_) {
     next->objects.reuse_from(world_->objects);
     if (!same_cells) next->cells.reuse_from(world_->cells);
   } else if (same_cells) {

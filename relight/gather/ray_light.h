@@ -1,5 +1,6 @@
 #pragma once
 // The camera-independent light of a room with objects, updated from frame to frame.
+#include <algorithm>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -31,12 +32,16 @@ class BounceSeries {
 
 class RayLight {
  public:
-  /// Prepares the exhibit's models, hidden ones too, so that showing one only requires computing its light.
-  void prepare(const Exhibit& exhibit);
+  /// `models`: prepared on another thread; null: `prepare` does it.
+  explicit RayLight(std::shared_ptr<const RayModels> models) : models_(std::move(models)) {}
+
+  /// Prepares the exhibit's models, hidden ones too, so that showing one only requires computing its light. Returns the
+  /// exhibit without visible objects that another thread has yet to prepare, which `preparing` names.
+  Exhibit prepare(const Exhibit& exhibit, std::vector<std::string>* preparing);
 
   /// Updates to a room and objects. If the plan's quality has rounds, light is updated over that many frames, also when
-  /// objects appear or disappear; it is solved within one frame if there is no previous solution. Returns false if
-  /// nothing has changed. Calls `done(pass)` after each pass.
+  /// objects appear or disappear; unless another thread prepares models, it is solved within one frame if there is no
+  /// previous solution. Returns false if the view need not be drawn anew for it. Calls `done(pass)` after each pass.
   bool follow(std::shared_ptr<const RayRoom> room, const std::vector<ReferenceMesh>& objects, const Plan& plan,
               const std::function<void(const char*)>& done);
 
@@ -47,7 +52,7 @@ class RayLight {
   const DeltaLight& light() const { return world_->light; }
   const std::vector<ChangeRegion>& places() const { return world_->places; }
   /// The subset that was updated last; light that depends on the camera can be updated with the same subset.
-  const UpdateSubset& turn() const { return turn_; }
+  UpdateSubset turn() const { return {std::min(turn_.of, kCameraTurns), turn_.now % kCameraTurns}; }
 
  private:
   struct World {
@@ -68,7 +73,8 @@ class RayLight {
     std::shared_ptr<const IrradianceProbes> places;
   };
 
-  const std::shared_ptr<const IrradianceProbes>& places_of(const std::shared_ptr<const Model>& model);
+  /// Null if another thread has yet to prepare the model.
+  std::shared_ptr<const IrradianceProbes> places_of(const std::shared_ptr<const Model>& model);
   PlacedModel placed(const ReferenceMesh& object);
   void place(std::shared_ptr<const RayRoom> room, const std::vector<ReferenceMesh>& objects, bool goes_on);
   void solve(const Plan& plan, const std::function<void(const char*)>& done);
@@ -76,11 +82,15 @@ class RayLight {
   void gather_on_objects(int bounces, const Plan& plan, const std::function<void(const char*)>& done);
   void gather_in_cells(const Plan& plan, const std::function<void(const char*)>& done);
 
+  std::shared_ptr<const RayModels> models_;
   std::vector<Prepared> prepared_;
   std::vector<PlacedModel> placed_;
   std::vector<ReferenceMesh> objects_;
   int rays_ = 0, trace_scale_ = 0;
+  static constexpr int kCameraTurns = 8;  ///< most parts of light that depends on the camera (gather_grid.h)
+
   UpdateSubset turn_;
+  bool draws_next_ = false;              ///< light was gathered that the last frame does not show
   int outstanding_ = 0;                  ///< frames until every probe has been updated since the last change
   std::optional<BounceSeries> bounces_;  ///< iterated to convergence after objects appeared or disappeared
   std::unique_ptr<World> world_;

@@ -115,6 +115,15 @@ void RayObjects::reuse_from(const RayObjects& others) {
   }
 }
 
+void RayObjects::begin_with(const reconstruct::Sh9& environment) {
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    if (has_light_[i]) continue;
+    indirect_[i] = reconstruct::sh_irradiance(environment, places_[i].normal).array().max(0);
+    has_light_[i] = true;
+  }
+  spread();
+}
+
 bool RayObjects::is_inside(const Vector3f& p_m, const Vector3f& w) const {
   const auto hit = meshes_.hit(p_m, w, std::numeric_limits<float>::infinity());
   if (!hit || !objects_[hit->mesh].places->closed) return false;

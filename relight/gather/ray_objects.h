@@ -6,6 +6,7 @@
 #include <memory>
 #include <vector>
 
+#include "reconstruct/math/spherical_harmonics.h"
 #include "relight/gather/irradiance_probes.h"
 #include "relight/tracing/meshes.h"
 
@@ -54,6 +55,9 @@ class RayObjects {
   /// Copies the indirect light of other objects with the same models, at any pose; takes effect with the next set. Of
   /// several with the same model, the nearest.
   void reuse_from(const RayObjects& others);
+  /// Gives probes without indirect light that of an environment (spherical harmonics of its radiance, W/sr/m²) that
+  /// nothing occludes, until theirs is gathered.
+  void begin_with(const reconstruct::Sh9& environment);
   /// Whether the probe's indirect light was set or copied.
   bool has_light(int place) const { return has_light_[static_cast<std::size_t>(place)]; }
   bool all_have_light() const { return std::find(has_light_.begin(), has_light_.end(), false) == has_light_.end(); }

@@ -82,11 +82,12 @@ struct RayRenderer::State {
   CameraLook camera_look;
   float blur_px = 0;  ///< of `shown`
 
-  State(const capture::Session& s, Rooms the_rooms)
+  State(const capture::Session& s, Rooms the_rooms, std::shared_ptr<const RayModels> models)
       : session(s),
         rooms(the_rooms),
         known(known_surfaces(s.real_surfaces)),
         camera(s.color),
+        light(std::move(models)),
         still(s.color.model),
         pixel_rays(s.color.model) {}
 
@@ -250,8 +251,8 @@ struct RayRenderer::State {
   }
 };
 
-RayRenderer::RayRenderer(const capture::Session& session, Rooms rooms)
-    : state_(std::make_unique<State>(session, rooms)) {}
+RayRenderer::RayRenderer(const capture::Session& session, Rooms rooms, std::shared_ptr<const RayModels> models)
+    : state_(std::make_unique<State>(session, rooms, std::move(models))) {}
 RayRenderer::~RayRenderer() = default;
 
 std::shared_ptr<const RayRoom> RayRenderer::room_of(const reconstruct::Scene& scene) const {
@@ -260,12 +261,13 @@ std::shared_ptr<const RayRoom> RayRenderer::room_of(const reconstruct::Scene& sc
 void RayRenderer::take(std::shared_ptr<const RayRoom> room) { state_->enter(std::move(room)); }
 
 RelitPicture RayRenderer::relight(const capture::FrameSet& frame, const reconstruct::Scene& scene,
-                                  const Exhibit& exhibit, const Plan& plan, bool with_maps) {
+                                  const Exhibit& wanted, const Plan& plan, bool with_maps) {
   State& s = *state_;
   RelitPicture result;
   result.plan = plan;
   s.camera.take(frame);
-  result.srgb = *s.camera.coded();
+  result.camera = s.camera.coded();
+  result.srgb = *result.camera;
   const bool like_camera = plan.look == "camera";
   Clock clock(result.passes);
   if (like_camera) {
@@ -273,8 +275,10 @@ RelitPicture RayRenderer::relight(const capture::FrameSet& frame, const reconstr
     s.camera_look.follow(s.camera.coded(), camera, scene.pose, depth_of(frame, camera));
     clock.done("camera look");
   }
+  std::vector<std::string> preparing;
+  const Exhibit exhibit = s.light.prepare(wanted, &preparing);
   const std::vector<ReferenceMesh> objects = reference_objects_of(exhibit, static_cast<double>(frame.time_ns) * 1e-9);
-  std::string missing = what_is_missing(scene, !objects.empty());
+  std::string missing = what_is_missing(scene, !objects.empty(), preparing);
   if (missing.empty() && s.rooms == Rooms::taken && !s.room) missing = "the room is not ready for rays yet";
   if (!missing.empty()) {
     pass_through(missing, &result);
@@ -283,8 +287,8 @@ RelitPicture RayRenderer::relight(const capture::FrameSet& frame, const reconstr
   for (const VirtualObject& object : exhibit.objects) {
     if (const auto line = left_out(object); line && object.visible) result.warnings.push_back("relight: " + *line);
   }
+  if (!preparing.empty()) result.warnings.push_back("relight: " + being_prepared(preparing));
   s.follow(scene);
-  s.light.prepare(exhibit);
   const bool lit_anew = s.light.follow(s.room, objects, plan, [&](const char* pass) { clock.done(pass); });
   const CameraRays eye{s.pixel_rays, {s.session.color.model, s.held(scene.pose->T_tag_camera).cast<float>()}};
   const CurrentDepth depth(s.pixel_rays, depth_of(frame, s.session.color.model), s.room->voxel_m());

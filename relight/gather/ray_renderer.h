@@ -9,6 +9,7 @@
 #include <memory>
 
 #include "capture/session/session.h"
+#include "relight/gather/irradiance_probes.h"
 #include "relight/gather/ray_room.h"
 #include "relight/renderer.h"
 
@@ -24,8 +25,11 @@ class RayRenderer : public Renderer {
   /// until the first `take`; illumination is updated at once in both cases.
   enum class Rooms { made_here, taken };
 
-  /// Throws InputError if a [[real_surface]] cannot be read.
-  explicit RayRenderer(const capture::Session& session, Rooms rooms = Rooms::made_here);
+  /// `models`: those that the caller prepares on another thread. Objects are not drawn until theirs is; new ones begin
+  /// with the light of lamps, and of the environment without occlusion, where the plan updates light over frames. Null:
+  /// `relight` prepares and gathers what a frame lacks. Throws InputError if a [[real_surface]] cannot be read.
+  explicit RayRenderer(const capture::Session& session, Rooms rooms = Rooms::made_here,
+                       std::shared_ptr<const RayModels> models = nullptr);
   ~RayRenderer() override;
   RelitPicture relight(const capture::FrameSet& frame, const reconstruct::Scene& scene, const Exhibit& exhibit,
                        const Plan& plan, bool with_maps = false) override;

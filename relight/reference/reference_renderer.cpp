@@ -106,13 +106,14 @@ RelitPicture ReferenceRenderer::relight(const capture::FrameSet& frame, const re
   RelitPicture result;
   result.plan = plan;
   s.camera.take(frame);
-  result.srgb = *s.camera.coded();
+  result.camera = s.camera.coded();
+  result.srgb = *result.camera;
   const bool like_camera = plan.look == "camera";
   const capture::CameraModel& camera = s.session.color.model;
   if (like_camera) s.camera_look.follow(s.camera.coded(), camera, scene.pose, depth_of(frame, camera));
   std::vector<ReferenceMesh> objects = reference_objects_of(exhibit, static_cast<double>(frame.time_ns) * 1e-9);
 
-  const std::string missing = what_is_missing(scene, !objects.empty(), s.room != nullptr);
+  const std::string missing = what_is_missing(scene, !objects.empty(), {}, s.room != nullptr);
   if (!missing.empty()) {
     pass_through(missing, &result);
     return result;

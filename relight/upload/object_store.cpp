@@ -4,84 +4,29 @@
 #include <array>
 #include <set>
 
-#include "relight/exhibit/bsdf_params.h"
-#include "relight/objects/distance_field.h"
-#include "relight/objects/mesh_refine.h"
-#include "relight/objects/mesh_simplify.h"
 #include "relight/upload/parameters.h"
 
 namespace lumigraft::relight {
 namespace {
 
-std::uint8_t to_byte(float x) { return static_cast<std::uint8_t>(std::clamp(x, 0.0f, 1.0f) * 255.0f + 0.5f); }
-
-/// Points distributed over all triangles, each for at most `sample_area_m2` of area.
-std::vector<float> surface_samples(const Model& model, double sample_area_m2) {
-  std::vector<float> samples;
-  for (std::size_t t = 0; t + 2 < model.indices.size(); t += 3) {
-    const std::uint32_t* v = &model.indices[t];
-    const Eigen::Vector3f &a = model.positions_m[v[0]], &b = model.positions_m[v[1]], &c = model.positions_m[v[2]];
-    const float area = 0.5f * (b - a).cross(c - a).norm();
-    if (!(area > 0)) continue;
-    // A triangle divided into k² equal ones, a sample at each centroid.
-    const int k = std::clamp(static_cast<int>(std::ceil(std::sqrt(area / sample_area_m2))), 1, 256);
-    for (int i = 0; i < k; ++i) {
-      for (int j = 0; j < 2 * (k - i) - 1; ++j) {
-        const float u = (static_cast<float>(i) + (j % 2 == 0 ? 1.0f : 2.0f) / 3) / static_cast<float>(k);
-        const float w = (static_cast<float>(j / 2) + (j % 2 == 0 ? 1.0f : 2.0f) / 3) / static_cast<float>(k);
-        const Eigen::Vector3f p = a + u * (b - a) + w * (c - a);
-        const Eigen::Vector3f n = (1 - u - w) * model.normals[v[0]] + u * model.normals[v[1]] + w * model.normals[v[2]];
-        samples.insert(samples.end(), {p.x(), p.y(), p.z(), area / static_cast<float>(k * k), n.x(), n.y(), n.z(), 0});
-      }
-    }
-  }
-  return samples;
-}
-
-double surface_area_m2(const Model& model) {
-  double sum = 0;
-  for (std::size_t t = 0; t + 2 < model.indices.size(); t += 3) {
-    const Eigen::Vector3f& a = model.positions_m[model.indices[t]];
-    const Eigen::Vector3f ab = model.positions_m[model.indices[t + 1]] - a,
-                          ac = model.positions_m[model.indices[t + 2]] - a;
-    sum += 0.5 * ab.cross(ac).norm();
-  }
-  return sum;
-}
-
-/// Subdivides so that no edge is longer than those of even_triangles equal triangles of the same total area.
-std::shared_ptr<const Model> evenly_divided(const Model& model) {
-  Eigen::AlignedBox3f box;
-  for (const auto& p : model.positions_m) box.extend(p);
-  const double edge_m = std::sqrt(surface_area_m2(model) / (kUpload.even_triangles * std::sqrt(3.0) / 4));
-  const float min_edge_m = box.diagonal().norm() / 200;  // for models of nearly zero area
-  return refine_model(model, std::max(static_cast<float>(edge_m), min_edge_m));
-}
-
-std::unique_ptr<gpu::Texture> upload_texture(gpu::Device& device, const capture::Image<std::uint8_t>& picture) {
+std::unique_ptr<gpu::Texture> upload_texture(gpu::Device& device, const capture::Image<std::uint8_t>& picture,
+                                             const std::vector<std::uint8_t>& texels) {
   auto texture = device.create_texture(
       {.name = "base colour", .width = picture.width, .height = picture.height, .format = gpu::Format::rgba8_unorm});
-  std::vector<std::uint8_t> texels;
-  texels.reserve(static_cast<std::size_t>(picture.width) * picture.height * 4);
-  for (int y = 0; y < picture.height; ++y) {
-    for (int x = 0; x < picture.width; ++x) {
-      for (int c = 0; c < 3; ++c) texels.push_back(picture.at(x, y, c));
-      texels.push_back(255);
-    }
-  }
   device.upload(*texture, 0, std::as_bytes(std::span(texels)));
   return texture;
 }
 
-/// RGBA per voxel: the reflectance of its surface for uniform incident light.
-std::vector<std::uint8_t> reflectances(const ObjectField& field, const Model& model) {
-  std::vector<std::uint8_t> texels(field.base_color.size() * 4, 255);
-  for (std::size_t i = 0; i < field.base_color.size(); ++i) {
-    const BsdfParams bsdf = bsdf_params_of(field.base_color[i], model.parts[field.part[i]].material);
-    const Eigen::Array3f reflectance = reflectance_evenly(bsdf);
-    for (int c = 0; c < 3; ++c) texels[4 * i + static_cast<std::size_t>(c)] = to_byte(reflectance[c]);
-  }
-  return texels;
+std::size_t mesh_bytes(const Model& model) {
+  return model.positions_m.size() * kVertexFloats * sizeof(float) + model.indices.size() * sizeof(std::uint32_t);
+}
+
+template <typename Value>
+std::unique_ptr<gpu::Texture> upload_grid(gpu::Device& device, const char* name, gpu::Format format,
+                                          const std::array<int, 3>& size, const std::vector<Value>& values) {
+  auto texture = device.create_texture(gpu::volume_desc(name, size[0], size[1], size[2], format));
+  device.upload(*texture, 0, std::as_bytes(std::span(values)));
+  return texture;
 }
 
 }  // namespace
@@ -104,6 +49,7 @@ ObjectStore::ObjectStore(gpu::Device& device) : device_(device) {
   const std::array<std::uint8_t, 4> texel{255, 255, 255, 255};
   device.upload(*white_, 0, std::as_bytes(std::span(texel)));
 }
+
 StoredModel::Mesh ObjectStore::upload_mesh(const Model& model) {
   std::vector<float> vertices;
   vertices.reserve(model.positions_m.size() * kVertexFloats);
@@ -127,56 +73,94 @@ StoredModel::Mesh ObjectStore::upload_mesh(const Model& model) {
   return mesh;
 }
 
-const StoredModel& ObjectStore::stored(const std::shared_ptr<const Model>& model) {
-  auto& entry = models_[model.get()];
-  if (entry) return *entry;
-  entry = std::make_unique<StoredModel>();
-  entry->model = model;
-  const std::shared_ptr<const Model> simple = evenly_divided(*simplify_model(*model, kUpload.simple_triangles));
-  entry->simple = upload_mesh(*simple);
-  try {
-    entry->full = upload_mesh(*model);
-  } catch (const gpu::DeviceLost&) {
-    throw;
-  } catch (const gpu::GpuError& e) {
-    entry->full = upload_mesh(*simple);
-    entry->why_simple = e.what();
+std::deque<ObjectStore::Upload> ObjectStore::uploads(const std::shared_ptr<const UploadModel>& from, StoredModel& to) {
+  std::deque<Upload> all;
+  all.push_back({mesh_bytes(*from->simple), [this, from, &to] {
+                   to.simple = upload_mesh(*from->simple);
+                   to.simple.closed = from->closed;
+                 }});
+  all.push_back({mesh_bytes(*to.model), [this, from, &to] {
+                   try {
+                     to.full = upload_mesh(*to.model);
+                   } catch (const gpu::DeviceLost&) {
+                     throw;
+                   } catch (const gpu::GpuError& e) {
+                     to.full = upload_mesh(*from->simple);
+                     to.why_simple = e.what();
+                   }
+                 }});
+  all.push_back({mesh_bytes(*from->rough), [this, from, &to] { to.rough = upload_mesh(*from->rough); }});
+  for (const auto& [picture, texels] : from->pictures) {
+    all.push_back({texels.size(), [this, from, &to, picture = picture] {
+                     to.textures.push_back(upload_texture(device_, *picture, from->pictures.at(picture)));
+                     for (std::size_t i = 0; i < to.model->parts.size(); ++i) {
+                       if (to.model->parts[i].base_color_texture.get() != picture) continue;
+                       for (StoredModel::Mesh* mesh : {&to.full, &to.simple}) {
+                         if (i < mesh->parts.size()) mesh->parts[i].texture = to.textures.back().get();
+                       }
+                     }
+                   }});
   }
-  entry->simple.closed = is_closed(*simple);
-  entry->rough = upload_mesh(*simplify_model(*model, kUpload.rough_triangles));
-  std::map<const capture::Image<std::uint8_t>*, const gpu::Texture*> textures;
-  for (std::size_t i = 0; i < model->parts.size(); ++i) {
-    const auto& picture = model->parts[i].base_color_texture;
-    if (!picture || picture->empty()) continue;
-    const gpu::Texture*& texture = textures[picture.get()];
-    if (!texture) {
-      entry->textures.push_back(upload_texture(device_, *picture));
-      texture = entry->textures.back().get();
+  all.push_back({from->samples.size() * sizeof(float), [this, from, &to] {
+                   to.sample_count = static_cast<int>(from->samples.size() / 8);
+                   to.samples = device_.create_buffer(from->samples.size() * sizeof(float), "surface samples");
+                   device_.upload(*to.samples, 0, std::as_bytes(std::span(from->samples)));
+                 }});
+  all.push_back({from->distances_m.size() * sizeof(float), [this, from, &to] {
+                   to.distance =
+                       upload_grid(device_, "object distance", gpu::Format::r32_float, from->grid, from->distances_m);
+                 }});
+  all.push_back({from->reflectances.size(), [this, from, &to] {
+                   to.reflectance = upload_grid(device_, "object reflectance", gpu::Format::rgba8_unorm, from->grid,
+                                                from->reflectances);
+                 }});
+  return all;
+}
+
+ObjectStore::Entry& ObjectStore::entry_of(const std::shared_ptr<const Model>& model,
+                                          const std::shared_ptr<const UploadModel>& prepared) {
+  Entry& entry = models_[model.get()];
+  if (entry.stored) return entry;
+  entry.stored = std::make_shared<StoredModel>();
+  entry.stored->model = model;
+  entry.stored->grid_origin_m = prepared->grid_origin_m;
+  entry.stored->grid_voxel_m = prepared->grid_voxel_m;
+  entry.stored->sphere = prepared->sphere;
+  entry.uploads = uploads(prepared, *entry.stored);
+  return entry;
+}
+
+/// Returns its size in bytes.
+std::size_t ObjectStore::upload_next(Entry& entry) {
+  entry.uploads.front().run();
+  const std::size_t bytes = entry.uploads.front().bytes;
+  entry.uploads.pop_front();
+  return bytes;
+}
+
+const std::shared_ptr<StoredModel>& ObjectStore::stored(const std::shared_ptr<const Model>& model) {
+  const auto found = models_.find(model.get());
+  Entry& entry = found != models_.end() ? found->second : entry_of(model, make_upload_model(model));
+  while (!entry.uploads.empty()) upload_next(entry);
+  return entry.stored;
+}
+
+Exhibit ObjectStore::ready(const Exhibit& exhibit, const UploadModels& models, std::vector<std::string>* preparing) {
+  Exhibit ready = only_prepared(exhibit, models, preparing);
+  std::size_t bytes = 0;
+  for (VirtualObject& object : ready.objects) {
+    if (!object.visible || !object.model) continue;
+    const auto prepared = models.find(object.model);
+    if (prepared) {
+      Entry& entry = entry_of(object.model, prepared);
+      while (!entry.uploads.empty() && (bytes == 0 || bytes + entry.uploads.front().bytes <= kUpload.frame_bytes))
+        bytes += upload_next(entry);
+      if (entry.uploads.empty()) continue;
     }
-    if (i < entry->full.parts.size()) entry->full.parts[i].texture = texture;
-    if (i < entry->simple.parts.size()) entry->simple.parts[i].texture = texture;
+    object.visible = false;
+    preparing->push_back(object.name);
   }
-  entry->sphere = bounding_sphere(model->positions_m);
-
-  const std::vector<float> samples = surface_samples(*model, surface_area_m2(*model) / kUpload.samples);
-  entry->sample_count = static_cast<int>(samples.size() / 8);
-  entry->samples = device_.create_buffer(samples.size() * sizeof(float), "surface samples");
-  device_.upload(*entry->samples, 0, std::as_bytes(std::span(samples)));
-
-  const auto field = compute_object_field(*model, kUpload.field_voxels);
-  entry->grid_origin_m = field->origin_m;
-  entry->grid_voxel_m = field->voxel_m;
-  const auto make = [&](const char* name, gpu::Format format) {
-    return device_.create_texture(gpu::volume_desc(name, field->size[0], field->size[1], field->size[2], format));
-  };
-  entry->distance = make("object distance", gpu::Format::r32_float);
-  const std::vector<float> distances = full_distances(*field);
-  device_.upload(*entry->distance, 0, std::as_bytes(std::span(distances)));
-
-  entry->reflectance = make("object reflectance", gpu::Format::rgba8_unorm);
-  const std::vector<std::uint8_t> texels = reflectances(*field, *model);
-  device_.upload(*entry->reflectance, 0, std::as_bytes(std::span(texels)));
-  return *entry;
+  return ready;
 }
 
 std::vector<PlacedObject> ObjectStore::place(const Exhibit& exhibit, double time_s) {
@@ -187,7 +171,7 @@ std::vector<PlacedObject> ObjectStore::place(const Exhibit& exhibit, double time
     kept.insert(object.model.get());
     if (!object.visible) continue;
     PlacedObject p;
-    p.stored = &stored(object.model);
+    p.stored = stored(object.model);
     p.T_tag_model = object.T_tag_model(time_s).cast<float>();
     p.material = object.material;
     const auto scale = static_cast<float>(object.scale);  // exact: the volumes' size must not jitter while it rotates

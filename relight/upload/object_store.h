@@ -1,5 +1,7 @@
 #pragma once
 // GPU data of the virtual models: triangles, textures, distance fields. Uploaded once per model.
+#include <deque>
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -8,6 +10,7 @@
 #include "relight/exhibit/exhibit.h"
 #include "relight/gpu/device.h"
 #include "relight/objects/placement.h"
+#include "relight/upload/upload_model.h"
 
 namespace lumigraft::relight {
 
@@ -39,7 +42,7 @@ struct StoredModel {
 
 /// A visible object of a frame.
 struct PlacedObject {
-  const StoredModel* stored = nullptr;
+  std::shared_ptr<const StoredModel> stored;
   Eigen::Affine3f T_tag_model = Eigen::Affine3f::Identity();
   MaterialOverride material;
   PlacedBounds bounds;
@@ -50,7 +53,11 @@ struct PlacedObject {
 class ObjectStore {
  public:
   explicit ObjectStore(gpu::Device& device);
-  /// The visible objects at a time. Releases models that no object uses any more.
+  /// The exhibit without visible objects whose models are not on the device yet, which `preparing` names. Each call
+  /// uploads at most frame_bytes of prepared ones, or one part of a model that is larger.
+  Exhibit ready(const Exhibit& exhibit, const UploadModels& models, std::vector<std::string>* preparing);
+  /// The visible objects at a time; what their models lack is prepared and uploaded at once. Releases models that no
+  /// object uses any more.
   std::vector<PlacedObject> place(const Exhibit& exhibit, double time_s);
   /// Uploads triangles without textures, for surfaces that are not virtual.
   StoredModel::Mesh upload_mesh(const Model& model);
@@ -59,11 +66,22 @@ class ObjectStore {
   }  ///< bound where a shader declares a texture that a part does not have
 
  private:
-  const StoredModel& stored(const std::shared_ptr<const Model>& model);
+  struct Upload {
+    std::size_t bytes = 0;
+    std::function<void()> run;
+  };
+  struct Entry {
+    std::shared_ptr<StoredModel> stored;
+    std::deque<Upload> uploads;  ///< that remain
+  };
+  std::deque<Upload> uploads(const std::shared_ptr<const UploadModel>& from, StoredModel& to);
+  Entry& entry_of(const std::shared_ptr<const Model>& model, const std::shared_ptr<const UploadModel>& prepared);
+  static std::size_t upload_next(Entry& entry);
+  const std::shared_ptr<StoredModel>& stored(const std::shared_ptr<const Model>& model);
 
   gpu::Device& device_;
   std::unique_ptr<gpu::Texture> white_;
-  std::map<const Model*, std::unique_ptr<StoredModel>> models_;
+  std::map<const Model*, Entry> models_;
 };
 
 constexpr int kVertexFloats = 11;

@@ -11,15 +11,19 @@ namespace lumigraft::server {
 
 LiveRelighter::LiveRelighter(const capture::Session& session, const relight::Plan& plan, MakeDevice make_device)
     : session_(session), plan_(plan), make_device_(std::move(make_device)) {
+  if (plan.on_device())
+    upload_models_ = std::make_shared<relight::UploadModels>(relight::make_upload_model);
+  else
+    ray_models_ = std::make_shared<relight::RayModels>(relight::make_ray_model);
   make();
 }
 
 void LiveRelighter::make() {
   if (plan_.on_device()) {
-    renderer_ = std::make_unique<relight::Relighter>(make_device_(), session_);
+    renderer_ = std::make_unique<relight::Relighter>(make_device_(), session_, upload_models_);
     return;
   }
-  auto rays = std::make_unique<relight::RayRenderer>(session_, relight::RayRenderer::Rooms::taken);
+  auto rays = std::make_unique<relight::RayRenderer>(session_, relight::RayRenderer::Rooms::taken, ray_models_);
   rays_ = rays.get();
   renderer_ = std::move(rays);
 }
@@ -36,9 +40,30 @@ void LiveRelighter::prepare(const reconstruct::Scene& scene) {
   prepared_ = std::move(room);
 }
 
+bool LiveRelighter::wants_models(const relight::Exhibit& exhibit) const {
+  return upload_models_ ? upload_models_->wants(exhibit) : ray_models_->wants(exhibit);
+}
+
+void LiveRelighter::prepare_model(const relight::Exhibit& exhibit) {
+  if (upload_models_)
+    upload_models_->prepare_next(exhibit);
+  else
+    ray_models_->prepare_next(exhibit);
+}
+
 LiveRelighter::Result LiveRelighter::relight(const capture::FrameSet& frame, const reconstruct::Scene& scene,
                                              const relight::Exhibit& exhibit, const relight::Plan& plan) {
   Result result;
+  const bool coded = !frame.color->encoded.empty();
+  fade_.follow(frame, coded ? frame.color->encoded : camera_picture(*frame.color), scene.pose);
+  if (fade_.covered()) {
+    result.picture.srgb = camera_picture(*frame.color);
+    result.picture.plan = plan;
+    result.picture.passed_through = fade_.opacity() <= 0;
+    result.picture.warnings = {"relight: the colour camera's lens is covered, or it is dark: objects fade out"};
+    fade_.add_last(&result.picture.srgb);
+    return result;
+  }
   try {
     if (!renderer_ && std::chrono::steady_clock::now() >= next_try_) make();
     if (rays_) {
@@ -50,6 +75,7 @@ LiveRelighter::Result LiveRelighter::relight(const capture::FrameSet& frame, con
       result.picture = renderer_->relight(frame, scene, exhibit, plan);
       pause_ = std::chrono::seconds(0);
       failure_.clear();
+      if (!result.picture.passed_through) fade_.apply(result.picture.camera, &result.picture.srgb);
     }
   } catch (const relight::gpu::GpuError& e) {
     renderer_.reset();  // frees the device before another is created

@@ -128,6 +128,7 @@ struct Pipeline::State {
   void light_turn();
   void albedo_turn();
   void room_turn();
+  void models_turn();
   void encode_turn();
 };
 
@@ -332,6 +333,17 @@ void Pipeline::State::room_turn() {
   store.publish_warnings("room stage", {});
 }
 
+void Pipeline::State::models_turn() {
+  const std::shared_ptr<const relight::Exhibit> shown = exhibit.newest();
+  if (!relighter.wants_models(*shown)) {
+    sleep_until(Clock::now() + kPipeline.tick / 2);
+    return;
+  }
+  const StageTimer timer(metrics, "models");
+  relighter.prepare_model(*shown);
+  store.publish_warnings("models stage", {});
+}
+
 void Pipeline::State::encode_turn() {
   std::optional<ShownFrame> picture = to_encode.take(kPipeline.tick);
   if (picture) {
@@ -371,6 +383,7 @@ void Pipeline::start() {
   s.run("geometry", true, [&s] { s.geometry_turn(); });
   s.run("albedo", true, [&s] { s.albedo_turn(); });
   if (s.relighter.draws_prepared()) s.run("room", true, [&s] { s.room_turn(); });
+  s.run("models", true, [&s] { s.models_turn(); });
   s.run("capture", false, [&s] { s.capture_turn(); });
   if (s.fisheye) s.run("fisheye", false, [&s] { s.fisheye_turn(); });
 }

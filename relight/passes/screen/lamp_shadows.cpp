@@ -19,6 +19,31 @@ Eigen::Vector4f steady(const Eigen::Vector4f& sphere) {
   return result;
 }
 
+constexpr std::size_t kViewVectors = 4;
+
+/// By lamp, what its receivers depend on besides the room: its view, and its place last.
+std::vector<Eigen::Vector4f> views_of(const shader::FrameParams& params) {
+  std::vector<Eigen::Vector4f> views;
+  for (int i = 0; i < params.counts.x(); ++i) {
+    const shader::ShadowView& view = params.shadow_views[i];
+    views.insert(views.end(), {view.x_scale, view.y, view.z_far, params.lamps[i].position_radius});
+  }
+  return views;
+}
+
+bool same_lamps(const std::vector<Eigen::Vector4f>& a, const std::vector<Eigen::Vector4f>& b) {
+  bool same = a.size() == b.size();
+  for (std::size_t i = kViewVectors - 1; same && i < a.size(); i += kViewVectors) same = a[i] == b[i];
+  return same;
+}
+
+void set_views(const std::vector<Eigen::Vector4f>& views, shader::FrameParams& params) {
+  for (std::size_t i = 0; kViewVectors * i < views.size(); ++i) {
+    const Eigen::Vector4f* view = &views[kViewVectors * i];
+    params.shadow_views[i] = {view[0], view[1], view[2]};
+  }
+}
+
 /// Half angle of the sphere around the objects and of the surrounding penumbra, as far as the volumes reach.
 float half_angle_rad(const shader::FrameParams& frame, const shader::Lamp& lamp) {
   const Eigen::Vector4f sphere = steady(frame.sphere);
@@ -34,18 +59,25 @@ float half_angle_rad(const shader::FrameParams& frame, const shader::Lamp& lamp)
 LampShadows::LampShadows(gpu::Device& device, int edge_px, int max_lamps)
     : edge_(std::min(edge_px, kPasses.max_texture_px / max_lamps / kPasses.block_px * kPasses.block_px)),
       blocks_(edge_ / kPasses.block_px),
-      ground_(device.create_compute("shadow_receiver_map.comp")),
+      ground_receivers_(device.create_compute("shadow_receiver_map.comp")),
       tiles_(device.create_compute("lamp_tiles.comp")),
       shadow_(device.create_compute("lamp_shadow.comp")),
       hiding_(device.create_buffer(
           sizeof(std::uint32_t) * 2 * static_cast<std::size_t>(blocks_ * blocks_) * static_cast<std::size_t>(max_lamps),
           "maps that hide ground")) {
+  shadows_ = device.create_texture(
+      {.name = "lamp shadows", .width = edge_, .height = edge_ * max_lamps, .format = gpu::Format::rgba16_float});
+  ground_ = make_receivers(device);
+}
+
+LampShadows::Receivers LampShadows::make_receivers(gpu::Device& device) const {
   const auto make = [&](const char* name, gpu::Format format) {
-    return device.create_texture({.name = name, .width = edge_, .height = edge_ * max_lamps, .format = format});
+    return device.create_texture({.name = name, .width = edge_, .height = shadows_->desc().height, .format = format});
   };
-  ground_place_ = make("where lamps' light ends", gpu::Format::rgba32_float);
-  ground_normal_ = make("normals there", gpu::Format::rgba16_float);
-  shadows_ = make("lamp shadows", gpu::Format::rgba16_float);
+  Receivers made;
+  made.place = make("where lamps' light ends", gpu::Format::rgba32_float);
+  made.normal = make("normals there", gpu::Format::rgba16_float);
+  return made;
 }
 
 bool LampShadows::possible(const shader::FrameParams& params) {
@@ -66,27 +98,65 @@ void LampShadows::choose_views(shader::FrameParams& params) {
   }
 }
 
+void LampShadows::find_receivers(gpu::CommandList& list, shader::FrameParams params, int first_lamp, int lamps,
+                                 const LightVolumeState& room, const Receivers& out) const {
+  const Volumes& volumes = room.volumes;
+  params.pass_i.x() = first_lamp;
+  dispatch_2d(list, *ground_receivers_,
+              {gpu::sampled(1, *volumes.virtual_distance, gpu::Filter::linear),
+               gpu::sampled(2, *volumes.real_distance, gpu::Filter::linear),
+               gpu::sampled(9, *volumes.real_normal, gpu::Filter::linear), volumes.chunks(), gpu::image(16, *out.place),
+               gpu::image(17, *out.normal)},
+              params, edge_, edge_ * lamps);
+}
+
+bool LampShadows::update_receivers(gpu::Device& device, gpu::CommandList& list, shader::FrameParams& params,
+                                   const LightVolumeState& room) {
+  const std::vector<Eigen::Vector4f> views = views_of(params);
+  if (ground_.is_of(room, views)) {
+    next_.of.reset();
+  } else {
+    if (!next_.place) next_ = make_receivers(device);
+    // Objects that move on do not restart it, or it would never be done.
+    if (!next_.of || !(*next_.of == *room.real) || !same_lamps(next_.views, views)) {
+      next_.of = room.real;
+      next_.views = views;
+      next_lamp_ = 0;
+    }
+    const int lamps = params.counts.x();
+    const int now = std::min((lamps + kPasses.receiver_frames - 1) / kPasses.receiver_frames, lamps - next_lamp_);
+    shader::FrameParams of_next = params;
+    set_views(next_.views, of_next);
+    list.begin_pass("lamp shadows");
+    find_receivers(list, of_next, next_lamp_, now, room, next_);
+    next_lamp_ += now;
+    if (next_lamp_ >= lamps) {
+      std::swap(ground_, next_);
+      next_.of.reset();
+      ++receivers_;
+    }
+  }
+  if (!ground_.of || !same_lamps(ground_.views, views)) return false;
+  set_views(ground_.views, params);
+  return true;
+}
+
 void LampShadows::record(gpu::CommandList& list, const shader::FrameParams& params, const LampMaps& maps,
                          const LightVolumeState& room) {
+  recorded_ = receivers_;
   if (params.counts.x() == 0) return;
   const Volumes& volumes = room.volumes;
   const std::vector<gpu::Binding> distances{gpu::sampled(1, *volumes.virtual_distance, gpu::Filter::linear),
                                             gpu::sampled(2, *volumes.real_distance, gpu::Filter::linear)};
-  std::vector<Eigen::Vector4f> views;
-  for (int i = 0; i < params.counts.x(); ++i) {
-    const shader::ShadowView& view = params.shadow_views[i];
-    views.insert(views.end(), {view.x_scale, view.y, view.z_far, params.lamps[i].position_radius});
-  }
-  if (!ground_of_ || !(*ground_of_ == *room.real) || ground_views_ != views) {
-    dispatch_2d(list, *ground_,
-                joined(distances, {gpu::sampled(9, *volumes.real_normal, gpu::Filter::linear), volumes.chunks(),
-                                   gpu::image(16, *ground_place_), gpu::image(17, *ground_normal_)}),
-                params, edge_, edge_ * params.counts.x());
-    ground_of_ = room.real;
-    ground_views_ = std::move(views);
+  const std::vector<Eigen::Vector4f> views = views_of(params);
+  if (!ground_.of || ground_.views != views || !(updating_receivers() || *ground_.of == *room.real)) {
+    find_receivers(list, params, 0, params.counts.x(), room, ground_);
+    ground_.of = room.real;
+    ground_.views = views;
+    recorded_ = ++receivers_;
   }
   const std::vector<gpu::Binding> ground =
-      joined(maps.bindings(), {gpu::sampled(9, *ground_place_), gpu::sampled(10, *ground_normal_)});
+      joined(maps.bindings(), {gpu::sampled(9, *ground_.place), gpu::sampled(10, *ground_.normal)});
   dispatch_2d(list, *tiles_, joined(ground, {gpu::storage(16, *hiding_)}), params, blocks_,
               blocks_ * params.counts.x());
   dispatch_2d(list, *shadow_,

@@ -49,7 +49,7 @@ struct LightVolumeState {
   std::optional<LightKey> lit;   ///< empty: the volumes hold no light yet
   std::optional<RealKey> real;   ///< empty: the volumes hold no surfaces yet
   shader::FrameParams params{};  ///< parameters of the last fill
-  VertexLight gathered;          ///< light at the objects' vertices; live setting only
+  ObjectsLight gathered;         ///< light at the objects' vertices; live setting only
 
   LightVolumeState(gpu::Device& device, int edge_voxels) : volumes(device, edge_voxels) {}
 };

@@ -1,6 +1,7 @@
 #include "relight/passes/volume/object_light.h"
 
 #include <algorithm>
+#include <array>
 
 #include "relight/passes/parameters.h"
 
@@ -14,7 +15,9 @@ bool is_matt(const Material& material) { return material.specular == 0 && materi
 }  // namespace
 
 ObjectLight::ObjectLight(gpu::Device& device)
-    : gather_(device.create_compute("object_gather.comp")), light_up_(device.create_compute("object_light.comp")) {}
+    : gather_(device.create_compute("object_gather.comp")),
+      unoccluded_(device.create_compute("object_unoccluded.comp")),
+      light_up_(device.create_compute("object_light.comp")) {}
 
 bool ObjectLight::enough_for(const std::vector<PlacedObject>& objects) {
   return std::all_of(objects.begin(), objects.end(), [](const PlacedObject& object) {
@@ -51,9 +54,21 @@ void ObjectLight::gather(gpu::CommandList& list, shader::FrameParams params, int
   }
 }
 
+void ObjectLight::unoccluded(gpu::CommandList& list, shader::FrameParams params, const PlacedObject& object,
+                             const gpu::Buffer& gathered) const {
+  const StoredModel::Mesh& mesh = object.stored->simple;
+  params.counts.x() = 0;  // lamps are added by `record`
+  params.pass_m = object.T_tag_model.matrix();
+  params.pass_i << mesh.vertex_count, 0, 0, 0;
+  const std::array bindings{gpu::storage(16, *mesh.vertices), gpu::storage(17, gathered)};
+  list.dispatch(*unoccluded_, bindings, gpu::bytes_of(params),
+                (mesh.vertex_count + kVerticesAGroup - 1) / kVerticesAGroup);
+}
+
 void ObjectLight::record(gpu::Device& device, gpu::CommandList& list, shader::FrameParams params,
-                         const VertexLight& older, const VertexLight& newer, float newer_weight,
-                         const std::vector<PlacedObject>& objects, const LampMaps& maps, const Volumes& volumes) {
+                         const std::vector<const gpu::Buffer*>& older, const std::vector<const gpu::Buffer*>& newer,
+                         float newer_weight, const std::vector<PlacedObject>& objects, const LampMaps& maps,
+                         const Volumes& volumes) {
   fit(device, objects, &light_);
   params.pass_f.x() = newer_weight;
   params.counts.w() = kPasses.shadow_cones;

@@ -13,6 +13,12 @@ namespace lumigraft::relight {
 /// Per object: front and back side of every vertex of its simplified mesh.
 using VertexLight = std::vector<std::unique_ptr<gpu::Buffer>>;
 
+/// The same with the objects it is for. Buffers may remain from earlier objects.
+struct ObjectsLight {
+  std::vector<PlacedObject> objects;
+  VertexLight light;
+};
+
 class ObjectLight {
  public:
   explicit ObjectLight(gpu::Device& device);
@@ -27,14 +33,18 @@ class ObjectLight {
   void gather(gpu::CommandList& list, shader::FrameParams params, int cones, Slice slice,
               const std::vector<PlacedObject>& objects, const LampMaps& maps, const Volumes& volumes,
               const VertexLight& gathered) const;
-  /// `newer_weight`: blend weight of the newer round; below 1 the older round is blended in.
-  void record(gpu::Device& device, gpu::CommandList& list, shader::FrameParams params, const VertexLight& older,
-              const VertexLight& newer, float newer_weight, const std::vector<PlacedObject>& objects,
-              const LampMaps& maps, const Volumes& volumes);
+  /// What nothing occludes of the environment, for an object whose light was not gathered yet.
+  void unoccluded(gpu::CommandList& list, shader::FrameParams params, const PlacedObject& object,
+                  const gpu::Buffer& gathered) const;
+  /// `newer_weight`: blend weight of the newer round; below 1 the older round is blended in. Both: a buffer per object.
+  void record(gpu::Device& device, gpu::CommandList& list, shader::FrameParams params,
+              const std::vector<const gpu::Buffer*>& older, const std::vector<const gpu::Buffer*>& newer,
+              float newer_weight, const std::vector<PlacedObject>& objects, const LampMaps& maps,
+              const Volumes& volumes);
   const gpu::Buffer& of(std::size_t object) const { return *light_[object]; }
 
  private:
-  std::unique_ptr<gpu::ComputePipeline> gather_, light_up_;
+  std::unique_ptr<gpu::ComputePipeline> gather_, unoccluded_, light_up_;
   VertexLight light_;
 };
 

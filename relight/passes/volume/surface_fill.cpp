@@ -14,31 +14,36 @@ SurfaceFill::SurfaceFill(gpu::Device& device)
       virtual_list_(device.create_compute("voxel_list_virtual.comp")),
       areas_(device.create_compute("area.comp")) {}
 
-void SurfaceFill::real_distances(gpu::CommandList& list, const shader::FrameParams& params, const BrickPool& bricks,
-                                 const Volumes& volumes) const {
-  dispatch_cascades(list, *real_distances_, joined(bricks.distance_bindings(), {gpu::image(1, *volumes.real_distance)}),
-                    params, volumes.edge);
+void SurfaceFill::real_distances(gpu::CommandList& list, shader::FrameParams params, Slice slice,
+                                 const BrickPool& bricks, const Volumes& volumes) const {
+  const int layers = volumes.edge * shader::kCascades;
+  const int first = layers * slice.number / slice.of, last = layers * (slice.number + 1) / slice.of;
+  params.pass_i.w() = first;
+  dispatch_3d(list, *real_distances_, joined(bricks.distance_bindings(), {gpu::image(1, *volumes.real_distance)}),
+              params, volumes.edge, volumes.edge, last - first);
   const gpu::Buffer& marks = volumes.real_chunks.marks();
-  list.fill(*volumes.listed_real, 0);
-  list.fill(marks, 0);
-  dispatch_cascades(
-      list, *real_list_,
-      {gpu::storage(28, *volumes.listed_real), gpu::storage(33, marks), gpu::image(12, *volumes.real_distance)}, params,
-      volumes.edge);
+  if (slice.number == 0) {
+    list.fill(*volumes.listed_real, 0);
+    list.fill(marks, 0);
+  }
+  dispatch_3d(list, *real_list_,
+              {gpu::storage(28, *volumes.listed_real), gpu::storage(33, marks), gpu::image(12, *volumes.real_distance)},
+              params, volumes.edge, volumes.edge, last - first);
 }
 
-void SurfaceFill::real_surfaces(gpu::CommandList& list, const shader::FrameParams& params, const BrickPool& bricks,
-                                const Volumes& volumes) const {
-  list.clear(*volumes.real_radiance, {});
-  list.clear(*volumes.real_albedo, {});
-  list.clear(*volumes.real_normal, {});
-  list.clear(*volumes.real_response, {});
-  dispatch_list(list, *surfaces_,
-                joined(bricks.bindings(),
-                       {gpu::storage(28, *volumes.listed_real), gpu::image(1, *volumes.real_distance),
-                        gpu::image(2, *volumes.real_radiance), gpu::image(3, *volumes.real_albedo),
-                        gpu::image(4, *volumes.real_normal), gpu::image(5, *volumes.real_response), volumes.chunks()}),
-                params);
+void SurfaceFill::real_surfaces(gpu::CommandList& list, const shader::FrameParams& params, Slice slice,
+                                const BrickPool& bricks, const Volumes& volumes) const {
+  if (slice.number == 0) {
+    for (const auto* texture :
+         {&volumes.real_radiance, &volumes.real_albedo, &volumes.real_normal, &volumes.real_response})
+      list.clear(**texture, {});
+  }
+  dispatch_slice(list, *surfaces_,
+                 joined(bricks.bindings(),
+                        {gpu::storage(28, *volumes.listed_real), gpu::image(1, *volumes.real_distance),
+                         gpu::image(2, *volumes.real_radiance), gpu::image(3, *volumes.real_albedo),
+                         gpu::image(4, *volumes.real_normal), gpu::image(5, *volumes.real_response), volumes.chunks()}),
+                 params, slice);
 }
 
 void SurfaceFill::virtual_distances(gpu::Device& device, gpu::CommandList& list, shader::FrameParams params,

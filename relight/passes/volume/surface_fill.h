@@ -19,9 +19,11 @@ class SurfaceFill {
   static constexpr float kUnitsPerFace = 65536.0f;  ///< fixed point; a voxel overflows only after thousands of faces
 
   explicit SurfaceFill(gpu::Device& device);
-  void real_distances(gpu::CommandList& list, const shader::FrameParams& params, const BrickPool& bricks,
+  /// `slice`: of the volumes' layers.
+  void real_distances(gpu::CommandList& list, shader::FrameParams params, Slice slice, const BrickPool& bricks,
                       const Volumes& volumes) const;
-  void real_surfaces(gpu::CommandList& list, const shader::FrameParams& params, const BrickPool& bricks,
+  /// `slice`: of the listed voxels.
+  void real_surfaces(gpu::CommandList& list, const shader::FrameParams& params, Slice slice, const BrickPool& bricks,
                      const Volumes& volumes) const;
   /// Uploads the objects' poses at once, before the list runs.
   void virtual_distances(gpu::Device& device, gpu::CommandList& list, shader::FrameParams params,

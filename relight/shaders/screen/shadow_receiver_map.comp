@@ -2,7 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 // Receivers of every lamp's light: the first real surface along its rays, and the fraction of the light that passes
 // other real surfaces before it. Depends on the room, the lamps and approximately on the objects' position, not on
-// their rotation.
+// their rotation. pass_i.x: first lamp.
 #include "volume/lamp_visibility.glsl"
 #include "common/half.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -12,8 +12,9 @@ layout(binding = 16, rgba32f) uniform writeonly image2D out_place;  // tag frame
 layout(binding = 17, rgba16f) uniform writeonly image2D out_normal;  // fraction that passes
 
 void main() {
-  ivec2 at = ivec2(gl_GlobalInvocationID.xy);
-  int edge = imageSize(out_place).x, lamp = at.y / edge;
+  int edge = imageSize(out_place).x;
+  ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, frame.pass_i.x * edge);
+  int lamp = at.y / edge;
   if (at.x >= edge || lamp >= frame.counts.x) return;
   ShadowView view = frame.shadow_views[lamp];
   Lamp source = frame.lamps[lamp];

@@ -3,11 +3,11 @@
 // Properties of the real surface in the listed voxels: measured radiance L_mu (which contains all bounces of the real
 // room), albedo, normal.
 #include "common/bricks.glsl"
+#include "common/slice.glsl"
 #include "volume/chunks.glsl"
 #include "volume/voxel_list.glsl"
 #include "common/half.glsl"
 #include "common/unoccluded_irradiance.glsl"
-layout(local_size_x = 64) in;
 layout(binding = 1, r16f) uniform image3D distance_m;
 layout(binding = 2, rgba16f) uniform writeonly image3D out_radiance;  // rgb times weight, weight
 layout(binding = 3, rgba16f) uniform writeonly image3D out_albedo;    // rgb, known
@@ -15,7 +15,7 @@ layout(binding = 4, rgba16f) uniform writeonly image3D out_normal;    // and dis
 layout(binding = 5, rgba16f) uniform writeonly image3D out_response;  // ρ/π over radiance; times weight, weight
 
 void main() {
-  for (uint i = gl_GlobalInvocationID.x; i < voxels_listed(); i += gl_NumWorkGroups.x * 64u) {
+  for (uint i = slice_first(); i < voxels_listed(); i += slice_stride()) {
     Voxel voxel = listed_voxel(i);
     float d;
     vec3 g;

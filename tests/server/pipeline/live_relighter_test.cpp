@@ -114,6 +114,15 @@ relight::Exhibit pyramid() {
   return exhibit;
 }
 
+/// The first frame with the objects: models are uploaded over some frames.
+LiveRelighter::Result drawn(LiveRelighter& relighter, const reconstruct::Scene& scene, const relight::Exhibit& exhibit,
+                            const relight::Plan& plan) {
+  LiveRelighter::Result result;
+  for (int i = 0; i < 20 && (i == 0 || result.picture.passed_through); ++i)
+    result = relighter.relight(grey_frame(), scene, exhibit, plan);
+  return result;
+}
+
 TEST(LiveRelighter, ADeviceThatCannotBeMadeIsAnErrorAtTheStart) {
   EXPECT_THROW(LiveRelighter(small_camera(), relight::Plan(),
                              []() -> std::shared_ptr<relight::gpu::Device> { throw relight::gpu::GpuError("none"); }),
@@ -132,6 +141,13 @@ TEST(LiveRelighter, RaysNeedNoDeviceAndDrawWithWhatWasPrepared) {
   reconstruct::Scene scene = empty_room();
   const relight::Exhibit exhibit = pyramid();
   EXPECT_TRUE(relighter.wants_prepared(scene));
+  const auto unprepared = relighter.relight(grey_frame(), scene, exhibit, plan);
+  EXPECT_TRUE(unprepared.picture.passed_through);
+  ASSERT_EQ(unprepared.picture.warnings.size(), 1u);
+  EXPECT_NE(unprepared.picture.warnings[0].find("is being prepared"), std::string::npos);
+  EXPECT_TRUE(relighter.wants_models(exhibit));
+  relighter.prepare_model(exhibit);
+  EXPECT_FALSE(relighter.wants_models(exhibit));
   const auto early = relighter.relight(grey_frame(), scene, exhibit, plan);
   EXPECT_TRUE(early.picture.passed_through);
   EXPECT_FALSE(early.up_to_date);
@@ -151,7 +167,9 @@ TEST(LiveRelighter, RaysNeedNoDeviceAndDrawWithWhatWasPrepared) {
   light->lights[0].irradiance.setConstant(3);
   scene.illumination = light;
   EXPECT_FALSE(relighter.wants_prepared(scene));
-  const auto lit = relighter.relight(grey_frame(), scene, exhibit, plan);
+  auto lit = relighter.relight(grey_frame(), scene, exhibit, plan);
+  for (int i = 0; i < 100 && !lit.picture.passes.empty(); ++i)
+    lit = relighter.relight(grey_frame(), scene, exhibit, plan);
   EXPECT_GT(*std::max_element(lit.picture.srgb.data.begin(), lit.picture.srgb.data.end()),
             *std::max_element(dark.picture.srgb.data.begin(), dark.picture.srgb.data.end()) + 20);
   scene.field = std::make_shared<reconstruct::DistanceField>();
@@ -159,6 +177,73 @@ TEST(LiveRelighter, RaysNeedNoDeviceAndDrawWithWhatWasPrepared) {
   const auto behind = relighter.relight(grey_frame(), scene, exhibit, plan);
   EXPECT_FALSE(behind.up_to_date);
   EXPECT_EQ(behind.picture.srgb.data, lit.picture.srgb.data);
+}
+
+/// A frame of a room with things in it, at a time.
+capture::FrameSet frame_at(std::int64_t time_ns, bool covered) {
+  auto color = std::make_shared<capture::Frame>();
+  color->encoded = capture::Image<std::uint8_t>(64, 48, 3, 3);
+  for (std::size_t i = 0; !covered && i < color->encoded.data.size(); ++i)
+    color->encoded.data[i] = i / 3 % 64 < 20 ? 40 : 160;
+  capture::FrameSet frame;
+  frame.time_ns = time_ns;
+  frame.color = color;
+  return frame;
+}
+
+int change_of(const LiveRelighter::Result& result, const capture::FrameSet& frame) {
+  int worst = 0;
+  for (std::size_t i = 0; i < result.picture.srgb.data.size(); ++i)
+    worst = std::max(worst, std::abs(result.picture.srgb.data[i] - frame.color->encoded.data[i]));
+  return worst;
+}
+
+// Instead of going from one frame to the next.
+TEST(LiveRelighter, ObjectsFadeOutWhenThePoseIsLostAndWhenTheLensIsCovered) {
+  relight::Plan plan;
+  plan.method = "rays";
+  plan.trace_scale = 8;
+  constexpr std::int64_t kGap = 33'000'000;
+  for (const bool covers : {false, true}) {
+    SCOPED_TRACE(covers ? "covered" : "lost");
+    LiveRelighter relighter(small_camera(), plan,
+                            []() -> std::shared_ptr<relight::gpu::Device> { throw relight::gpu::GpuError("none"); });
+    reconstruct::Scene scene = empty_room();
+    scene.pose->from = reconstruct::Pose::From::surface;
+    const relight::Exhibit exhibit = pyramid();
+    relighter.prepare(scene);
+    relighter.prepare_model(exhibit);
+    std::int64_t time_ns = 1'000'000'000;
+    const auto next = [&](bool missing) {
+      const capture::FrameSet frame = frame_at(time_ns += kGap, missing && covers);
+      if (missing && !covers) {
+        scene.pose->from = reconstruct::Pose::From::past;
+      } else {
+        scene.pose->from = reconstruct::Pose::From::surface;
+        scene.pose->time_ns = time_ns;
+      }
+      return change_of(relighter.relight(frame, scene, exhibit, plan), frame);
+    };
+    int full = 0;
+    for (int i = 0; i < 20; ++i) full = next(false);
+    ASSERT_GT(full, 60) << "a dark object on a bright room";
+    int last = full, worst_step = 0;
+    for (int i = 0; i < 20; ++i) {
+      const int now = next(true);
+      EXPECT_LE(now, last);
+      worst_step = std::max(worst_step, last - now);
+      last = now;
+    }
+    EXPECT_EQ(last, 0);
+    EXPECT_LT(worst_step, covers ? full + 1 : full / 2);
+    for (int i = 0; i < 20; ++i) {
+      const int now = next(false);
+      EXPECT_GE(now, last);
+      EXPECT_LT(now - last, full / 3);
+      last = now;
+    }
+    EXPECT_EQ(last, full);
+  }
 }
 
 class LiveRelighterOn : public testing::TestWithParam<relight::gpu::Backend> {};
@@ -178,6 +263,7 @@ TEST_P(LiveRelighterOn, ADeviceThatFailsIsMadeAgainAndThePictureGoesOn) {
   });
   const reconstruct::Scene scene = empty_room();
   const relight::Exhibit exhibit = pyramid();
+  relighter.prepare_model(exhibit);
   *broken = true;
   const auto failed = relighter.relight(grey_frame(), scene, exhibit, small_plan());
   ASSERT_EQ(failed.picture.srgb.data, grey_frame().color->encoded.data);
@@ -203,7 +289,8 @@ TEST_P(LiveRelighterOn, AfterALostDevicePicturesAreAsBefore) {
   LiveRelighter relighter(small_camera(), relight::Plan(), [] { return relight::gpu::create_device(GetParam(), {}); });
   const reconstruct::Scene scene = empty_room();
   const relight::Exhibit exhibit = pyramid();
-  const auto before = relighter.relight(grey_frame(), scene, exhibit, small_plan());
+  relighter.prepare_model(exhibit);
+  const auto before = drawn(relighter, scene, exhibit, small_plan());
   ASSERT_FALSE(before.picture.passed_through);
   EXPECT_NE(before.picture.srgb.data, grey_frame().color->encoded.data);
 
@@ -219,7 +306,7 @@ TEST_P(LiveRelighterOn, AfterALostDevicePicturesAreAsBefore) {
   EXPECT_NE(failed.picture.warnings[0].find("the GPU device failed and is created again: "), std::string::npos)
       << failed.picture.warnings[0];
 
-  const auto after = relighter.relight(grey_frame(), scene, exhibit, small_plan());
+  const auto after = drawn(relighter, scene, exhibit, small_plan());
   EXPECT_FALSE(after.picture.passed_through);
   EXPECT_EQ(after.picture.srgb.data, before.picture.srgb.data);
   EXPECT_EQ(after.picture.warnings, before.picture.warnings);

@@ -1,0 +1,73 @@
+#pragma once
+// What a renderer computes once per model, which takes up to seconds: on a thread of its own, so that no frame waits.
+#include <algorithm>
+#include <memory>
+#include <mutex>
+#include <utility>
+#include <vector>
+
+#include "relight/exhibit/exhibit.h"
+
+namespace lumigraft::relight {
+
+/// Any thread; `prepare` on one at a time.
+template <typename Prepared>
+class PreparedModels {
+ public:
+  using Model = std::shared_ptr<const relight::Model>;
+  using Make = std::shared_ptr<const Prepared> (*)(const Model&);
+  explicit PreparedModels(Make make) : make_(make) {}
+
+  /// Null if the model is not prepared.
+  std::shared_ptr<const Prepared> find(const Model& model) const {
+    const std::lock_guard lock(mutex_);
+    const auto found = std::ranges::find(known_, model, &Known::first);
+    return found == known_.end() ? nullptr : found->second;
+  }
+
+  /// Whether a model of the exhibit is not prepared.
+  bool wants(const Exhibit& exhibit) const {
+    return std::ranges::any_of(exhibit.objects,
+                               [&](const VirtualObject& o) { return o.model && find(o.model) == nullptr; });
+  }
+
+  /// Prepares one model: a visible object's before those of hidden ones, so that showing these is as fast. Forgets
+  /// models that no object has any more.
+  void prepare_next(const Exhibit& exhibit) {
+    const auto used = [&](const Known& known) {
+      return std::ranges::find(exhibit.objects, known.first, &VirtualObject::model) != exhibit.objects.end();
+    };
+    {
+      const std::lock_guard lock(mutex_);
+      std::erase_if(known_, [&](const Known& known) { return !used(known); });
+    }
+    for (const bool visible : {true, false}) {
+      for (const VirtualObject& object : exhibit.objects) {
+        if (object.visible != visible || !object.model || find(object.model)) continue;
+        Known made{object.model, make_(object.model)};
+        const std::lock_guard lock(mutex_);
+        known_.push_back(std::move(made));
+        return;
+      }
+    }
+  }
+
+ private:
+  using Known = std::pair<Model, std::shared_ptr<const Prepared>>;
+  Make make_;
+  mutable std::mutex mutex_;
+  std::vector<Known> known_;
+};
+
+/// The exhibit without visible objects whose models are not prepared, which `preparing` names.
+template <typename Prepared>
+Exhibit only_prepared(Exhibit exhibit, const PreparedModels<Prepared>& models, std::vector<std::string>* preparing) {
+  for (VirtualObject& object : exhibit.objects) {
+    if (!object.visible || !object.model || models.find(object.model)) continue;
+    object.visible = false;
+    preparing->push_back(object.name);
+  }
+  return exhibit;
+}
+
+}  // namespace lumigraft::relight

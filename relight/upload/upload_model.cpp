@@ -1,0 +1,102 @@
+#include "relight/upload/upload_model.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "relight/exhibit/bsdf_params.h"
+#include "relight/objects/mesh_refine.h"
+#include "relight/objects/mesh_simplify.h"
+#include "relight/upload/parameters.h"
+
+namespace lumigraft::relight {
+namespace {
+
+std::uint8_t to_byte(float x) { return static_cast<std::uint8_t>(std::clamp(x, 0.0f, 1.0f) * 255.0f + 0.5f); }
+
+/// Points distributed over all triangles, each for at most `sample_area_m2` of area.
+std::vector<float> surface_samples(const Model& model, double sample_area_m2) {
+  std::vector<float> samples;
+  for (std::size_t t = 0; t + 2 < model.indices.size(); t += 3) {
+    const std::uint32_t* v = &model.indices[t];
+    const Eigen::Vector3f &a = model.positions_m[v[0]], &b = model.positions_m[v[1]], &c = model.positions_m[v[2]];
+    const float area = 0.5f * (b - a).cross(c - a).norm();
+    if (!(area > 0)) continue;
+    // A triangle divided into k² equal ones, a sample at each centroid.
+    const int k = std::clamp(static_cast<int>(std::ceil(std::sqrt(area / sample_area_m2))), 1, 256);
+    for (int i = 0; i < k; ++i) {
+      for (int j = 0; j < 2 * (k - i) - 1; ++j) {
+        const float u = (static_cast<float>(i) + (j % 2 == 0 ? 1.0f : 2.0f) / 3) / static_cast<float>(k);
+        const float w = (static_cast<float>(j / 2) + (j % 2 == 0 ? 1.0f : 2.0f) / 3) / static_cast<float>(k);
+        const Eigen::Vector3f p = a + u * (b - a) + w * (c - a);
+        const Eigen::Vector3f n = (1 - u - w) * model.normals[v[0]] + u * model.normals[v[1]] + w * model.normals[v[2]];
+        samples.insert(samples.end(), {p.x(), p.y(), p.z(), area / static_cast<float>(k * k), n.x(), n.y(), n.z(), 0});
+      }
+    }
+  }
+  return samples;
+}
+
+double surface_area_m2(const Model& model) {
+  double sum = 0;
+  for (std::size_t t = 0; t + 2 < model.indices.size(); t += 3) {
+    const Eigen::Vector3f& a = model.positions_m[model.indices[t]];
+    const Eigen::Vector3f ab = model.positions_m[model.indices[t + 1]] - a,
+                          ac = model.positions_m[model.indices[t + 2]] - a;
+    sum += 0.5 * ab.cross(ac).norm();
+  }
+  return sum;
+}
+
+/// Subdivides so that no edge is longer than those of even_triangles equal triangles of the same total area.
+std::shared_ptr<const Model> evenly_divided(const Model& model) {
+  Eigen::AlignedBox3f box;
+  for (const auto& p : model.positions_m) box.extend(p);
+  const double edge_m = std::sqrt(surface_area_m2(model) / (kUpload.even_triangles * std::sqrt(3.0) / 4));
+  const float min_edge_m = box.diagonal().norm() / 200;  // for models of nearly zero area
+  return refine_model(model, std::max(static_cast<float>(edge_m), min_edge_m));
+}
+
+/// RGBA per voxel: the reflectance of its surface for uniform incident light.
+std::vector<std::uint8_t> reflectances(const ObjectField& field, const Model& model) {
+  std::vector<std::uint8_t> texels(field.base_color.size() * 4, 255);
+  for (std::size_t i = 0; i < field.base_color.size(); ++i) {
+    const BsdfParams bsdf = bsdf_params_of(field.base_color[i], model.parts[field.part[i]].material);
+    const Eigen::Array3f reflectance = reflectance_evenly(bsdf);
+    for (int c = 0; c < 3; ++c) texels[4 * i + static_cast<std::size_t>(c)] = to_byte(reflectance[c]);
+  }
+  return texels;
+}
+
+std::vector<std::uint8_t> with_alpha(const capture::Image<std::uint8_t>& picture) {
+  std::vector<std::uint8_t> texels;
+  texels.reserve(static_cast<std::size_t>(picture.width) * static_cast<std::size_t>(picture.height) * 4);
+  for (std::size_t i = 0; i < picture.data.size(); i += 3) {
+    texels.insert(texels.end(), {picture.data[i], picture.data[i + 1], picture.data[i + 2], 255});
+  }
+  return texels;
+}
+
+}  // namespace
+
+std::shared_ptr<const UploadModel> make_upload_model(const std::shared_ptr<const Model>& model) {
+  auto made = std::make_shared<UploadModel>();
+  made->simple = evenly_divided(*simplify_model(*model, kUpload.simple_triangles));
+  made->closed = is_closed(*made->simple);
+  made->rough = simplify_model(*model, kUpload.rough_triangles);
+  made->sphere = bounding_sphere(model->positions_m);
+  made->samples = surface_samples(*model, surface_area_m2(*model) / kUpload.samples);
+  for (const Model::Part& part : model->parts) {
+    const auto* picture = part.base_color_texture.get();
+    if (picture && !picture->empty() && !made->pictures.contains(picture))
+      made->pictures[picture] = with_alpha(*picture);
+  }
+  const auto field = compute_object_field(*model, kUpload.field_voxels);
+  made->grid = field->size;
+  made->grid_origin_m = field->origin_m;
+  made->grid_voxel_m = field->voxel_m;
+  made->distances_m = full_distances(*field);
+  made->reflectances = reflectances(*field, *model);
+  return made;
+}
+
+}  // namespace lumigraft::relight

@@ -1,0 +1,33 @@
+#pragma once
+// What the GPU holds of a model (object_store.h), computed without the GPU.
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "relight/exhibit/exhibit.h"
+#include "relight/objects/distance_field.h"
+#include "relight/objects/placement.h"
+#include "relight/objects/prepared_models.h"
+
+namespace lumigraft::relight {
+
+struct UploadModel {
+  std::shared_ptr<const Model> simple, rough;  ///< see StoredModel
+  bool closed = false;                         ///< of `simple`
+  BoundingSphere sphere;
+  std::vector<float> samples;  ///< 8 floats each, see StoredModel
+  std::array<int, 3> grid{};   ///< voxels
+  Eigen::Vector3f grid_origin_m = Eigen::Vector3f::Zero();
+  float grid_voxel_m = 0;
+  std::vector<float> distances_m;
+  std::vector<std::uint8_t> reflectances;  ///< RGBA per voxel
+  /// RGBA of each picture of the model's parts.
+  std::map<const capture::Image<std::uint8_t>*, std::vector<std::uint8_t>> pictures;
+};
+using UploadModels = PreparedModels<UploadModel>;
+
+/// Takes up to seconds.
+std::shared_ptr<const UploadModel> make_upload_model(const std::shared_ptr<const Model>& model);
+
+}  // namespace lumigraft::relight
