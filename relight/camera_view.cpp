@@ -140,7 +140,7 @@ void CameraView::show_full(const capture::FrameSet& frame, const View& view, con
   const ObjectLayer& shown = hidden ? *hidden : full_soft_;
   if (full_picture_.empty() || hidden || full_foreground_) {
     full_picture_ = *camera_.coded();
-    compose(camera_, {full_change_}, shown, &full_picture_);
+    compose(camera_, {full_change_, full_radiance_.empty() ? nullptr : &full_radiance_}, shown, &full_picture_);
     full_foreground_ = hidden.has_value();
   }
   result->srgb = full_picture_;
@@ -155,6 +155,11 @@ void CameraView::read_layers() {
   full_objects_ = {};
   const std::vector<std::uint32_t>& places = screen_->tiles->view_places();
   TileReader(device_, *screen_->delta).read(places, 1, 0, 3, &full_change_.data);
+  full_radiance_ = {};
+  if (camera_.any_clipped()) {
+    full_radiance_ = capture::Image<float>(screen_->width, screen_->height, 3);
+    TileReader(device_, *screen_->room_radiance).read(places, 1, 0, 3, &full_radiance_.data);
+  }
   read_objects(device_, *screen_, camera_.rays(), places, &full_objects_);
 }
 

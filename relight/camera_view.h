@@ -93,6 +93,7 @@ class CameraView {
   CpuCompositor live_picture_;
   std::shared_ptr<const capture::Image<std::uint8_t>> full_codes_;  ///< of the camera,
   capture::Image<float> full_change_;                               ///< L_Δ of real pixels, 3 channels
+  capture::Image<float> full_radiance_;   ///< of real pixels, clipped channels restored; empty: none clips
   ObjectLayer full_objects_, full_soft_;  ///< sharp, and as the camera sees them; without what is in front of them
   float full_blur_px_ = 0;
   bool full_foreground_ = false;  ///< something was in front of them

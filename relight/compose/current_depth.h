@@ -41,9 +41,10 @@ class CurrentDepth {
   /// What noise and the voxels of the fused surface explain of a difference from it, metres. `cosine`: of the ray to
   /// the surface's normal.
   float allowed_m(float depth_m, float cosine = 1) const {
-    return kCompose.moved_sigmas * reconstruct::axial_sigma_m(depth_m) +
-           voxel_m_ / std::max(cosine, kCompose.moved_min_cosine);
+    return noise_m(depth_m) + voxel_m_ / std::max(cosine, kCompose.moved_min_cosine);
   }
+  /// What noise alone explains.
+  static float noise_m(float depth_m) { return kCompose.moved_sigmas * reconstruct::axial_sigma_m(depth_m); }
 
  private:
   const PixelRays& rays_;

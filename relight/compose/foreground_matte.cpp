@@ -1,35 +1,17 @@
 #include "relight/compose/foreground_matte.h"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 #include <memory>
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "relight/compose/outline_matte.h"
 #include "relight/compose/parameters.h"
 #include "relight/compose/rgb_image.h"
 #include "relight/tracing/parallel_for.h"
 
 namespace lumigraft::relight {
 namespace {
-
-/// Colours of one side of the outline near a pixel.
-struct Side {
-  float weight = 0;
-  Rgb sum = Rgb::Zero(), sum_of_squares = Rgb::Zero();
-
-  void add(const Rgb& color, float w) {
-    weight += w;
-    sum += w * color;
-    sum_of_squares += w * color.square();
-  }
-  Rgb mean() const { return sum / weight; }
-  Rgb variance() const { return (sum_of_squares / weight - mean().square()).max(0); }
-};
-
-/// Fraction of a Gaussian below x.
-float normal_cdf(float x) { return 0.5f * std::erfc(-x / std::sqrt(2.0f)); }
 
 /// Bounds of the pixels that have an object, in the image.
 cv::Rect bounds_of(const ObjectLayer& objects) {
@@ -50,150 +32,122 @@ cv::Rect bounds_of(const ObjectLayer& objects) {
   return right < 0 ? cv::Rect() : cv::Rect(left + objects.left, top + objects.top, right + 1 - left, bottom + 1 - top);
 }
 
-/// The window of the objects, with a margin; images of it.
-class Outline {
+/// The surfaces in front of the objects in a window around these.
+class Foreground {
  public:
   /// `bounds`: of the objects, not empty.
-  Outline(const CurrentDepth& depth, const CameraUpload& picture, const ObjectLayer& objects, const cv::Rect& bounds)
-      : depth_(depth),
-        picture_(picture),
-        width_(picture.coded()->width),
-        sigma_px_(kCompose.matte_sigma_px * std::max(static_cast<float>(width_) / 320, 1.0f)),
-        reach_px_(static_cast<int>(std::ceil(kCompose.matte_reach * sigma_px_))),
-        samples_px_(static_cast<int>(std::ceil((kCompose.matte_reach + kCompose.matte_samples) * sigma_px_))),
-        left_(std::max(bounds.x - samples_px_, 0)),
-        top_(std::max(bounds.y - samples_px_, 0)),
-        front_(std::min(bounds.y + bounds.height + samples_px_, picture.coded()->height) - top_,
-               std::min(bounds.x + bounds.width + samples_px_, width_) - left_, std::uint8_t{0}) {
-    find_front(objects, bounds);
+  Foreground(const CurrentDepth& depth, const CameraUpload& picture, const ObjectLayer& objects, const cv::Rect& bounds)
+      : depth_{depth}, objects_(objects), bounds_(bounds), reach_(picture.coded()->width) {
+    const cv::Size size(picture.coded()->width, picture.coded()->height);
+    const int margin = reach_.samples_px;
+    window_ = cv::Rect(bounds.x - margin, bounds.y - margin, bounds.width + 2 * margin, bounds.height + 2 * margin) &
+              cv::Rect({}, size);
+    if (!find()) return;
+    depth_.by = outline_displacement(*picture.coded(), window_.tl(), front_);
+    if (depth_.by != cv::Point() && !find()) return;
+    matte_.emplace(depth_, picture, window_.tl(), front_);
   }
 
-  bool any() const { return any_; }
+  bool any() const { return matte_.has_value(); }
   /// Whether pixel (u, v) of the image is within reach of a surface in front of the objects.
   bool concerns(int u, int v) const {
-    return from_core_(v - top_, u - left_) <= static_cast<float>(depth_.at(u, v) > 0 ? reach_px_ : samples_px_);
+    return from_core_(v - window_.y, u - window_.x) <=
+           static_cast<float>(depth_.at(u, v) > 0 ? reach_.matte_px : reach_.samples_px);
   }
-
-  struct Mixture {
-    float foreground;  ///< α
-    Rgb own, behind;   ///< the colours of the pixel, and of what the object replaces
-  };
-  Mixture at(int u, int v) const {
-    const int x = u - left_, y = v - top_;
-    const Rgb own = color(u, v);
-    const bool unknown = !(depth_.at(u, v) > 0);
-    const float outside_px = signed_px(x, y);
-    if (!unknown && outside_px < -static_cast<float>(reach_px_)) return {1, own, own};
-    const float prior = unknown ? 0.5f : normal_cdf(-outside_px / sigma_px_);
-    Side front, behind;
-    for (int j = std::max(y - samples_px_, 0); j <= std::min(y + samples_px_, front_.rows - 1); ++j) {
-      for (int i = std::max(x - samples_px_, 0); i <= std::min(x + samples_px_, front_.cols - 1); ++i) {
-        const float away_px = signed_px(i, j);
-        if (std::abs(away_px) < 2 * sigma_px_ || !(depth_.at(i + left_, j + top_) > 0)) continue;
-        const auto far2 = static_cast<float>((i - x) * (i - x) + (j - y) * (j - y));
-        const float spread = 0.5f * static_cast<float>(samples_px_);
-        (away_px < 0 ? front : behind).add(color(i + left_, j + top_), std::exp(-0.5f * far2 / (spread * spread)));
-      }
-    }
-    if (!(front.weight > 0) || !(behind.weight > 0)) return {prior, own, own};
-    const Rgb apart = front.mean() - behind.mean();
-    // The precision of α by colour, channels being independent, and by depth.
-    const Rgb noise = prior * front.variance() + (1 - prior) * behind.variance() +
-                      kCompose.matte_noise * kCompose.matte_noise * own.square();
-    const Rgb precision = apart.square() / noise.max(std::numeric_limits<float>::min());
-    const float by_color = precision.sum();
-    const float by_depth = 1 / std::max(prior * (1 - prior), 1e-4f);
-    const float sum = (precision * (own - behind.mean()) / (apart.abs() > 0).select(apart, Rgb::Ones())).sum();
-    const float alpha = std::clamp((sum + by_depth * prior) / (by_color + by_depth), 0.0f, 1.0f);
-    return {alpha, own, behind.mean()};
-  }
+  OutlineMatte::Mixture at(int u, int v) const { return matte_->at(u, v); }
 
  private:
-  Rgb color(int u, int v) const { return picture_.radiance(static_cast<std::size_t>(v * width_ + u)); }
-  /// Distance from the outline in depth: negative in the foreground.
-  float signed_px(int x, int y) const { return front_(y, x) ? 0.5f - inside_(y, x) : outside_(y, x) - 0.5f; }
-
-  void find_front(const ObjectLayer& objects, const cv::Rect& bounds) {
-    cv::Mat1b core(front_.size(), std::uint8_t{0});  // in front of an object, at its pixels
-    for (int v = bounds.y; v < bounds.y + bounds.height; ++v) {
-      for (int u = bounds.x; u < bounds.x + bounds.width; ++u) {
-        const float object_m = objects.distance_m.at(u - objects.left, v - objects.top);
+  /// Sets `front_` and `from_core_`. False: nothing is in front.
+  bool find() {
+    front_ = cv::Mat1b(window_.size(), std::uint8_t{0});
+    cv::Mat1b core(window_.size(), std::uint8_t{0});  // in front of an object, at its pixels
+    bool any = false;
+    for (int v = bounds_.y; v < bounds_.y + bounds_.height; ++v) {
+      for (int u = bounds_.x; u < bounds_.x + bounds_.width; ++u) {
+        const float object_m = objects_.distance_m.at(u - objects_.left, v - objects_.top);
         if (!(object_m > 0)) continue;
         const float depth_m = depth_.at(u, v);
-        if (!(depth_m > 0) || depth_m >= object_m - depth_.allowed_m(depth_m)) continue;
-        core(v - top_, u - left_) = 255;
-        any_ = true;
+        if (!(depth_m > 0) || depth_m >= object_m - depth_.depth.allowed_m(depth_m)) continue;
+        core(v - window_.y, u - window_.x) = 255;
+        any = true;
       }
     }
-    if (!any_) return;
+    if (!any) return false;
     // Pixels without an object belong to the foreground if their depth continues that of the nearest core pixel.
     cv::Mat1i nearest;
     cv::distanceTransform(~core, from_core_, nearest, cv::DIST_L2, cv::DIST_MASK_5, cv::DIST_LABEL_PIXEL);
     std::vector<float> core_m(static_cast<std::size_t>(front_.total()) + 1);
     for (int y = 0; y < front_.rows; ++y) {
       for (int x = 0; x < front_.cols; ++x) {
-        if (core(y, x)) core_m[static_cast<std::size_t>(nearest(y, x))] = depth_.at(x + left_, y + top_);
+        if (core(y, x)) core_m[static_cast<std::size_t>(nearest(y, x))] = depth_.at(x + window_.x, y + window_.y);
       }
     }
     for (int y = 0; y < front_.rows; ++y) {
       for (int x = 0; x < front_.cols; ++x) {
-        const float depth_m = depth_.at(x + left_, y + top_), near_m = core_m[static_cast<std::size_t>(nearest(y, x))];
-        const int u = x + left_ - objects.left, v = y + top_ - objects.top;
-        const bool inside = u >= 0 && v >= 0 && u < objects.coverage.width && v < objects.coverage.height;
-        const bool on_object = inside && objects.distance_m.at(u, v) > 0;
+        const float depth_m = depth_.at(x + window_.x, y + window_.y),
+                    near_m = core_m[static_cast<std::size_t>(nearest(y, x))];
+        const int u = x + window_.x - objects_.left, v = y + window_.y - objects_.top;
+        const bool inside = u >= 0 && v >= 0 && u < objects_.coverage.width && v < objects_.coverage.height;
+        const bool on_object = inside && objects_.distance_m.at(u, v) > 0;
         const bool continues = !on_object && depth_m > 0 && depth_m < near_m * (1 + kCompose.moved_jump);
         front_(y, x) = core(y, x) || continues ? 255 : 0;
       }
     }
-    cv::distanceTransform(front_, inside_, cv::DIST_L2, cv::DIST_MASK_PRECISE);
-    cv::distanceTransform(~front_, outside_, cv::DIST_L2, cv::DIST_MASK_PRECISE);
+    // Pixels without depth are of the side that most pixels around them are of.
+    cv::Mat1b majority;
+    cv::medianBlur(front_, majority, 5);
+    for (int y = 0; y < front_.rows; ++y) {
+      for (int x = 0; x < front_.cols; ++x) {
+        if (!(depth_.at(x + window_.x, y + window_.y) > 0)) front_(y, x) = majority(y, x);
+      }
+    }
+    return true;
   }
 
-  const CurrentDepth& depth_;
-  const CameraUpload& picture_;
-  int width_;
-  float sigma_px_;
-  int reach_px_, samples_px_, left_, top_;
-  cv::Mat1b front_;                         ///< nearer than the objects
-  cv::Mat1f inside_, outside_, from_core_;  ///< distances in pixels: from what is not front, from front, from the core
-  bool any_ = false;
+  DisplacedDepth depth_;
+  const ObjectLayer& objects_;
+  cv::Rect bounds_, window_;
+  MatteReach reach_;
+  cv::Mat1b front_;      ///< nearer than the objects
+  cv::Mat1f from_core_;  ///< distances in pixels from what is in front of an object
+  std::optional<OutlineMatte> matte_;
 };
 
 /// Null if nothing is in front.
-std::unique_ptr<const Outline> outline_of(const CurrentDepth& depth, const CameraUpload& picture,
-                                          const ObjectLayer& objects) {
+std::unique_ptr<const Foreground> foreground_of(const CurrentDepth& depth, const CameraUpload& picture,
+                                                const ObjectLayer& objects) {
   const cv::Rect bounds = depth.any() ? bounds_of(objects) : cv::Rect();
   if (bounds.empty()) return nullptr;
-  auto outline = std::make_unique<const Outline>(depth, picture, objects, bounds);
-  return outline->any() ? std::move(outline) : nullptr;
+  auto foreground = std::make_unique<const Foreground>(depth, picture, objects, bounds);
+  return foreground->any() ? std::move(foreground) : nullptr;
 }
 
-void hide(const Outline& outline, ObjectLayer& objects) {
+void hide(const Foreground& front, ObjectLayer& objects) {
   for_each_pixel(objects.coverage.width, objects.coverage.height, kRows, [&](int x, int y) {
     const int u = x + objects.left, v = y + objects.top;
     float& coverage = objects.coverage.at(x, y);
-    if (!(coverage > 0) || !(objects.distance_m.at(x, y) > 0) || !outline.concerns(u, v)) return;
-    const auto [foreground, own, behind] = outline.at(u, v);
-    const float kept = 1 - foreground;
+    if (!(coverage > 0) || !(objects.distance_m.at(x, y) > 0) || !front.concerns(u, v)) return;
+    const OutlineMatte::Mixture mixture = front.at(u, v);
+    const float kept = 1 - mixture.foreground;
     const std::size_t i = objects.coverage.index(x, y);
     coverage *= kept;
     // (1 - coverage) C + coverage (C - B) = C - coverage B: removes the background's part of the mixture.
-    set_at(objects.radiance, i, kept * radiance_at(objects.radiance, i) + coverage * (own - behind));
+    set_at(objects.radiance, i, kept * radiance_at(objects.radiance, i) + coverage * (mixture.own - mixture.behind));
   });
 }
 
 }  // namespace
 
 void hide_behind_foreground(const CurrentDepth& depth, const CameraUpload& picture, ObjectLayer& objects) {
-  if (const auto outline = outline_of(depth, picture, objects)) hide(*outline, objects);
+  if (const auto front = foreground_of(depth, picture, objects)) hide(*front, objects);
 }
 
 std::optional<ObjectLayer> behind_foreground(const CurrentDepth& depth, const CameraUpload& picture,
                                              const ObjectLayer& objects) {
-  const auto outline = outline_of(depth, picture, objects);
-  if (!outline) return std::nullopt;
+  const auto front = foreground_of(depth, picture, objects);
+  if (!front) return std::nullopt;
   ObjectLayer hidden = objects;
-  hide(*outline, hidden);
+  hide(*front, hidden);
   return hidden;
 }
 

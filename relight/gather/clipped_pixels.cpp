@@ -6,15 +6,14 @@
 
 namespace lumigraft::relight {
 
-bool restore_clipped(const RayRoom& room, const std::vector<LightSampleSet>& lamps, const CameraUpload& camera,
-                     std::vector<GBufferPixel>& seen, capture::Image<float>& radiance) {
+bool restore_clipped(const reconstruct::Illumination& light, const std::vector<LightSampleSet>& lamps,
+                     const CameraUpload& camera, std::vector<GBufferPixel>& seen, capture::Image<float>& radiance) {
   std::atomic<bool> any = false;
   for_each_index(seen.size(), kRows * radiance.width, [&](std::size_t i) {
     GBufferPixel& pixel = seen[i];
     if (!pixel.known || pixel.glossy || !camera.clipped(i)) return;
     any = true;
-    const Rgb irradiance =
-        unoccluded_irradiance(*room.illumination(), lamps, pixel.surface).max(std::numeric_limits<float>::min());
+    const Rgb irradiance = unoccluded_irradiance(light, lamps, pixel.surface).max(std::numeric_limits<float>::min());
     for (std::size_t c = 0; c < 3; ++c) {
       if (!camera.clipped(i, c)) continue;
       const auto k = static_cast<Eigen::Index>(c);

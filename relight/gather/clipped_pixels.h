@@ -12,7 +12,7 @@ namespace lumigraft::relight {
 /// unoccluded lamps and the environment, where that is more; elsewhere the albedo becomes what explains the bound.
 /// `radiance`: of the camera's image, W/sr/m²; of other surfaces than matt ones it stays. Returns whether a pixel
 /// clips.
-bool restore_clipped(const RayRoom& room, const std::vector<LightSampleSet>& lamps, const CameraUpload& camera,
-                     std::vector<GBufferPixel>& seen, capture::Image<float>& radiance);
+bool restore_clipped(const reconstruct::Illumination& light, const std::vector<LightSampleSet>& lamps,
+                     const CameraUpload& camera, std::vector<GBufferPixel>& seen, capture::Image<float>& radiance);
 
 }  // namespace lumigraft::relight

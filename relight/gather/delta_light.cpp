@@ -136,7 +136,11 @@ Rgb DeltaLight::arriving_before(const SampledRay& ray, float near_m, const std::
 }
 
 Rgb DeltaLight::left_before(const SampledRay& ray, const MeshHit& hit, Sampler& sampler, int mirrors) const {
-  if (const RoomFacet* facet = room_.facet(hit)) return room_.before(*facet, ray.from_m + hit.t_m * ray.w);
+  if (const RoomFacet* facet = room_.facet(hit)) {
+    const Vector3f p_m = ray.from_m + hit.t_m * ray.w;
+    const Rgb before = room_.before(*facet, p_m);
+    return light_change_ && facet->fused ? (before * light_change_->at(p_m)).eval() : before;
+  }
   const RealPoint point = room_.point(hit, ray.w);
   if (point.is_even()) return point.before;
   const PathVertex vertex(point.surface, ray.w);

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "relight/gather/irradiance_change_cache.h"
+#include "relight/gather/light_change.h"
 #include "relight/gather/moved_occluders.h"
 #include "relight/gather/ray_objects.h"
 #include "relight/gather/ray_room.h"
@@ -47,9 +48,14 @@ class DeltaLight {
   /// Whether the objects may be between a point and a lamp.
   bool may_hide(std::size_t lamp, const Eigen::Vector3f& p_m) const;
 
-  /// What moved in the room since it was fused, as shadow rays see it; null: nothing did.
-  void set_moved(std::shared_ptr<const MovedOccluders> moved) { moved_ = std::move(moved); }
+  /// What moved in the room since it was fused, as shadow rays see it, and the light of now on the room; null: nothing
+  /// did, the light is the same.
+  void set_moved(std::shared_ptr<const MovedOccluders> moved, std::shared_ptr<const LightChange> light) {
+    moved_ = std::move(moved);
+    light_change_ = std::move(light);
+  }
 
+  const LightChange* light_change() const { return light_change_.get(); }  ///< null: none
   const RayObjects& objects() const { return objects_; }
   const RayRoom& room() const { return room_; }
 
@@ -77,6 +83,7 @@ class DeltaLight {
   const IrradianceChangeCache& cells_;
   BoundingSphere sphere_;  // around the objects
   std::shared_ptr<const MovedOccluders> moved_;
+  std::shared_ptr<const LightChange> light_change_;
 };
 
 /// The same point with a white Lambert material: its reflected radiance is irradiance over π.

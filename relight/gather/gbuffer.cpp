@@ -21,15 +21,19 @@ GBufferPixel pixel_of(const RayRoom& room, const Vector3f& w, const MeshHit* hit
   p.depth_m = hit->t_m;
   if (p.glossy) return p;
   // The room's triangles are coarser than pixels: the image's detail modulates their values.
+  p.before = point.before;
   p.albedo = detailed(point.surface.bsdf.diffuse, radiance, point.before);
   return p;
 }
 
 }  // namespace
 
+Rgb detail_of(const Rgb& radiance, const Rgb& radiance_similar) {
+  return (radiance / radiance_similar.max(1e-5f)).max(kGather.min_detail).min(kGather.max_detail);
+}
+
 Rgb detailed(const Rgb& albedo, const Rgb& radiance, const Rgb& radiance_similar) {
-  const Rgb detail = (radiance / radiance_similar.max(1e-5f)).max(kGather.min_detail).min(kGather.max_detail);
-  return (albedo * detail).min(1.0f);
+  return (albedo * detail_of(radiance, radiance_similar)).min(1.0f);
 }
 
 void trace_room(const RayRoom& room, const CameraRays& eye, const capture::Image<float>& radiance,

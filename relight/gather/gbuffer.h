@@ -23,6 +23,7 @@ struct GBufferPixel {
   Eigen::Vector3f w = Eigen::Vector3f::Zero();  ///< unit, from the camera
   float depth_m = 0;                            ///< along w
   Rgb albedo = Rgb::Zero();                     ///< per pixel, finer than the room's; unset if glossy
+  Rgb before = Rgb::Zero();                     ///< of the fused surface there, W/sr/m²; zero: not known
 };
 
 struct CameraRays {
@@ -61,5 +62,7 @@ int central_pixel(const std::vector<GBufferPixel>& seen, const capture::CameraMo
 
 /// Albedo of a similar pixel, modulated by the image's detail: the radiance of the pixel over that of the similar one.
 Rgb detailed(const Rgb& albedo, const Rgb& radiance, const Rgb& radiance_similar);
+/// The bounded ratio.
+Rgb detail_of(const Rgb& radiance, const Rgb& radiance_similar);
 
 }  // namespace lumigraft::relight

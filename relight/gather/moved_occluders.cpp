@@ -6,7 +6,6 @@
 #include <utility>
 #include <vector>
 
-#include "relight/compose/parameters.h"
 #include "relight/gather/parameters.h"
 
 namespace lumigraft::relight {
@@ -14,9 +13,11 @@ namespace lumigraft::relight {
 using Eigen::Vector3f;
 
 MovedOccluders::MovedOccluders(const CameraRays& eye, const CurrentDepth& depth, const MovedPixels& moved,
-                               const MovedPixels& fused)
+                               const MovedPixels& fused, const Meshes& objects)
     : camera_(eye.camera) {
-  add_depth(eye, depth, moved);
+  ReferenceMesh mesh;
+  mesh.model = moved_shell(eye, depth, moved, fused, objects, false);
+  if (mesh.model) surfaces_ = std::make_unique<Meshes>(std::vector{mesh}, nullptr);
   for (std::size_t i = 0; i < moved.size(); ++i) {
     const GBufferPixel& before = fused[i].second;
     if (before.known && before.depth_m < moved[i].second.depth_m) gone_.extend(before.surface.position_m);
@@ -27,52 +28,6 @@ MovedOccluders::MovedOccluders(const CameraRays& eye, const CurrentDepth& depth,
   gone_.extend(gone_.max() + Vector3f::Constant(kGather.gone_margin_m));
   free_z_m_ = depth.along_z_m();
   for (float& z : free_z_m_.data) z = z > 0 ? std::max(z - depth.allowed_m(z), 0.0f) : 0;
-}
-
-/// Triangles between neighbouring pixels of one surface, in the rectangle that contains what moved: of all surfaces,
-/// since fusion may hold parts of what moved already. They are behind the surface by what noise and voxels explain, or
-/// it would hide lamps from itself.
-void MovedOccluders::add_depth(const CameraRays& eye, const CurrentDepth& depth, const MovedPixels& moved) {
-  const int width = eye.camera.model.width;
-  Eigen::AlignedBox2i box;
-  for (const auto& [pixel, p] : moved) {
-    box.extend(Eigen::Vector2i(static_cast<int>(pixel) % width, static_cast<int>(pixel) / width));
-  }
-  if (box.isEmpty()) return;
-  const float pixels = static_cast<float>(box.sizes().x() + 1) * static_cast<float>(box.sizes().y() + 1);
-  const int step = static_cast<int>(std::ceil(std::sqrt(pixels / static_cast<float>(kGather.moved_vertices))));
-  const int columns = box.sizes().x() / step + 1, rows = box.sizes().y() / step + 1;
-  auto model = std::make_shared<Model>();
-  std::vector<float> far_m;  // 0: no depth
-  const Vector3f eye_m = eye.camera.T_tag_camera.translation();
-  for (int y = 0; y < rows; ++y) {
-    for (int x = 0; x < columns; ++x) {
-      const int u = box.min().x() + x * step, v = box.min().y() + y * step;
-      far_m.push_back(depth.at(u, v));
-      model->positions_m.push_back(eye_m + (far_m.back() + depth.allowed_m(far_m.back())) * eye.ray(u, v));
-    }
-  }
-  const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-    const auto [near_m, last_m] = std::minmax({far_m[a], far_m[b], far_m[c]});
-    if (!(near_m > 0) || last_m - near_m > kCompose.moved_jump * near_m) return;
-    model->indices.insert(model->indices.end(), {a, b, c});
-  };
-  for (int y = 0; y + 1 < rows; ++y) {
-    for (int x = 0; x + 1 < columns; ++x) {
-      const auto first = static_cast<std::uint32_t>(y * columns + x),
-                 below = first + static_cast<std::uint32_t>(columns);
-      add(first, first + 1, below);
-      add(first + 1, below + 1, below);
-    }
-  }
-  if (model->indices.empty()) return;
-  model->normals.assign(model->positions_m.size(), Vector3f::UnitZ());
-  model->texcoords.assign(model->positions_m.size(), Eigen::Vector2f::Zero());
-  model->colors.assign(model->positions_m.size(), Vector3f::Ones());
-  model->parts.emplace_back().index_count = static_cast<std::uint32_t>(model->indices.size());
-  ReferenceMesh mesh;
-  mesh.model = std::move(model);
-  surfaces_ = std::make_unique<Meshes>(std::vector{mesh}, nullptr);
 }
 
 bool MovedOccluders::blocked(const Meshes& room, const Vector3f& from_m, const Vector3f& w, float limit_m,

@@ -10,8 +10,10 @@ namespace lumigraft::relight {
 
 class MovedOccluders {
  public:
-  /// `moved`: this frame's; `fused`: the room's pixels that they replace, in the same order.
-  MovedOccluders(const CameraRays& eye, const CurrentDepth& depth, const MovedPixels& moved, const MovedPixels& fused);
+  /// `moved`: this frame's; `fused`: the room's pixels that they replace, in the same order. They end before the
+  /// `objects`.
+  MovedOccluders(const CameraRays& eye, const CurrentDepth& depth, const MovedPixels& moved, const MovedPixels& fused,
+                 const Meshes& objects);
 
   /// Whether a ray from `from_m` along `w` (unit) is blocked before `limit_m`, tag frame; `by_room`: whether the fused
   /// room blocks it.
@@ -21,7 +23,6 @@ class MovedOccluders {
   std::uint32_t blocked(const Meshes& room, const RayFan& fan, std::uint32_t by_room) const;
 
  private:
-  void add_depth(const CameraRays& eye, const CurrentDepth& depth, const MovedPixels& moved);
   bool passes_gone(const Eigen::Vector3f& from_m, const Eigen::Vector3f& w, float limit_m) const;
   bool remains(const Meshes& room, const Eigen::Vector3f& from_m, const Eigen::Vector3f& w, float limit_m) const;
   bool seen_through(const Eigen::Vector3f& p_m) const;

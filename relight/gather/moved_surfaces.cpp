@@ -5,6 +5,7 @@
 #include <limits>
 #include <opencv2/imgproc.hpp>
 
+#include "relight/compose/depth_shell.h"
 #include "relight/compose/parameters.h"
 #include "relight/gather/parameters.h"
 
@@ -14,13 +15,13 @@ namespace {
 using Eigen::Vector3f;
 
 /// Edge of the square that fits into an area of moved surface, pixels; odd. Fusion displaces an edge by up to a voxel.
-int min_width_px(const RayRoom& room, const CameraRays& eye, const std::vector<GBufferPixel>& seen) {
+int min_width_px(float voxel_m, const CameraRays& eye, const std::vector<GBufferPixel>& seen) {
   float near_m = std::numeric_limits<float>::max();
   for (const GBufferPixel& p : seen) {
     if (p.known) near_m = std::min(near_m, p.depth_m);
   }
-  const float px = room.voxel_m() * static_cast<float>(eye.camera.model.fx) /
-                   std::max(near_m, static_cast<float>(kGather.min_nearest_m));
+  const float px =
+      voxel_m * static_cast<float>(eye.camera.model.fx) / std::max(near_m, static_cast<float>(kGather.min_nearest_m));
   return 2 * std::clamp(static_cast<int>(std::ceil(px)), 1, kGather.moved_max_edge_px) + 1;
 }
 
@@ -55,9 +56,9 @@ void keep_certain(cv::Mat1b& differs, const CurrentDepth& depth, int edge_px) {
 
 class Moved {
  public:
-  Moved(const RayRoom& room, const std::vector<LightSampleSet>& lamps, const CameraRays& eye, const CurrentDepth& depth,
-        const CameraUpload& picture)
-      : room_(room), lamps_(lamps), eye_(eye), depth_(depth), depth_m_(depth.along_z_m()), picture_(picture) {}
+  Moved(const reconstruct::Illumination& light, const std::vector<LightSampleSet>& lamps, const CameraRays& eye,
+        const CurrentDepth& depth, const CameraUpload& picture)
+      : light_(light), lamps_(lamps), eye_(eye), depth_(depth), depth_m_(depth.along_z_m()), picture_(picture) {}
 
   GBufferPixel pixel(int u, int v, const Vector3f& w) const {
     GBufferPixel p;
@@ -99,11 +100,11 @@ class Moved {
   }
 
   Rgb albedo(const SurfaceHit& surface, const Rgb& radiance) const {
-    const Rgb irradiance = unoccluded_irradiance(*room_.illumination(), lamps_, surface);
+    const Rgb irradiance = unoccluded_irradiance(light_, lamps_, surface);
     return (kPi * radiance / irradiance.max(std::numeric_limits<float>::min())).min(1.0f).max(0.0f);
   }
 
-  const RayRoom& room_;
+  const reconstruct::Illumination& light_;
   const std::vector<LightSampleSet>& lamps_;
   const CameraRays& eye_;
   const CurrentDepth& depth_;
@@ -113,8 +114,8 @@ class Moved {
 
 }  // namespace
 
-MovedPixels moved_surfaces(const RayRoom& room, const std::vector<LightSampleSet>& lamps, const CameraRays& eye,
-                           const CurrentDepth& depth, const CameraUpload& picture,
+MovedPixels moved_surfaces(const reconstruct::Illumination& light, const std::vector<LightSampleSet>& lamps,
+                           float voxel_m, const CameraRays& eye, const CurrentDepth& depth, const CameraUpload& picture,
                            const std::vector<GBufferPixel>& seen) {
   const int width = eye.camera.model.width, height = eye.camera.model.height;
   cv::Mat1b nearer(height, width, std::uint8_t{0}), farther(height, width, std::uint8_t{0});
@@ -126,10 +127,10 @@ MovedPixels moved_surfaces(const RayRoom& room, const std::vector<LightSampleSet
     if (std::abs(off_m) <= depth.allowed_m(depth_m, -p.surface.normal.dot(p.w))) return;
     (off_m < 0 ? nearer : farther)(v, u) = 255;
   });
-  const int edge = min_width_px(room, eye, seen);
+  const int edge = min_width_px(voxel_m, eye, seen);
   keep_certain(nearer, depth, edge);
   keep_certain(farther, depth, edge);
-  const Moved surfaces(room, lamps, eye, depth, picture);
+  const Moved surfaces(light, lamps, eye, depth, picture);
   MovedPixels found;
   for (int v = 0; v < height; ++v) {
     for (int u = 0; u < width; ++u) {
@@ -138,6 +139,30 @@ MovedPixels moved_surfaces(const RayRoom& room, const std::vector<LightSampleSet
     }
   }
   return found;
+}
+
+/// In the rectangle that contains what moved, of all surfaces, since fusion may hold parts of what moved already.
+std::shared_ptr<const Model> moved_shell(const CameraRays& eye, const CurrentDepth& depth, const MovedPixels& moved,
+                                         const MovedPixels& fused, const Meshes& objects, bool colored) {
+  const int width = eye.camera.model.width, height = eye.camera.model.height;
+  cv::Rect part;
+  capture::Image<float> behind_m(width, height, 1), color(width, height, 3);
+  for (std::size_t i = 0; i < moved.size(); ++i) {
+    const GBufferPixel &now = moved[i].second, &before = fused[i].second;
+    const auto pixel = static_cast<int>(moved[i].first);
+    part |= cv::Rect(pixel % width - 1, pixel / width - 1, 3, 3);
+    set_at(color, moved[i].first, now.albedo);
+    float& end_m = behind_m.data[moved[i].first];
+    end_m = before.known ? before.depth_m : std::numeric_limits<float>::infinity();
+    if (end_m < now.depth_m) {
+      end_m = 0;
+    } else if (const auto object = objects.hit(eye.camera.T_tag_camera.translation(), now.w, end_m)) {
+      end_m = object->t_m;
+    }
+  }
+  part &= cv::Rect(0, 0, width, height);
+  return depth_shell(eye.rays, eye.camera.T_tag_camera, depth, part, behind_m, colored ? &color : nullptr,
+                     kGather.moved_vertices);
 }
 
 }  // namespace lumigraft::relight

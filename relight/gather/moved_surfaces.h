@@ -16,9 +16,14 @@ using MovedPixels = std::vector<std::pair<std::size_t, GBufferPixel>>;  ///< by 
 
 /// Pixels of `seen`, the G-buffer of the fused room, whose depth differs from it by more than noise, in areas wider
 /// than fusion displaces edges; with their surfaces: matt, of the albedo that explains the pixel's radiance under
-/// unoccluded lamps and the environment.
-MovedPixels moved_surfaces(const RayRoom& room, const std::vector<LightSampleSet>& lamps, const CameraRays& eye,
-                           const CurrentDepth& depth, const CameraUpload& picture,
+/// unoccluded lamps and the environment. `voxel_m`: of the fused room.
+MovedPixels moved_surfaces(const reconstruct::Illumination& light, const std::vector<LightSampleSet>& lamps,
+                           float voxel_m, const CameraRays& eye, const CurrentDepth& depth, const CameraUpload& picture,
                            const std::vector<GBufferPixel>& seen);
+
+/// The depth that moved as triangles (depth_shell.h), null: none. `fused`: the room's pixels that `moved` replaces, in
+/// the same order; the triangles end before these and before `objects`. With `colored` their colours are the albedo.
+std::shared_ptr<const Model> moved_shell(const CameraRays& eye, const CurrentDepth& depth, const MovedPixels& moved,
+                                         const MovedPixels& fused, const Meshes& objects, bool colored);
 
 }  // namespace lumigraft::relight

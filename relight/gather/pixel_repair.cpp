@@ -218,6 +218,7 @@ void fill_holes(const PosedCamera& camera, const capture::Image<float>& radiance
     const float fall = n.dot(hole.w), t = n.dot(similar.surface.position_m - eye_m) / fall;
     if (fall > -kGather.grazing || !(std::abs(t - similar.depth_m) < 0.5f * similar.depth_m)) return std::nullopt;
     GBufferPixel p = similar;
+    p.before.setZero();
     p.w = hole.w;
     p.depth_m = t;
     p.surface.position_m = eye_m + t * hole.w;

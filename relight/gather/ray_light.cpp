@@ -84,50 +84,51 @@ PlacedModel RayLight::placed(const ReferenceMesh& object) {
   return result;
 }
 
-bool RayLight::follow(std::shared_ptr<const RayRoom> room, const std::vector<ReferenceMesh>& objects, const Plan& plan,
+void RayLight::follow(std::shared_ptr<const RayRoom> room, const std::vector<ReferenceMesh>& objects, const Plan& plan,
                       const std::function<void(const char*)>& done) {
-  int rounds = gather_quality_of(plan.trace_scale).rounds;
+  rounds_ = gather_quality_of(plan.trace_scale).rounds;
   const bool same_plan = rays_ == plan.rays && trace_scale_ == plan.trace_scale;
-  const bool same = world_ && world_->room == room && same_meshes(objects_, objects) && same_plan;
-  if (same && outstanding_ == 0) return std::exchange(draws_next_, false);
+  same_ = world_ && world_->room == room && same_meshes(objects_, objects) && same_plan;
+  if (same_ && outstanding_ == 0) return;
   const bool all_known = same_models(objects_, objects);
-  const bool over_frames = models_ && rounds > 1;  // also the first light
-  const bool goes_on = over_frames || (solved_ && same_plan && (all_known || rounds > 1));
+  const bool over_frames = models_ && rounds_ > 1;  // also the first light
+  goes_on_ = over_frames || (solved_ && same_plan && (all_known || rounds_ > 1));
   // What appears or disappears is gathered in twice as many parts, and drawn in the frames between: none does both.
-  const bool apart = over_frames && (!all_known || bounces_);
-  if (apart) rounds *= 2;
-  if (same && apart && draws_next_) {
+  apart_ = over_frames && (!all_known || bounces_);
+  if (apart_) rounds_ *= 2;
+  if (same_) return;
+  place(std::move(room), objects, goes_on_);
+  rays_ = plan.rays;
+  trace_scale_ = plan.trace_scale;
+  outstanding_ = rounds_;
+  // Moving objects continue from nearly correct values; appearing or disappearing ones don't. Restarted also while it
+  // moves.
+  if (!goes_on_) bounces_.reset();
+  if (goes_on_ && (!all_known || bounces_)) bounces_.emplace();
+  if (over_frames) world_->objects.begin_with(world_->room->illumination()->environment_sh);
+  drawn_first_ = over_frames && !all_known;
+  done("surfaces");
+}
+
+void RayLight::set_moved(std::shared_ptr<const MovedOccluders> moved, std::shared_ptr<const LightChange> light) {
+  moved_ = std::move(moved);
+  light_change_ = std::move(light);
+  if (world_) world_->light.set_moved(moved_, light_change_);
+}
+
+bool RayLight::gather(const Plan& plan, const std::function<void(const char*)>& done) {
+  if (same_ && outstanding_ == 0) return std::exchange(draws_next_, false);
+  if ((same_ && apart_ && draws_next_) || (!same_ && drawn_first_)) {
     draws_next_ = false;
     return true;
   }
-  if (!same) {
-    place(std::move(room), objects, goes_on);
-    rays_ = plan.rays;
-    trace_scale_ = plan.trace_scale;
-    outstanding_ = rounds;
-    // Moving objects continue from nearly correct values; appearing or disappearing ones don't. Restarted also while it
-    // moves.
-    if (!goes_on) bounces_.reset();
-    if (goes_on && (!all_known || bounces_)) bounces_.emplace();
-    if (over_frames) world_->objects.begin_with(world_->room->illumination()->environment_sh);
-    done("surfaces");
-    if (over_frames && !all_known) {
-      draws_next_ = false;
-      return true;
-    }
-  }
-  if (goes_on) {
-    go_on(rounds, plan, done);
+  if (goes_on_) {
+    go_on(rounds_, plan, done);
   } else {
     solve(plan, done);
   }
-  draws_next_ = same && apart;
+  draws_next_ = same_ && apart_;
   return !draws_next_;
-}
-
-void RayLight::set_moved(std::shared_ptr<const MovedOccluders> moved) {
-  moved_ = std::move(moved);
-  if (world_) world_->light.set_moved(moved_);
 }
 
 void RayLight::solve(const Plan& plan, const std::function<void(const char*)>& done) {
@@ -177,7 +178,7 @@ void RayLight::place(std::shared_ptr<const RayRoom> room, const std::vector<Refe
     next->cells.irradiance.assign(next->cells.cells().size(), Rgb::Zero());
   }
   world_ = std::move(next);
-  world_->light.set_moved(moved_);
+  world_->light.set_moved(moved_, light_change_);
   objects_ = objects;
 }
 

@@ -39,14 +39,16 @@ class RayLight {
   /// exhibit without visible objects that another thread has yet to prepare, which `preparing` names.
   Exhibit prepare(const Exhibit& exhibit, std::vector<std::string>* preparing);
 
-  /// Updates to a room and objects. If the plan's quality has rounds, light is updated over that many frames, also when
+  /// Takes a room and objects. Calls `done(pass)` if they have changed.
+  void follow(std::shared_ptr<const RayRoom> room, const std::vector<ReferenceMesh>& objects, const Plan& plan,
+              const std::function<void(const char*)>& done);
+  /// What moved since the room was fused, and the light of now on it; null: nothing, the same light. Holds until the
+  /// next call. After `follow`.
+  void set_moved(std::shared_ptr<const MovedOccluders> moved, std::shared_ptr<const LightChange> light);
+  /// Updates light to what was taken. If the plan's quality has rounds, it is updated over that many frames, also when
   /// objects appear or disappear; unless another thread prepares models, it is solved within one frame if there is no
   /// previous solution. Returns false if the view need not be drawn anew for it. Calls `done(pass)` after each pass.
-  bool follow(std::shared_ptr<const RayRoom> room, const std::vector<ReferenceMesh>& objects, const Plan& plan,
-              const std::function<void(const char*)>& done);
-
-  /// What moved since the room was fused; null: nothing. Holds until the next call.
-  void set_moved(std::shared_ptr<const MovedOccluders> moved);
+  bool gather(const Plan& plan, const std::function<void(const char*)>& done);
 
   /// Valid after the first `follow`.
   const DeltaLight& light() const { return world_->light; }
@@ -95,7 +97,14 @@ class RayLight {
   std::optional<BounceSeries> bounces_;  ///< iterated to convergence after objects appeared or disappeared
   std::unique_ptr<World> world_;
   std::shared_ptr<const MovedOccluders> moved_;
+  std::shared_ptr<const LightChange> light_change_;
   bool solved_ = false;  ///< a previous solution exists
+  // Of the last `follow`.
+  int rounds_ = 1;            ///< frames over which light is updated
+  bool same_ = false;         ///< nothing that light depends on has changed
+  bool goes_on_ = false;      ///< from the previous solution
+  bool apart_ = false;        ///< frames gather or draw, none does both
+  bool drawn_first_ = false;  ///< new objects are drawn before their light is gathered
 };
 
 }  // namespace lumigraft::relight

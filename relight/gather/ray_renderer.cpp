@@ -7,11 +7,13 @@
 #include <utility>
 
 #include "relight/compose/add_noise.h"
+#include "relight/compose/change_matte.h"
 #include "relight/compose/composer.h"
 #include "relight/compose/foreground_matte.h"
 #include "relight/compose/soften.h"
 #include "relight/gather/clipped_pixels.h"
 #include "relight/gather/gather_grid.h"
+#include "relight/gather/light_change.h"
 #include "relight/gather/low_res_view.h"
 #include "relight/gather/moved_surfaces.h"
 #include "relight/gather/object_pixels.h"
@@ -135,20 +137,29 @@ struct RayRenderer::State {
     if (!same_surfaces) {
       radiance = camera.radiance();
       trace_room(*room, eye, radiance, seen);
+    }
+    auto light_change = std::make_shared<LightChange>(eye.camera, depth, camera, room->voxel_m(), seen);
+    if (!same_surfaces) {
+      light_change->exclude_from(seen, radiance);
       fill_holes(eye.camera, radiance, camera.exposure(), seen);
       sharpen_edges(eye.camera, radiance, camera.exposure(), room->voxel_m(), seen);
-      clips = restore_clipped(*room, lamps, camera, seen, radiance);
+      clips = restore_clipped(*room->illumination(), lamps, camera, seen, radiance);
       T_tag_camera = T;
     }
     MovedPixels moved;
     if (depth.any()) {
-      moved = moved_surfaces(*room, lamps, eye, depth, camera, seen);
+      moved = moved_surfaces(*room->illumination(), lamps, room->voxel_m(), eye, depth, camera, seen);
       for (const auto& [i, pixel] : moved) {
         covered.emplace_back(i, std::exchange(seen[i], pixel));
         set_at(radiance, i, camera.radiance(i));
       }
     }
-    light.set_moved(!moved.empty() ? std::make_shared<const MovedOccluders>(eye, depth, moved, covered) : nullptr);
+    std::shared_ptr<const MovedOccluders> occluders;
+    if (!moved.empty()) {
+      occluders = std::make_shared<const MovedOccluders>(eye, depth, moved, covered, light.light().objects().meshes());
+      light_change->predict(*room, lamps, *occluders, covered);
+    }
+    light.set_moved(std::move(occluders), light_change->any() ? std::move(light_change) : nullptr);
     last_depth = frame.depth;
     if (!same_view || had_moved || !moved.empty()) {
       detail = asked;
@@ -195,7 +206,18 @@ struct RayRenderer::State {
     }
     objects = trace_objects(light.light(), lamps, seen, eye, depth, detail, std::move(objects));
     clock.done("object pixels");
+    divide_at_outlines(depth);
     new_view = false;
+  }
+
+  /// The change of light at the outlines of what moved in front of the room.
+  void divide_at_outlines(const CurrentDepth& depth) {
+    if (covered.empty()) return;
+    capture::Image<std::uint8_t> front(change.width, change.height, 1);
+    for (const auto& [i, behind] : covered) {
+      if (!behind.known || behind.depth_m > seen[i].depth_m) front.data[i] = 255;
+    }
+    divide_change(depth, camera, front, objects, change);
   }
 
   /// From `objects` to `shown`.
@@ -210,7 +232,11 @@ struct RayRenderer::State {
     clock.done("shadows");
     indirect->gather(light.light(), light.places(), rays, kPixelSeed, turn);
     std::vector<Eigen::Array4f> delta = indirect->at_pixels();
-    for (std::size_t i = 0; i < delta.size(); ++i) delta[i] -= hidden[i];
+    const LightChange* light_change = light.light().light_change();
+    for_each_index(delta.size(), kRows * change.width, [&](std::size_t i) {
+      delta[i] -= light_change && hidden[i].maxCoeff() > 0 ? hidden[i].min(light_change->lamps_now(lamps, shared()[i]))
+                                                           : hidden[i];
+    });
     for_each_index(receivers.size(), kRows * change.width, [&](std::size_t i) {
       const Receiver& r = receivers[i];
       const Eigen::Array4f irradiance =
@@ -289,11 +315,12 @@ RelitPicture RayRenderer::relight(const capture::FrameSet& frame, const reconstr
   }
   if (!preparing.empty()) result.warnings.push_back("relight: " + being_prepared(preparing));
   s.follow(scene);
-  const bool lit_anew = s.light.follow(s.room, objects, plan, [&](const char* pass) { clock.done(pass); });
+  const auto done = [&](const char* pass) { clock.done(pass); };
+  s.light.follow(s.room, objects, plan, done);
   const CameraRays eye{s.pixel_rays, {s.session.color.model, s.held(scene.pose->T_tag_camera).cast<float>()}};
   const CurrentDepth depth(s.pixel_rays, depth_of(frame, s.session.color.model), s.room->voxel_m());
   s.look(frame, eye, depth, gather_quality_of(plan.trace_scale), clock);
-  const bool seen_anew = lit_anew || s.new_view;
+  const bool lit_anew = s.light.gather(plan, done), seen_anew = lit_anew || s.new_view;
   if (seen_anew) s.see(eye, depth, plan.rays, clock);
   const float blur_px = like_camera ? s.camera_look.blur_px() : 0;
   if (seen_anew || s.blur_px != blur_px) {

@@ -1,10 +1,14 @@
 #include "relight/reference/reference_renderer.h"
 
+#include <limits>
+
 #include "relight/compose/add_noise.h"
 #include "relight/compose/composer.h"
 #include "relight/compose/foreground_matte.h"
 #include "relight/compose/rgb_image.h"
 #include "relight/compose/soften.h"
+#include "relight/gather/clipped_pixels.h"
+#include "relight/gather/moved_surfaces.h"
 #include "relight/look/camera_look.h"
 #include "relight/quality_warnings.h"
 #include "relight/reference/delta_path_tracer.h"
@@ -49,7 +53,9 @@ struct ReferenceRenderer::State {
 
   // State kept between frames.
   std::shared_ptr<const ReferenceScene> reconstructed;
-  reconstruct::Scene of;  ///< from which it was made
+  reconstruct::Scene of;                 ///< from which it was made
+  std::unique_ptr<const Meshes> meshes;  ///< its surfaces
+  std::vector<LightSampleSet> lamps;     ///< its lamps
   struct Traced {
     std::shared_ptr<const ReferenceScene> room;
     std::vector<ReferenceMesh> objects;
@@ -72,14 +78,50 @@ struct ReferenceRenderer::State {
         of.illumination != scene.illumination) {
       reconstructed = std::make_shared<const ReferenceScene>(reference_room_of(scene, known));
       of = scene;
+      meshes = std::make_unique<const Meshes>(reconstructed->real, reconstructed->seen.get());
+      lamps.clear();
+      for (const ReferenceLamp& lamp : reconstructed->lamps) lamps.emplace_back(lamp, 0);
     }
     return reconstructed;
   }
 
-  const ReferencePicture& traced(const capture::FrameSet& frame, const reconstruct::Scene& scene,
-                                 std::vector<ReferenceMesh> objects, int samples) {
-    const std::shared_ptr<const ReferenceScene> now = room_of(frame, scene);
-    const Eigen::Isometry3f T_tag_camera = scene.pose->T_tag_camera.cast<float>();
+  /// Surfaces of the reconstructed room at pixels.
+  std::vector<GBufferPixel> seen_room(const CameraRays& eye) const {
+    const int width = eye.camera.model.width, height = eye.camera.model.height;
+    std::vector<GBufferPixel> seen(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+    for_each_pixel(width, height, kRows, [&](int u, int v) {
+      GBufferPixel& p = seen[static_cast<std::size_t>(v * width + u)];
+      p.w = eye.ray(u, v);
+      if (p.w.isZero(0)) return;
+      const auto hit = meshes->hit(eye.camera.T_tag_camera.translation(), p.w, std::numeric_limits<float>::infinity());
+      if (!hit) return;
+      p.known = true;
+      p.depth_m = hit->t_m;
+      p.surface = meshes->surface(*hit, p.w);
+      p.glossy = p.surface.bsdf.mirrors();
+      p.albedo = p.surface.bsdf.diffuse;
+    });
+    return seen;
+  }
+
+  /// The reconstructed room and what this frame's depth shows before it, with the albedo that explains its radiance.
+  std::shared_ptr<const ReferenceScene> with_moved(const CurrentDepth& depth, const CameraRays& eye,
+                                                   const std::vector<GBufferPixel>& seen,
+                                                   const std::vector<ReferenceMesh>& objects) const {
+    const MovedPixels moved = moved_surfaces(*of.illumination, lamps, of.field->voxel_m, eye, depth, camera, seen);
+    MovedPixels fused;
+    for (const auto& [i, pixel] : moved) fused.emplace_back(i, seen[i]);
+    ReferenceMesh hand;
+    if (!moved.empty()) hand.model = moved_shell(eye, depth, moved, fused, Meshes(objects, nullptr), true);
+    if (!hand.model) return reconstructed;
+    auto room_of_now = std::make_shared<ReferenceScene>(*reconstructed);
+    room_of_now->real.push_back(std::move(hand));
+    return room_of_now;
+  }
+
+  const ReferencePicture& traced(const std::shared_ptr<const ReferenceScene>& now,
+                                 const Eigen::Isometry3f& T_tag_camera, std::vector<ReferenceMesh> objects,
+                                 int samples) {
     if (!last || last->room != now || last->T_tag_camera != T_tag_camera.matrix() || last->samples != samples ||
         !same_meshes(last->objects, objects)) {
       auto with_objects = std::make_shared<ReferenceScene>(*now);
@@ -118,13 +160,24 @@ RelitPicture ReferenceRenderer::relight(const capture::FrameSet& frame, const re
     pass_through(missing, &result);
     return result;
   }
-  const ReferencePicture& traced = s.traced(frame, scene, std::move(objects), plan.samples);
-  ObjectLayer shown{0, 0, traced.object, traced.coverage, {}};
   const CurrentDepth depth(s.pixel_rays, depth_of(frame, s.session.color.model), s.room ? 0 : scene.field->voxel_m);
+  const CameraRays eye{s.pixel_rays, {s.session.color.model, scene.pose->T_tag_camera.cast<float>()}};
+  std::shared_ptr<const ReferenceScene> room = s.room_of(frame, scene);
+  std::optional<capture::Image<float>> radiance;  // if any clips
+  if (!s.room && (depth.any() || s.camera.any_clipped())) {
+    std::vector<GBufferPixel> seen = s.seen_room(eye);
+    if (depth.any()) room = s.with_moved(depth, eye, seen, objects);
+    if (s.camera.any_clipped()) {
+      radiance = s.camera.radiance();
+      restore_clipped(*scene.illumination, s.lamps, s.camera, seen, *radiance);
+    }
+  }
+  const ReferencePicture& traced = s.traced(room, eye.camera.T_tag_camera, std::move(objects), plan.samples);
+  ObjectLayer shown{0, 0, traced.object, traced.coverage, {}};
   if (!s.room) shown = shown_by(depth, traced);
   if (like_camera) shown = softened(shown, s.camera_look.blur_px(), traced.coverage.width, traced.coverage.height);
   if (!s.room) hide_behind_foreground(depth, s.camera, shown);
-  compose(s.camera, {traced.change}, shown, &result.srgb);
+  compose(s.camera, {traced.change, radiance ? &*radiance : nullptr}, shown, &result.srgb);
   if (like_camera && s.camera_look.noise())
     add_noise(*s.camera_look.noise(), *s.camera.coded(), shown, frame.index, &result.srgb);
   if (with_maps) {

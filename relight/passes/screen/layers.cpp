@@ -17,7 +17,8 @@ void Layers::record(gpu::CommandList& list, const shader::FrameParams& params, c
                                            gpu::sampled(15, *screen.object_other),
                                            gpu::image(12, *screen.object_layer),
                                            gpu::image(13, *screen.delta),
-                                           gpu::image(16, *screen.object_z)};
+                                           gpu::image(16, *screen.object_z),
+                                           gpu::image(17, *screen.room_radiance)};
   dispatch_tiles(list, *pipeline_, bindings, params, screen.tiles->views());
 }
 

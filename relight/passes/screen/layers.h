@@ -1,6 +1,6 @@
 #pragma once
 // What compose/composer.h blends to the final frame. In: camera radiance, the real view, all changes, object_radiance,
-// object_surface. Out: delta, object_layer, object_z.
+// object_surface. Out: delta, room_radiance, object_layer, object_z.
 #include "relight/passes/dispatch.h"
 #include "relight/passes/screen/screen.h"
 

@@ -67,6 +67,7 @@ Screen::Screen(gpu::Device& device, int width_px, int height_px, int trace_scale
   object_layer = full("objects", Format::rgba16_float);
   object_z = full("object depths", Format::r32_float);
   delta = full("delta", Format::rgba32_float);
+  room_radiance = full("room_radiance", Format::rgba16_float);
 }
 
 std::optional<gpu::Area> Screen::object_area() const {

@@ -46,9 +46,10 @@ struct Screen {
   std::unique_ptr<gpu::Texture> live_gain;                ///< the same in the other tiles, at 1/fine_step
   std::unique_ptr<gpu::Texture> mirror_gained, mirror_fraction, mirror_gained_smooth, mirror_fraction_smooth;
   // Output.
-  std::unique_ptr<gpu::Texture> object_layer;  ///< radiance of objects times coverage, coverage
-  std::unique_ptr<gpu::Texture> object_z;      ///< of their surface in the camera frame; 0: none
-  std::unique_ptr<gpu::Texture> delta;         ///< change of radiance of real pixels
+  std::unique_ptr<gpu::Texture> object_layer;   ///< radiance of objects times coverage, coverage
+  std::unique_ptr<gpu::Texture> object_z;       ///< of their surface in the camera frame; 0: none
+  std::unique_ptr<gpu::Texture> delta;          ///< change of radiance of real pixels
+  std::unique_ptr<gpu::Texture> room_radiance;  ///< of real pixels before it, clipped channels restored
 
   /// The part of the supersampled targets that the objects' tiles cover; empty if there are none.
   std::optional<gpu::Area> object_area() const;

@@ -25,8 +25,11 @@ layout(binding = 15) uniform sampler2D object_other;
 layout(binding = 12, rgba16f) uniform writeonly image2D out_object;  // radiance times coverage, coverage
 layout(binding = 13, rgba32f) uniform writeonly image2D out_delta;
 layout(binding = 16, r32f) uniform writeonly image2D out_z;          // of the object in the camera frame
+layout(binding = 17, rgba16f) uniform writeonly image2D out_room;    // radiance of the room, clipped channels restored
 #include "common/exclude_tag.glsl"
 #include "screen/real_in_front.glsl"
+#include "common/unoccluded_irradiance.glsl"
+#include "screen/clipped.glsl"
 
 vec3 lit(ivec2 at) { return max(finite_or_zero(texelFetch(object_radiance, at, 0).rgb), vec3(0)); }
 
@@ -54,13 +57,17 @@ vec3 virtual_color(ivec2 at) {
 void main() {
   ivec2 at = tile_texel();
   if (any(greaterThanEqual(at, frame.picture.xy))) return;
-  vec3 b = texelFetch(radiance, at, 0).rgb, delta = vec3(0);
+  vec3 b = texelFetch(radiance, at, 0).rgb, room = b, delta = vec3(0);
   vec4 surface = texelFetch(object_surface, at, 0);
   float footprint = texelFetch(real_normal, at, 0).a;
   if (footprint > 0.0 && shows_room(surface, texelFetch(real_position, at, 0).a)) {
     vec4 albedo = texelFetch(real_albedo, at, 0);
     int known = int(albedo.a);
     vec3 diffuse = albedo.rgb, under = vec3(1), mirror = vec3(0);
+    if (known == 0) {
+      vec3 light = open_irradiance(texelFetch(real_position, at, 0).xyz, texelFetch(real_normal, at, 0).xyz);
+      room = restored(b, diffuse / kPi * light);
+    }
     if (known > 0) {
       float paper = paper_coverage(albedo.a);
       BsdfParams bsdf = bsdf_of(frame.surfaces[known - 1]);
@@ -71,9 +78,10 @@ void main() {
     }
     // The lost light of lamps already includes the layer's transmittance.
     vec3 change = footprint * under * texelFetch(indirect, at, 0).rgb - texelFetch(direct_lost, at, 0).rgb;
-    delta = max(finite_or_zero(diffuse / kPi * change + mirror), -b);
+    delta = max(finite_or_zero(diffuse / kPi * change + mirror), -room);
   }
   imageStore(out_delta, at, vec4(delta, 0.0));
+  imageStore(out_room, at, to_half(vec4(room, 0.0)));
   imageStore(out_object, at, to_half(vec4(surface.y * virtual_color(at), surface.y)));
   imageStore(out_z, at, vec4(surface.x));
 }

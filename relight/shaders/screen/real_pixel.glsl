@@ -6,6 +6,7 @@
 #include "screen/real_depth.glsl"
 #include "common/influence_mask.glsl"
 #include "common/unoccluded_irradiance.glsl"
+#include "screen/clipped.glsl"
 layout(binding = 27) uniform sampler2D radiance; // the camera image, linear
 layout(binding = 28) uniform sampler2D surfaces; // depth along z and number + 1 of surfaces of known material
 layout(binding = 7) uniform sampler3D real_albedo_volume;
@@ -69,8 +70,7 @@ RealPixel real_pixel(ivec2 at) {
     vec4 mean = real_at(real_radiance_volume, c, like);
     if (inside && albedo.a > 1e-3 && mean.a > 1e-3) {
       // Voxels are coarser than pixels: the image's detail modulates the fused mean.
-      vec3 detail = clamp(b / max(mean.rgb / mean.a, vec3(1e-5)), vec3(0.2), vec3(4.0));
-      albedo.rgb = min(albedo.rgb / albedo.a * detail, vec3(1));
+      albedo.rgb = min(albedo.rgb / albedo.a * image_detail(b, mean.rgb / mean.a), vec3(1));
     } else {
       albedo = vec4(0);
     }

@@ -4,6 +4,7 @@
 #include "common/bricks.glsl"
 #include "common/influence_mask.glsl"
 #include "common/unoccluded_irradiance.glsl"
+#include "screen/clipped.glsl"
 #include "common/half.glsl"
 #include "common/tiles.glsl"
 layout(binding = 1) uniform sampler2D rays;     // x/z, y/z per pixel
@@ -103,8 +104,7 @@ void main() {
       vec4 mean = field_radiance(like);
       if (albedo.a > 0.0 && mean.a > 0.0) {
         // Voxels are coarser than pixels: the image's detail modulates the fused mean.
-        vec3 detail = clamp(b / max(mean.rgb, vec3(1e-5)), vec3(0.2), vec3(4.0));
-        albedo.rgb = min(albedo.rgb * detail, vec3(1));
+        albedo.rgb = min(albedo.rgb * image_detail(b, mean.rgb), vec3(1));
       } else if (!held(like)) {  // shadows extend beyond the part of the field that is stored
         albedo = vec4(albedo_by_light(p, n, b), 1.0);
       }

@@ -1,4 +1,5 @@
 // Hands and people in front of objects, by all methods but `rays` (gather/foreground_test.cpp).
+#include <algorithm>
 #include <cmath>
 
 #include "relight/reference/reference_renderer.h"
@@ -222,6 +223,59 @@ TEST_F(HandBeforeObjectTraced, FusedSurfaceThatTheCameraSeesThroughHidesNothing)
   }
   EXPECT_GT(behind, 50) << "the fused hand hides the box";
   EXPECT_LT(std::abs(difference / behind), 12);
+}
+
+/// A hand that hides the floor in the box's shadow gets none of it.
+TEST_F(HandBeforeObjectTraced, TakesNoShadowOfTheFloorBehindIt) {
+  plan_.samples = 16;
+  const reconstruct::Scene room = scene_.scene();
+  const capture::FrameSet empty = scene_.frame();
+  const RelitPicture before = renderer_.relight(empty, room, scene_.exhibit, plan_, true);
+  capture::FrameSet frame = empty;
+  auto depth = std::make_shared<capture::DepthFrame>(*empty.depth);
+  const int side_px = 70, left = (scene_.width - side_px) / 2, top = (scene_.height - side_px) / 2;
+  for (int v = top; v < top + side_px; ++v) std::fill_n(&depth->depth_m.at(left, v), side_px, kHand_m);
+  frame.depth = depth;
+  const RelitPicture with = renderer_.relight(frame, room, scene_.exhibit, plan_, true);
+  double shadow = 0, on_hand = 0;
+  for (int v = top + 6; v < top + side_px - 6; ++v) {
+    for (int u = left + 6; u < left + side_px - 6; ++u) {
+      if (before.maps->delta.at(u, v, 0) > -0.02f) continue;
+      shadow += static_cast<double>(before.maps->delta.at(u, v, 0));
+      on_hand += static_cast<double>(with.maps->delta.at(u, v, 0));
+    }
+  }
+  ASSERT_LT(shadow, -1);
+  EXPECT_GT(on_hand, 0.2 * shadow);
+}
+
+/// A hand between the lamp and the box, which is not in the room yet.
+TEST_F(HandBeforeObjectTraced, CastsItsShadowOnItAtOnce) {
+  plan_.samples = 16;
+  ClosedScene wide = scene_;
+  wide.width *= 3;
+  wide.height *= 3;
+  wide.focal_px *= 3;
+  wide.extent.extend(Eigen::Vector3f(0.9f, 1.6f, 0));
+  ClosedScene held = wide;
+  const Eigen::Vector3f hand_m = 0.5f * (wide.lamps[0].position_m + Eigen::Vector3f(0.05f, 0, 0.2f));
+  const Eigen::AlignedBox3f hand(hand_m - Eigen::Vector3f::Constant(0.06f), hand_m + Eigen::Vector3f::Constant(0.06f));
+  const auto floor = wide.distance;
+  held.distance = [=](const Eigen::Vector3f& p) { return std::min(floor(p), box_distance(hand, p)); };
+  held.extent.extend(hand.max() + Eigen::Vector3f::Constant(0.05f));
+  relight::ReferenceRenderer renderer(wide.session());
+  const reconstruct::Scene room = wide.scene();
+  const RelitPicture before = renderer.relight(wide.frame(), room, wide.exhibit, plan_, true);
+  const RelitPicture with = renderer.relight(held.frame(), room, wide.exhibit, plan_, true);
+  double darker = 0;
+  int pixels = 0;
+  for (std::size_t i = 0; i < before.maps->mask.data.size(); ++i) {
+    if (before.maps->mask.data[i] < 0.99f || with.maps->mask.data[i] < 0.99f) continue;
+    darker += std::max(before.srgb.data[3 * i] - with.srgb.data[3 * i], 0);
+    ++pixels;
+  }
+  ASSERT_GT(pixels, 200);
+  EXPECT_GT(darker / pixels, 4);
 }
 
 }  // namespace
