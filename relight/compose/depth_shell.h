@@ -1,7 +1,7 @@
 #pragma once
 // This frame's depth as closed triangles, to cast shadows: a depth camera sees one side of a hand or a person.
 #include <memory>
-#include <opencv2/core/types.hpp>
+#include <opencv2/core.hpp>
 
 #include "relight/compose/current_depth.h"
 #include "relight/exhibit/exhibit.h"

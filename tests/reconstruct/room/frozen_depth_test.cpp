@@ -8,16 +8,16 @@
 namespace lumigraft::reconstruct {
 namespace {
 
-constexpr int kWidth = 320, kHeight = 240;
+constexpr int kColumns = 320, kRows = 240;
 
 /// A picture of coarse grain, seen by a camera that has moved by so many pixels. `gain`: of the light.
 std::shared_ptr<const capture::Frame> picture(int moved_px, double gain = 1) {
   auto frame = std::make_shared<capture::Frame>();
-  frame->encoded = capture::Image<std::uint8_t>(kWidth, kHeight, 3);
+  frame->encoded = capture::Image<std::uint8_t>(kColumns, kRows, 3);
   std::mt19937 random(static_cast<unsigned>(moved_px + 5));
   std::normal_distribution<double> noise(0, 2);
-  for (int v = 0; v < kHeight; ++v) {
-    for (int u = 0; u < kWidth; ++u) {
+  for (int v = 0; v < kRows; ++v) {
+    for (int u = 0; u < kColumns; ++u) {
       const unsigned cell = static_cast<unsigned>((u + moved_px) / 6 * 7919 + v / 6 * 104729) * 2654435761u;
       const double code = gain * (80 + (cell >> 24) * 0.3) + noise(random);
       for (int c = 0; c < 3; ++c) frame->encoded.at(u, v, c) = static_cast<std::uint8_t>(code);
@@ -29,7 +29,7 @@ std::shared_ptr<const capture::Frame> picture(int moved_px, double gain = 1) {
 std::shared_ptr<const capture::DepthFrame> depth(std::int64_t time_ns, float depth_m) {
   auto frame = std::make_shared<capture::DepthFrame>();
   frame->stamp.time_ns = time_ns;
-  frame->depth_m = capture::Image<float>(kWidth, kHeight, 1, depth_m);
+  frame->depth_m = capture::Image<float>(kColumns, kRows, 1, depth_m);
   return frame;
 }
 
@@ -79,7 +79,7 @@ TEST(FrozenDepth, OneDepthPictureMayBelongToTwoOfColour) {
 TEST(FrozenDepth, NothingIsSaidOfARoomWithoutTexture) {
   FrozenDepth check;
   auto even = std::make_shared<capture::Frame>();
-  even->encoded = capture::Image<std::uint8_t>(kWidth, kHeight, 3, 120);
+  even->encoded = capture::Image<std::uint8_t>(kColumns, kRows, 3, 120);
   for (int i = 0; i < 3; ++i) EXPECT_TRUE(check.check(frame_of(even, i, 1)).depth);
 }
 
