@@ -387,7 +387,7 @@ RelitPicture Relighter::relight(const capture::FrameSet& frame, const reconstruc
     return relight(frame, scene, wanted, asked, with_maps);
   }
   result.passes = std::move(light.passes);
-  // What is drawn already goes on, if coarsely.
+  // What is drawn already continues to be drawn, if coarsely.
   if (!s.light.any_light() || (!s.drawn_live && !s.light.reaches(objects)))
     return s.wait_for_light(*list, std::move(result));
   if (!s.light.why_no_rounds().empty()) {

@@ -20,7 +20,7 @@ class FrozenDepth {
 
  private:
   std::shared_ptr<const capture::DepthFrame> depth_;  ///< first of those that are equal
-  capture::Image<float> seen_with_it_;                ///< by the colour camera, luminance at half the resolution
+  capture::Image<float> seen_with_it_;                ///< by the colour camera, green at half the resolution
   bool frozen_ = false;
 };
 

@@ -14,7 +14,7 @@
 
 namespace lumigraft::relight {
 
-/// What of a picture tells a covered lens.
+/// Measures of a picture by which a covered lens is recognized.
 struct ViewMeasure {
   float light = 0;     ///< mean linear value, 0 to 1
   float contrast = 0;  ///< between blocks of the picture, pixel values

@@ -92,7 +92,7 @@ class Shell {
     }
   }
 
-  /// Whether the moved surface ends beside a vertex: there is something farther, or nothing, or what has not moved.
+  /// Whether a vertex is at the moved surface's outline: its neighbour is farther, or unknown, or has not moved.
   bool ends(int x, int y, const std::array<int, 2>& axis) const {
     const float own_m = far_m_[at(x, y)];
     for (int k = 1; k <= kCompose.shell_hole; ++k) {

@@ -16,7 +16,7 @@ namespace {
 using Eigen::Array3f;
 using Eigen::Vector2f;
 
-/// Where the colour changes beside a point of the outline.
+/// Where the colour changes near a point of the outline.
 struct Step {
   Vector2f normal = Vector2f::Zero();  ///< out of the foreground
   float at_px = 0;                     ///< along it
@@ -86,7 +86,7 @@ class Profiles {
       }
     }
     if (all > 0.2f * contrast2 * static_cast<float>(2 * reach_px_ + 1)) return;  // neither colour explains it
-    steps.push_back({n, best_px - 0.5f});  // the outline is half a pixel beside the pixel
+    steps.push_back({n, best_px - 0.5f});  // the outline is half a pixel from the pixel's centre
   }
 
   const capture::Image<std::uint8_t>& picture_;

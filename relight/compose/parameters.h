@@ -21,14 +21,14 @@ inline constexpr struct ComposeParameters {
   std::int64_t usual_view_ns = 3'000'000'000;
   int view_block_px = 16, view_step_px = 4, min_contrast = 6;  ///< pixel values: less is seen of no room
   float max_detail = 4;               ///< ratio of the radiance of one side to that of a mixture with it
-  float matte_change = 0.01f;         ///< of it, that changes of light beside each other must differ by to be divided
+  float matte_change = 0.01f;         ///< of it, by which adjacent changes of light must differ to be divided
   float lag_px = 8, lag_gain = 0.7f;  ///< displacement of depth at most, like sigma; of the cost, that shows one
   float lag_contrast = 24;            ///< between two sides that show a step, of 255
   std::size_t lag_points = 400, lag_min_steps = 40;  ///< of an outline, that are looked at; steps that are enough
   float max_flicker = 2;            ///< ratio of a pixel's radiance of now to that of its change of light
   int shell_hole = 3;               ///< pixels without depth inside a surface, at most
   float shell_round = 0.5f;         ///< fraction of a round limb's half that its outline pixels hide: palms are flat
-  float shell_slope = 4;            ///< of depth beside an outline, bound: more is a mixture of two surfaces
+  float shell_slope = 4;            ///< of depth at an outline, bound: more is a mixture of two surfaces
   int shell_rounds = 200;           ///< at most; each spreads depth by about a pixel
   float shell_settled_m = 0.0002f;  ///< a tenth of the noise of depth at 1 m
 } kCompose;

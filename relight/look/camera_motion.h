@@ -1,5 +1,5 @@
 #pragma once
-// How far the picture of a surface that stands still moved with the camera.
+// Displacement of static surfaces in the picture of a moving camera.
 #include <Eigen/Geometry>
 #include <optional>
 

@@ -35,7 +35,7 @@ struct ReferencePicture {
   capture::Image<float> coverage;  ///< fraction of that part
   /// With ReferenceSamples::unhidden: the last two as if no real surface were in front, and the distance along the ray
   /// to those objects, 0: none.
-  capture::Image<float> unhidden_object, unhidden_coverage, distance_m;
+  capture::Image<float> unhidden_object = {}, unhidden_coverage = {}, distance_m = {};
 };
 
 class DeltaPathTracer {

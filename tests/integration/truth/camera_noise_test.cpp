@@ -36,7 +36,7 @@ struct Residuals {
     constexpr int kHalf = 3;
     capture::Image<float> codes(seen.width, seen.height, 1);
     for (int v = 0; v < seen.height; ++v)
-      for (int u = 0; u < seen.width; ++u) codes.at(u, v) = code_of(rendered.at(u, v, c));
+      for (int u = 0; u < seen.width; ++u) codes.at(u, v) = 255 * capture::linear_to_srgb(rendered.at(u, v, c));
     for (int v = kHalf; v + kHalf < seen.height; v += 2) {
       float last = NAN;
       for (int u = kHalf; u + kHalf < seen.width; ++u) {
@@ -74,12 +74,6 @@ struct Residuals {
     double count = 0;
     for (const Sum& sum : levels) count += sum.count;
     return count;
-  }
-
- private:
-  static float code_of(float linear) {
-    const float x = std::clamp(linear, 0.0f, 1.0f);
-    return 255 * (x <= 0.0031308f ? 12.92f * x : 1.055f * std::pow(x, 1 / 2.4f) - 0.055f);
   }
 };
 

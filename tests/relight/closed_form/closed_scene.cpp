@@ -35,7 +35,7 @@ Eigen::Isometry3d ClosedScene::T_tag_camera() const {
   return T;
 }
 
-capture::Session ClosedScene::session() const {
+capture::Session session_of(int width, int height, double focal_px) {
   capture::Session s;
   s.color.model.width = width;
   s.color.model.height = height;
@@ -44,6 +44,8 @@ capture::Session ClosedScene::session() const {
   s.color.model.cy = 0.5 * (height - 1);
   return s;
 }
+
+capture::Session ClosedScene::session() const { return session_of(width, height, focal_px); }
 
 Eigen::Vector3f ClosedScene::on_plane(int u, int v, float height_m) const {
   const capture::CameraModel model = session().color.model;

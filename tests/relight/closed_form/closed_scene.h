@@ -38,6 +38,9 @@ struct ClosedScene {
   relight::RelitPicture relit(relight::Renderer& renderer, const relight::Plan& plan) const;  ///< with its maps
 };
 
+/// Of a camera alone, for tests without a room.
+capture::Session session_of(int width, int height, double focal_px);
+
 /// A plan with the most accurate derived settings, with small volumes.
 relight::Plan careful_plan(int volume = 64, int bounces = 2);
 

@@ -26,7 +26,7 @@ struct HandOverShadow {
   relight::CameraUpload picture;
   relight::ObjectLayer objects;
 
-  HandOverShadow() : session(session_of()), rays(session.color.model), picture(session.color) {
+  HandOverShadow() : session(session_of(kWidth, kHeight, 140)), rays(session.color.model), picture(session.color) {
     auto color = std::make_shared<capture::Frame>();
     color->exposure = 1;
     color->encoded = capture::Image<std::uint8_t>(kWidth, kHeight, 3);
@@ -51,13 +51,6 @@ struct HandOverShadow {
     relight::divide_change(relight::CurrentDepth(rays, &depth_m, 0.008f), picture, front, objects, change);
   }
   static float edge(int v) { return 70.2f + 0.37f * static_cast<float>(v); }
-  static capture::Session session_of() {
-    ClosedScene scene;
-    scene.width = kWidth;
-    scene.height = kHeight;
-    scene.focal_px = 140;
-    return scene.session();
-  }
 };
 
 TEST(ChangeMatte, PixelsOfTwoSurfacesGetTheChangeOfBoth) {

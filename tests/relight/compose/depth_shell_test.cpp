@@ -17,7 +17,7 @@ constexpr float kFocal_px = 200, kFar_m = 0.7f, kWall_m = 1.2f, kVoxel_m = 0.008
 /// Depth of something before a wall.
 class Seen {
  public:
-  Seen() : model_(session().color.model), rays_(model_) {}
+  Seen() : model_(session_of(kWidth, kHeight, kFocal_px).color.model), rays_(model_) {}
 
   /// `depth_m(x, y)`: of what is at x, y on the plane z = 1 of the camera; 0: nothing.
   template <typename DepthOf>
@@ -47,13 +47,6 @@ class Seen {
         farthest = std::max(farthest, p.z());
     }
     return farthest;
-  }
-  static capture::Session session() {
-    ClosedScene scene;
-    scene.width = kWidth;
-    scene.height = kHeight;
-    scene.focal_px = kFocal_px;
-    return scene.session();
   }
 
   capture::Image<float> depth_m{kWidth, kHeight, 1}, behind_m{kWidth, kHeight, 1};

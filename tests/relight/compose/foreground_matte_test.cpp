@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "capture/camera/srgb.h"
 #include "relight/compose/rgb_image.h"
 #include "tests/relight/closed_form/closed_scene.h"
 
@@ -26,7 +27,7 @@ struct Outline {
   /// `off_px`: of the outline in depth from that in colour, by row.
   template <typename OffPx>
   Outline(const Rgb& of_hand, const Rgb& of_table, const Rgb& of_object, OffPx off_px)
-      : session(session_of()), rays(session.color.model) {
+      : session(session_of(kWidth, kHeight, 280)), rays(session.color.model) {
     auto color = std::make_shared<capture::Frame>();
     color->exposure = 1;
     color->encoded = capture::Image<std::uint8_t>(kWidth, kHeight, 3);
@@ -39,7 +40,7 @@ struct Outline {
         hand.at(u, v) = std::clamp(edge(v) - static_cast<float>(u) + 0.5f, 0.0f, 1.0f);
         const Rgb mixed = hand.at(u, v) * of_hand + (1 - hand.at(u, v)) * of_table;
         for (int c = 0; c < 3; ++c) {
-          color->encoded.at(u, v, c) = static_cast<std::uint8_t>(std::lround(255 * srgb(mixed[c])));
+          color->encoded.at(u, v, c) = static_cast<std::uint8_t>(std::lround(255 * capture::linear_to_srgb(mixed[c])));
         }
         depth_m.at(u, v) = static_cast<float>(u) < edge(v) + off_px(v) ? kHand_m : kTable_m;
         relight::set_at(objects.radiance, i, of_object);
@@ -50,14 +51,6 @@ struct Outline {
   }
 
   static float edge(int v) { return 150 + 0.37f * static_cast<float>(v); }
-  static float srgb(float x) { return x <= 0.0031308f ? 12.92f * x : 1.055f * std::pow(x, 1 / 2.4f) - 0.055f; }
-  static capture::Session session_of() {
-    ClosedScene scene;
-    scene.width = kWidth;
-    scene.height = kHeight;
-    scene.focal_px = 280;
-    return scene.session();
-  }
 
   void hide() {
     relight::CameraUpload picture(session.color);

@@ -132,8 +132,8 @@ TEST(Noise, TextureThatMovesIsNotNoise) {
   }
 }
 
-// Most of the picture is grain of a few pixels, on which a camera passes that stood still before.
-TEST(Noise, TextureThatTheCameraPassesIsNotNoise) {
+// Most of the picture is grain of a few pixels. The camera is static at first and then moves.
+TEST(Noise, TextureBeforeAMovingCameraIsNotNoise) {
   constexpr int kTravel = 200, kStill = 20;
   cv::Mat3f floor(kHeight, kWidth + kTravel);
   std::mt19937 random(3);
