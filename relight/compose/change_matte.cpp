@@ -1,6 +1,7 @@
 #include "relight/compose/change_matte.h"
 
 #include <algorithm>
+#include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <utility>
 #include <vector>
@@ -17,19 +18,33 @@ Rgb detail(const Rgb& radiance, const Rgb& over) {
   return (radiance / over.max(1e-5f)).max(1 / kCompose.max_detail).min(kCompose.max_detail);
 }
 
+cv::Rect grown(const cv::Rect& bounds, int by_px) {
+  return {bounds.x - by_px, bounds.y - by_px, bounds.width + 2 * by_px, bounds.height + 2 * by_px};
+}
+
+/// Bounds of the pixels that change.
+cv::Rect bounds_of(const capture::Image<float>& change) {
+  cv::Mat1b any(change.height, change.width);
+  for_each_pixel(change.width, change.height, kRows, [&](int u, int v) {
+    any(v, u) = (radiance_at(change, static_cast<std::size_t>(v * change.width + u)) != 0).any() ? 255 : 0;
+  });
+  return cv::boundingRect(any);
+}
+
 }  // namespace
 
 void divide_change(const CurrentDepth& depth, const CameraUpload& picture, const capture::Image<std::uint8_t>& front,
                    const ObjectLayer& objects, capture::Image<float>& change) {
   const int width = change.width, height = change.height;
   const cv::Mat1b all(height, width, const_cast<std::uint8_t*>(front.data.data()));
-  const cv::Rect bounds = cv::boundingRect(all);
-  if (bounds.empty()) return;
+  const cv::Rect image(0, 0, width, height), outlines = cv::boundingRect(all);
+  if (outlines.empty()) return;
   const MatteReach reach(width);
-  const int margin = reach.samples_px;
-  const cv::Rect window =
-      cv::Rect(bounds.x - margin, bounds.y - margin, bounds.width + 2 * margin, bounds.height + 2 * margin) &
-      cv::Rect(0, 0, width, height);
+  const cv::Rect divided = grown(bounds_of(change), reach.matte_px) & grown(outlines, reach.samples_px) & image;
+  if (divided.empty()) return;
+  // Colours are taken from as far as samples_px, where sides are certain at twice sigma.
+  const cv::Rect window = grown(divided, reach.samples_px + static_cast<int>(std::ceil(2 * reach.sigma_px))) & image;
+  if (cv::countNonZero(all(window)) == 0) return;
   const OutlineMatte matte({depth}, picture, window.tl(), all(window));
   // Of the change in the neighbourhood of a pixel, its span: where it is small a pixel's own change is right.
   const cv::Mat_<cv::Vec3f> light(height, width, reinterpret_cast<cv::Vec3f*>(change.data.data()));
@@ -37,11 +52,12 @@ void divide_change(const CurrentDepth& depth, const CameraUpload& picture, const
   cv::Mat_<cv::Vec3f> most, least;
   cv::dilate(light(window), most, near);
   cv::erode(light(window), least, near);
-  std::vector<std::vector<std::pair<std::size_t, Rgb>>> rows(static_cast<std::size_t>(window.height));
-  for_each_pixel(window.width, window.height, kRows, [&](int x, int y) {
-    const int u = x + window.x, v = y + window.y;
+  std::vector<std::vector<std::pair<std::size_t, Rgb>>> rows(static_cast<std::size_t>(divided.height));
+  for_each_pixel(divided.width, divided.height, kRows, [&](int x, int y) {
+    const int u = x + divided.x, v = y + divided.y;
     if (!matte.reaches(u, v)) return;
-    const cv::Vec3f span = most(y, x) - least(y, x);
+    const cv::Point here = cv::Point(u, v) - window.tl();
+    const cv::Vec3f span = most(here) - least(here);
     const auto pixel = static_cast<std::size_t>(v * width + u);
     const Rgb own = picture.radiance(pixel);
     if (std::max({span[0], span[1], span[2]}) < kCompose.matte_change * own.maxCoeff()) return;
