@@ -51,11 +51,6 @@ bool near(const std::vector<PlacedObject>& a, const std::vector<PlacedObject>& b
                     [](const PlacedObject& p, const PlacedObject& q) { return near(p, q); });
 }
 
-bool models_equal(const std::vector<PlacedObject>& a, const std::vector<PlacedObject>& b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
-                    [](const PlacedObject& p, const PlacedObject& q) { return p.stored == q.stored; });
-}
-
 /// For each object, the buffer in `from` of the same model that is nearest, null if there is none. Each is used once.
 std::vector<const gpu::Buffer*> buffers_of(const std::vector<PlacedObject>& objects, const ObjectsLight& from) {
   std::vector<const gpu::Buffer*> found(objects.size(), nullptr);
@@ -119,7 +114,7 @@ const gpu::Texture& AmortizedLightUpdate::irradiance() const {
 AmortizedLightUpdate::Done AmortizedLightUpdate::advance(gpu::CommandList& list, const Now& now, BrickPool& bricks) {
   const bool lit = shown_->lit.has_value(), same_room = last_ && near_room(*last_, now.key);
   const bool same_set =
-      last_ && LightKey::same_light(last_->plan, now.key.plan) && models_equal(last_->objects, now.key.objects);
+      last_ && LightKey::same_light(last_->plan, now.key.plan) && same_models(last_->objects, now.key.objects);
   const bool same_places = same_set && near(last_->objects, now.key.objects);
   const bool follows = now.incremental && lit && same_room && same_places;
   bool jumps = false, goes_on = follows;

@@ -3,13 +3,13 @@
 // setting and for small changes, is amortized over rounds of round_frames frames. A round takes a snapshot of objects,
 // lamps and room at its start and gathers their indirect light while frames are rendered; the result is faded in during
 // the next round. Indirect light is therefore one to three rounds old and changes without jumps; two rounds and one
-// fade after the last change it equals the result of an update at once. Rounds count frames, not time: the same input
-// gives the same output.
+// fade after the last change it equals the result of an update at once. These rounds count frames, not time: the
+// same input gives the same output.
 //
 // Where it is asked for (Now::budget_ms), jumps of the objects are amortized too: objects that appear, disappear or are
-// put elsewhere. Such a round lasts as long as its steps take, of which each frame runs what it has time for; it starts
-// again if the objects jump again. Until it is done new objects have the light of the lamps, and of the environment
-// without occlusion.
+// put elsewhere. Such a round lasts as long as its steps take, of which each frame runs what it has time for: only
+// `serve` asks for it. It starts again if the objects jump again. Until it is done new objects have the light of the
+// lamps, and of the environment without occlusion.
 #include <optional>
 
 #include "relight/light_volume_builder.h"

@@ -9,8 +9,9 @@ inline constexpr struct RelightParameters {
   double max_frame_ms = 200;    ///< between frames: longer are interruptions
   double min_budget_ms = 1;     ///< of a frame for such parts, where time stamps do not advance
   double frame_fraction = 0.5;  ///< of the time between frames, for such parts: no frame takes twice as long
-  /// Larger changes between two frames are jumps, which are shown at once instead of faded. Moves over an object's
-  /// radius or a lamp's distance; 15°; light relative, of a lamp or of the residual environment.
+  /// Larger changes between two frames are jumps, which are shown at once instead of faded, or have a round of their
+  /// own. Moves over an object's radius or a lamp's distance; 15°; light relative, of a lamp or of the residual
+  /// environment.
   float max_move = 0.25f, max_turn_rad = 0.26f, max_scale = 0.02f, max_lamp_move = 0.1f, max_light = 0.25f;
   /// Publications of the field: a younger one still changes much; the volumes follow it after so many, and while fewer
   /// of its bricks than the fraction few_changed differ. Image motion of a static camera: objects have two samples or

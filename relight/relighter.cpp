@@ -60,11 +60,6 @@ float lens_tangent(const capture::CameraModel& lens) {
   return static_cast<float>(low);
 }
 
-bool same_models(const std::vector<PlacedObject>& a, const std::vector<PlacedObject>& b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
-                    [](const PlacedObject& p, const PlacedObject& q) { return p.stored == q.stored; });
-}
-
 /// Coefficients of CurrentDepth::allowed_m() in depth without its voxel: noise is quadratic (axial_sigma_m).
 Eigen::Vector4f noise_of_depth() {
   const auto at = [](float depth_m) { return kCompose.moved_sigmas * reconstruct::axial_sigma_m(depth_m); };

@@ -14,8 +14,8 @@ namespace lumigraft::relight {
 class Relighter : public Renderer {
  public:
   /// `models`: those that the caller prepares on another thread. Objects are not drawn until theirs is, and indirect
-  /// light of objects that appear, disappear or jump arrives over frames (AmortizedLightUpdate), so that these take no
-  /// longer. Null: `relight` prepares and gathers what a frame lacks.
+  /// light of objects that appear, disappear or jump arrives over frames (AmortizedLightUpdate), of which each
+  /// computes a part. Null: `relight` prepares and gathers what a frame lacks.
   Relighter(std::shared_ptr<gpu::Device> device, const capture::Session& session,
             std::shared_ptr<const UploadModels> models = nullptr);
   ~Relighter() override;

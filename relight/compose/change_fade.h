@@ -34,9 +34,11 @@ class ChangeFade {
   void apply(const std::shared_ptr<const capture::Image<std::uint8_t>>& camera, capture::Image<std::uint8_t>* picture);
   /// Of a covered one: adds what the last picture changed to that of the camera.
   void add_last(capture::Image<std::uint8_t>* picture) const;
+  /// Of a frame to which nothing was added: then nothing remains to be faded out.
+  void forget_last() { last_relit_ = {}; }
 
  private:
-  bool is_covered(const ViewMeasure& now, bool sees_tag);
+  bool is_covered(const ViewMeasure& now, bool sees_tag) const;
 
   std::int64_t last_ns_ = 0;
   bool any_ = false, covered_ = false;

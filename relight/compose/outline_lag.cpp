@@ -96,7 +96,7 @@ class Profiles {
 };
 
 /// Geman and McClure 1987.
-float robust(float off_px) { return off_px * off_px / (1 + off_px * off_px); }
+float robust(float off) { return off * off / (1 + off * off); }
 
 }  // namespace
 

@@ -20,7 +20,8 @@ struct DisplacedDepth {
 /// Displacement in whole pixels that takes the outline of `front`, not 0 in the foreground that depth shows, to its
 /// place in `picture`, 8-bit sRGB; `front` is of the window of the picture at `corner`. Along the normals of the
 /// outline a step between the colours farther inside and farther outside is fitted (as active contours do, Kass et al.
-/// 1988); the displacement is the robust mean of what the steps say, zero unless it explains them clearly better.
+/// 1988); the displacement has the least robust cost (Geman and McClure 1987) over the steps, and is zero unless that
+/// is clearly less.
 cv::Point outline_displacement(const capture::Image<std::uint8_t>& picture, const cv::Point& corner,
                                const cv::Mat1b& front);
 

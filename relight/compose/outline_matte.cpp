@@ -58,7 +58,7 @@ OutlineMatte::Mixture OutlineMatte::at(int u, int v, const capture::Image<float>
   const Rgb own = color(u, v);
   const bool unknown = !(depth_.at(u, v) > 0);
   const float outside_px = signed_px(x, y), sigma_px = reach_.sigma_px;
-  if (!unknown && outside_px < -static_cast<float>(reach_.matte_px)) return {1, own, own, own, false, true, own, own};
+  if (!unknown && outside_px < -static_cast<float>(reach_.matte_px)) return {1, own, own, own, false, true};
   const float prior = unknown ? 0.5f : normal_cdf(-outside_px / sigma_px);
   // Every other pixel of fine images is enough.
   const int reach_px = reach_.samples_px, step = std::max(static_cast<int>(std::lround(sigma_px)), 1);
@@ -78,7 +78,7 @@ OutlineMatte::Mixture OutlineMatte::at(int u, int v, const capture::Image<float>
       side.values += w * radiance_at(*values, pixel);
     }
   }
-  if (!(front.weight > 0) || !(behind.weight > 0)) return {prior, own, own, own, false, outside_px < 0, own, own};
+  if (!(front.weight > 0) || !(behind.weight > 0)) return {prior, own, own, own, false, outside_px < 0};
   const Rgb apart = front.mean() - behind.mean();
   // The precision of α by colour, channels being independent, and by depth.
   const Rgb noise = prior * front.variance() + (1 - prior) * behind.variance() +

@@ -1,5 +1,6 @@
 #pragma once
-// Alpha of pixels at the outline of a foreground that depth shows.
+// Alpha of pixels at the outline of a foreground that depth shows: C = α F + (1 - α) B (Chuang et al. 2001), as in
+// foreground_matte.h.
 #include <opencv2/core.hpp>
 
 #include "relight/compose/outline_lag.h"
@@ -29,7 +30,7 @@ class OutlineMatte {
     Rgb own, front, behind;  ///< the colours of the pixel, of the foreground, and of what is behind it
     bool both = false;       ///< both sides are near; else α is that of depth, and the colours are the pixel's
     bool in_front = false;   ///< depth shows the foreground at the pixel
-    Rgb values_front, values_behind;  ///< the means of `values` on both sides
+    Rgb values_front = Rgb::Zero(), values_behind = Rgb::Zero();  ///< means of `values` on both sides, if both are near
   };
   /// `values`: of the image's size, three channels; null: none.
   Mixture at(int u, int v, const capture::Image<float>* values = nullptr) const;

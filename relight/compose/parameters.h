@@ -11,20 +11,22 @@ inline constexpr struct ComposeParameters {
   float matte_sigma_px = 0.75f;  ///< 1σ of an outline's place in depth against colour, in 320ths of the width
   float matte_reach = 3, matte_samples = 4;  ///< times that: to pixels with a matte; and to those that give colours
   float matte_noise = 0.02f;                 ///< of a pixel's radiance, relative
-  /// Of all change while there is no current view to change. A frame without a pose is no reason yet; then the last
-  /// pose is wrong by the camera's motion, 2 to 10 cm in fade_out_ns for a camera in a hand: longer would be seen as
-  /// swimming, and shorter as a jump (five frames at 30 a second).
+  /// Without a pose for unseen_ns all that is added fades out at the last pose, within fade_out_ns: five frames at 30 a
+  /// second, in which a camera held in a hand moves 2 to 10 cm. In slowly, as poses may be lost again.
   std::int64_t unseen_ns = 70'000'000, fade_out_ns = 180'000'000, fade_in_ns = 400'000'000;
   /// A covered lens: brightness and contrast (difference of blocks' mean pixel values, 5 to 95 %) fall below these
-  /// fractions of what they were, over which they average.
-  float covered_light = 0.15f, covered_contrast = 0.2f;
+  /// fractions of their averages over usual_view_ns; twice as much ends it.
+  float covered_light = 0.15f, covered_contrast = 0.2f, covered_hysteresis = 2;
   std::int64_t usual_view_ns = 3'000'000'000;
-  int view_block_px = 16, view_step_px = 4, min_contrast = 6;  ///< pixel values: less is seen of no room
-  float max_detail = 4;               ///< ratio of the radiance of one side to that of a mixture with it
-  float matte_change = 0.01f;         ///< of it, by which adjacent changes of light must differ to be divided
-  float lag_px = 8, lag_gain = 0.7f;  ///< displacement of depth at most, like sigma; of the cost, that shows one
-  float lag_contrast = 24;            ///< between two sides that show a step, of 255
-  std::size_t lag_points = 400, lag_min_steps = 40;  ///< of an outline, that are looked at; steps that are enough
+  int view_block_px = 16, view_step_px = 4;
+  float min_contrast = 6;  ///< pixel values; any room has more
+  float max_detail = 4;    ///< ratio of the radiance of one side to that of a mixture with it
+  float matte_change =
+      0.01f;                ///< of a pixel's radiance: smallest difference of the changes on both sides of an outline
+  float lag_px = 8;         ///< largest displacement of depth, 320ths of the width
+  float lag_gain = 0.7f;    ///< cost over that without displacement, below which there is one
+  float lag_contrast = 24;  ///< pixel values between two sides, that show a step
+  std::size_t lag_points = 400, lag_min_steps = 40;  ///< points of an outline that are evaluated; steps that suffice
   float max_flicker = 2;            ///< ratio of a pixel's radiance of now to that of its change of light
   int shell_hole = 3;               ///< pixels without depth inside a surface, at most
   float shell_round = 0.5f;         ///< fraction of a round limb's half that its outline pixels hide: palms are flat

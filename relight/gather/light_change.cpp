@@ -1,11 +1,11 @@
 #include "relight/gather/light_change.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <limits>
 #include <opencv2/imgproc.hpp>
 
+#include "reconstruct/math/median.h"
 #include "relight/gather/parameters.h"
 
 namespace lumigraft::relight {
@@ -16,6 +16,7 @@ using Logs = cv::Vec3f;
 
 /// Codes are logarithms of the ratio in steps of 1.2 %: of 8 bits, whose median is fast. 135: no change.
 constexpr float kLogStep = 0.012f;
+/// Blocks of pixels in which the light on a covered surface is computed once.
 constexpr int kSameCode = 135, kBlock = 4;
 
 std::uint8_t code_of(float log_ratio) {
@@ -29,10 +30,9 @@ int window_px(const PosedCamera& camera, float voxel_m, const std::vector<GBuffe
     if (seen[i].known) depths_m.push_back(seen[i].depth_m);
   }
   if (depths_m.empty()) return 1;
-  const auto middle = depths_m.begin() + static_cast<std::ptrdiff_t>(depths_m.size() / 2);
-  std::nth_element(depths_m.begin(), middle, depths_m.end());
+  const float middle_m = reconstruct::median(depths_m);
   const float voxel_px =
-      voxel_m * static_cast<float>(camera.model.fx) / std::max(*middle, static_cast<float>(kGather.min_nearest_m));
+      voxel_m * static_cast<float>(camera.model.fx) / std::max(middle_m, static_cast<float>(kGather.min_nearest_m));
   return 2 * std::clamp(static_cast<int>(std::lround(kGather.light_reach * voxel_px)), 1, kGather.light_max_px) + 1;
 }
 
@@ -97,8 +97,7 @@ void LightChange::exclude_from(std::vector<GBufferPixel>& seen, const capture::I
 void LightChange::predict(const RayRoom& room, const std::vector<LightSampleSet>& lamps, const MovedOccluders& moved,
                           const MovedPixels& covered) {
   const int width = camera_.model.width;
-  std::atomic<bool> any = any_;
-  // One pixel of each block of those that are covered speaks for the others.
+  // Computed for one covered pixel of each block, and used for all of it.
   std::vector<std::size_t> first(covered.size());
   std::vector<std::size_t> of_block(((static_cast<std::size_t>(width) + kBlock - 1) / kBlock) *
                                         ((static_cast<std::size_t>(camera_.model.height) + kBlock - 1) / kBlock),
@@ -132,10 +131,9 @@ void LightChange::predict(const RayRoom& room, const std::vector<LightSampleSet>
     for (std::size_t c = 0; c < 3; ++c) {
       std::uint8_t& code = codes_[3 * covered[k].first + c];
       code = code_of(std::log(ratio[first[k]][static_cast<Eigen::Index>(c)]));
-      if (ratios_[code] != 1) any = true;
+      any_ = any_ || ratios_[code] != 1;
     }
   }
-  any_ = any;
 }
 
 Eigen::Array4f LightChange::lamps_now(const std::vector<LightSampleSet>& lamps, const GBufferPixel& pixel) const {

@@ -1,6 +1,6 @@
 #pragma once
-// Changes of light since the room was fused, as the shadow of a hand: they are no albedo, and what the room reflects
-// onto other surfaces follows them.
+// Changes of light since the room was fused, as the shadow of a hand: they are not part of albedo, and what the
+// room reflects onto other surfaces follows them.
 #include <array>
 #include <cstdint>
 #include <vector>

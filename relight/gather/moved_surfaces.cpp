@@ -146,12 +146,13 @@ std::shared_ptr<const Model> moved_shell(const CameraRays& eye, const CurrentDep
                                          const MovedPixels& fused, const Meshes& objects, bool colored) {
   const int width = eye.camera.model.width, height = eye.camera.model.height;
   cv::Rect part;
-  capture::Image<float> behind_m(width, height, 1), color(width, height, 3);
+  capture::Image<float> behind_m(width, height, 1), color;
+  if (colored) color = capture::Image<float>(width, height, 3);
   for (std::size_t i = 0; i < moved.size(); ++i) {
     const GBufferPixel &now = moved[i].second, &before = fused[i].second;
     const auto pixel = static_cast<int>(moved[i].first);
     part |= cv::Rect(pixel % width - 1, pixel / width - 1, 3, 3);
-    set_at(color, moved[i].first, now.albedo);
+    if (colored) set_at(color, moved[i].first, now.albedo);
     float& end_m = behind_m.data[moved[i].first];
     end_m = before.known ? before.depth_m : std::numeric_limits<float>::infinity();
     if (end_m < now.depth_m) {

@@ -2,6 +2,7 @@
 // Surfaces that this frame's depth shows and the fused room does not: hands, people, what was just moved or has left.
 // Fusion takes them over some frames later.
 #include <cstddef>
+#include <memory>
 #include <utility>
 #include <vector>
 

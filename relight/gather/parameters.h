@@ -31,7 +31,7 @@ inline constexpr struct GatherParameters {
   int moved_max_edge_px = 6, moved_normal_px = 3;  ///< bound of a voxel's size; reach of the normal's differences
   int moved_vertices = 10000, gone_surfaces = 16;  ///< at most, of an occluder; behind one another on a ray
   float gone_margin_m = 0.1f;                      ///< around what is gone: its sides that no camera saw
-  float light_reach = 2;    ///< voxels around a pixel that tell a change of light from texture: it blurs by 1.5
+  float light_reach = 2;    ///< voxels around a pixel over which the median separates light from texture: blur is 1.5
   int light_max_px = 12;    ///< bound of them
   float light_same = 0.1f;  ///< of the logarithm of radiance: twice what texture and gloss explain, as fusion assumes
 } kGather;

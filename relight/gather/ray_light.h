@@ -46,8 +46,9 @@ class RayLight {
   /// next call. After `follow`.
   void set_moved(std::shared_ptr<const MovedOccluders> moved, std::shared_ptr<const LightChange> light);
   /// Updates light to what was taken. If the plan's quality has rounds, it is updated over that many frames, also when
-  /// objects appear or disappear; unless another thread prepares models, it is solved within one frame if there is no
-  /// previous solution. Returns false if the view need not be drawn anew for it. Calls `done(pass)` after each pass.
+  /// objects appear or disappear; if another thread prepares models, over twice as many parts, in every other frame
+  /// then. Else it is solved within one frame if there is no previous solution. Returns false if the view need not be
+  /// drawn anew for it. Calls `done(pass)` after each pass.
   bool gather(const Plan& plan, const std::function<void(const char*)>& done);
 
   /// Valid after the first `follow`.

@@ -207,6 +207,7 @@ struct RayRenderer::State {
     objects = trace_objects(light.light(), lamps, seen, eye, depth, detail, std::move(objects));
     clock.done("object pixels");
     divide_at_outlines(depth);
+    clock.done("change matte");
     new_view = false;
   }
 

@@ -10,7 +10,8 @@
 
 namespace lumigraft::relight {
 
-/// Any thread; `prepare` on one at a time.
+/// Any thread; `prepare_next` on one at a time. A model whose preparation throws is not tried again while an object has
+/// it.
 template <typename Prepared>
 class PreparedModels {
  public:
@@ -27,8 +28,7 @@ class PreparedModels {
 
   /// Whether a model of the exhibit is not prepared.
   bool wants(const Exhibit& exhibit) const {
-    return std::ranges::any_of(exhibit.objects,
-                               [&](const VirtualObject& o) { return o.model && find(o.model) == nullptr; });
+    return std::ranges::any_of(exhibit.objects, [&](const VirtualObject& o) { return o.model && !tried(o.model); });
   }
 
   /// Prepares one model: a visible object's before those of hidden ones, so that showing these is as fast. Forgets
@@ -43,10 +43,9 @@ class PreparedModels {
     }
     for (const bool visible : {true, false}) {
       for (const VirtualObject& object : exhibit.objects) {
-        if (object.visible != visible || !object.model || find(object.model)) continue;
-        Known made{object.model, make_(object.model)};
-        const std::lock_guard lock(mutex_);
-        known_.push_back(std::move(made));
+        if (object.visible != visible || !object.model || tried(object.model)) continue;
+        set(object.model, nullptr);  // until it is made
+        set(object.model, make_(object.model));
         return;
       }
     }
@@ -54,6 +53,20 @@ class PreparedModels {
 
  private:
   using Known = std::pair<Model, std::shared_ptr<const Prepared>>;
+
+  bool tried(const Model& model) const {
+    const std::lock_guard lock(mutex_);
+    return std::ranges::find(known_, model, &Known::first) != known_.end();
+  }
+  void set(const Model& model, std::shared_ptr<const Prepared> prepared) {
+    const std::lock_guard lock(mutex_);
+    const auto found = std::ranges::find(known_, model, &Known::first);
+    if (found == known_.end())
+      known_.emplace_back(model, std::move(prepared));
+    else
+      found->second = std::move(prepared);
+  }
+
   Make make_;
   mutable std::mutex mutex_;
   std::vector<Known> known_;

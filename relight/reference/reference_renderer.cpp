@@ -104,18 +104,20 @@ struct ReferenceRenderer::State {
     return seen;
   }
 
-  /// The reconstructed room and what this frame's depth shows before it, with the albedo that explains its radiance.
+  /// The reconstructed room and what this frame's depth shows in front of it, with the albedo that explains its
+  /// radiance. Pixels of the latter become unknown in `seen`.
   std::shared_ptr<const ReferenceScene> with_moved(const CurrentDepth& depth, const CameraRays& eye,
-                                                   const std::vector<GBufferPixel>& seen,
+                                                   std::vector<GBufferPixel>& seen,
                                                    const std::vector<ReferenceMesh>& objects) const {
     const MovedPixels moved = moved_surfaces(*of.illumination, lamps, of.field->voxel_m, eye, depth, camera, seen);
     MovedPixels fused;
     for (const auto& [i, pixel] : moved) fused.emplace_back(i, seen[i]);
-    ReferenceMesh hand;
-    if (!moved.empty()) hand.model = moved_shell(eye, depth, moved, fused, Meshes(objects, nullptr), true);
-    if (!hand.model) return reconstructed;
+    ReferenceMesh moved_mesh;
+    if (!moved.empty()) moved_mesh.model = moved_shell(eye, depth, moved, fused, Meshes(objects, nullptr), true);
+    for (const auto& [i, pixel] : moved) seen[i].known = false;
+    if (!moved_mesh.model) return reconstructed;
     auto room_of_now = std::make_shared<ReferenceScene>(*reconstructed);
-    room_of_now->real.push_back(std::move(hand));
+    room_of_now->real.push_back(std::move(moved_mesh));
     return room_of_now;
   }
 

@@ -44,6 +44,10 @@ bool PlacedObject::operator==(const PlacedObject& o) const {
   return stored == o.stored && T_tag_model.matrix() == o.T_tag_model.matrix() && material == o.material;
 }
 
+bool same_models(const std::vector<PlacedObject>& a, const std::vector<PlacedObject>& b) {
+  return std::ranges::equal(a, b, {}, &PlacedObject::stored, &PlacedObject::stored);
+}
+
 ObjectStore::ObjectStore(gpu::Device& device) : device_(device) {
   white_ = device.create_texture({.name = "white", .format = gpu::Format::rgba8_unorm});
   const std::array<std::uint8_t, 4> texel{255, 255, 255, 255};

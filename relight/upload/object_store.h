@@ -50,6 +50,9 @@ struct PlacedObject {
   bool operator==(const PlacedObject& o) const;
 };
 
+/// Whether both are of the same models, wherever they are placed.
+bool same_models(const std::vector<PlacedObject>& a, const std::vector<PlacedObject>& b);
+
 class ObjectStore {
  public:
   explicit ObjectStore(gpu::Device& device);

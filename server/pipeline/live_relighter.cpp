@@ -54,8 +54,10 @@ void LiveRelighter::prepare_model(const relight::Exhibit& exhibit) {
 LiveRelighter::Result LiveRelighter::relight(const capture::FrameSet& frame, const reconstruct::Scene& scene,
                                              const relight::Exhibit& exhibit, const relight::Plan& plan) {
   Result result;
-  const bool coded = !frame.color->encoded.empty();
-  fade_.follow(frame, coded ? frame.color->encoded : camera_picture(*frame.color), scene.pose);
+  if (frame.color->encoded.empty())
+    fade_.follow(frame, camera_picture(*frame.color), scene.pose);
+  else
+    fade_.follow(frame, frame.color->encoded, scene.pose);
   if (fade_.covered()) {
     result.picture.srgb = camera_picture(*frame.color);
     result.picture.plan = plan;
@@ -75,7 +77,10 @@ LiveRelighter::Result LiveRelighter::relight(const capture::FrameSet& frame, con
       result.picture = renderer_->relight(frame, scene, exhibit, plan);
       pause_ = std::chrono::seconds(0);
       failure_.clear();
-      if (!result.picture.passed_through) fade_.apply(result.picture.camera, &result.picture.srgb);
+      if (result.picture.passed_through)
+        fade_.forget_last();
+      else
+        fade_.apply(result.picture.camera, &result.picture.srgb);
     }
   } catch (const relight::gpu::GpuError& e) {
     renderer_.reset();  // frees the device before another is created
@@ -87,6 +92,7 @@ LiveRelighter::Result LiveRelighter::relight(const capture::FrameSet& frame, con
   }
   if (!failure_.empty()) result.picture.warnings.push_back(failure_);
   if (result.picture.srgb.empty()) {
+    fade_.forget_last();
     result.picture.srgb = camera_picture(*frame.color);
     result.picture.plan = plan;
     result.picture.passed_through = true;

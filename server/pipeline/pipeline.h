@@ -11,8 +11,8 @@
 // The stages from frames to the scene are SceneBuilder's, which replay runs too. Pose registers depth, and takes the
 // newest frame just in time for relight, so that no pose is computed for frames that are not rendered. A live fish-eye
 // has a thread of its own, so light is updated while rendering is slow or the colour camera is disconnected; of a
-// recording, capture passes its frames to light. Geometry, lamp tags, light, albedo, room and models have lower
-// priority and rest between turns, so that on two cores rendering comes first.
+// recording, capture passes its frames to light. Geometry, lamp tags, light, albedo and room have lower
+// priority and rest between turns, models has lower priority, so that on two cores rendering comes first.
 #include <Eigen/Geometry>
 #include <functional>
 #include <memory>

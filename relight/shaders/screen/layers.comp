@@ -64,7 +64,7 @@ void main() {
     vec4 albedo = texelFetch(real_albedo, at, 0);
     int known = int(albedo.a);
     vec3 diffuse = albedo.rgb, under = vec3(1), mirror = vec3(0);
-    if (known == 0) {
+    if (known == 0 && any(clipped(b))) {
       vec3 light = open_irradiance(texelFetch(real_position, at, 0).xyz, texelFetch(real_normal, at, 0).xyz);
       room = restored(b, diffuse / kPi * light);
     }

@@ -135,7 +135,7 @@ TEST_P(ClosedAppearing, AnObjectIsGoneAtOnceAndItsIndirectLightFadesOverFrames) 
   scene_.exhibit.objects.back().visible = false;
   EXPECT_EQ(gathered(next()), 0);
   const capture::Image<std::uint8_t> wanted = at_once();
-  EXPECT_LT(unlike(next().srgb, wanted), 60) << "the object is not there";
+  EXPECT_LT(unlike(next().srgb, wanted), 60) << "the object is still there";
   EXPECT_EQ(unlike(settle(&frames).srgb, wanted), 0);
   EXPECT_GT(frames, relight::kRelight.round_frames);
 }

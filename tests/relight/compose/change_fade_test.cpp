@@ -25,7 +25,7 @@ Picture room(float light = 1) {
   return picture;
 }
 
-/// Whose camera is found by tags until it is lost.
+/// Of a camera whose pose is known until it is lost.
 struct Film {
   relight::ChangeFade fade;
   std::int64_t time_ns = 1'000'000'000, seen_ns = 0;

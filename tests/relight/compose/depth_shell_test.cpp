@@ -38,7 +38,7 @@ class Seen {
     return relight::depth_shell(rays_, Eigen::Isometry3f::Identity(), depth, {0, 0, kWidth, kHeight}, behind_m, nullptr,
                                 max_vertices);
   }
-  /// Largest z of what moved, per column of pixels in the image's middle row.
+  /// Largest z of what moved between two columns of pixels, near the image's middle row.
   static float farthest_m(const relight::Model& model, float from_x, float to_x) {
     float farthest = 0;
     for (const Eigen::Vector3f& p : model.positions_m) {

@@ -1,6 +1,8 @@
 // Coverage of pixels at the outline of an object, through lenses with strong distortion.
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <memory>
 #include <vector>
 

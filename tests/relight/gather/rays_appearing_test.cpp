@@ -52,7 +52,6 @@ TEST(RaysAppearing, AnObjectIsNotDrawnBeforeItsModelIsPreparedAndThenItsLightArr
   EXPECT_LT(rms_of(last, wanted), 0.5);
 }
 
-// Each frame gathers light for an eighth of the new object's probes.
 TEST(RaysAppearing, NewProbesBeginWithTheEnvironmentThatNothingOccludes) {
   const ClosedScene scene = box_on_floor();
   const auto probes = relight::make_ray_model(scene.exhibit.objects.front().model);

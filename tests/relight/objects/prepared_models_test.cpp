@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <stdexcept>
+
 namespace lumigraft::test {
 namespace {
 
@@ -38,6 +40,22 @@ TEST(PreparedModels, VisibleOnesFirstThenHiddenOnesAndOneAtATime) {
   preparing.clear();
   EXPECT_TRUE(only_prepared(exhibit, models, &preparing).objects[1].visible);
   EXPECT_TRUE(preparing.empty());
+}
+
+// Three vertices are one too many for it.
+TEST(PreparedModels, OneThatCannotBePreparedHoldsUpNoOther) {
+  relight::PreparedModels<int> models([](const std::shared_ptr<const relight::Model>& model) {
+    if (model->positions_m.size() == 3) throw std::runtime_error("too large");
+    return made(model);
+  });
+  relight::Exhibit exhibit;
+  exhibit.objects = {object(3, true), object(2, true)};
+  EXPECT_THROW(models.prepare_next(exhibit), std::runtime_error);
+  ASSERT_TRUE(models.wants(exhibit));
+  models.prepare_next(exhibit);
+  EXPECT_TRUE(models.find(exhibit.objects[1].model));
+  EXPECT_FALSE(models.find(exhibit.objects[0].model));
+  EXPECT_FALSE(models.wants(exhibit)) << "it is not tried for ever";
 }
 
 TEST(PreparedModels, ThoseOfNoObjectAreForgotten) {
