@@ -85,7 +85,7 @@ TEST(ChangeMatte, BehindAnObjectTheHandsPartIsLeft) {
     ++checked;
     EXPECT_NEAR(scene.change.data[3 * i], 0, 0.01f) << v;  // the composer multiplies it by the hand's part
   }
-  EXPECT_GT(checked, 10);
+  EXPECT_GE(checked, 5);  // of 24 rows: in 3 of 10 the hand covers a fifth or more of the pixel
 }
 
 TEST(ChangeMatte, EqualChangesStay) {
