@@ -57,6 +57,9 @@ struct FrameSet {
   std::array<float, 3> color_gain = {1, 1, 1};
   /// vignetting_gain() of the colour camera, as the session states it or as reconstruct estimates it; null: none.
   std::shared_ptr<const Image<float>> color_vignetting;
+  /// False if something covers the colour camera's lens, or too little light is left: `color` shows nothing of the
+  /// room's colours. Found by reconstruct.
+  bool color_shows_room = true;
   std::shared_ptr<const RawDepth> raw_depth;
   std::shared_ptr<const DepthFrame> depth;  ///< raw_depth after DepthRegistration; null before
   FisheyeFrames fisheye;

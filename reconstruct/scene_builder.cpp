@@ -89,6 +89,7 @@ struct SceneBuilder::State {
   LightStage light;
   ColorGainStage color_gain;
   std::atomic<float> color_brightness = 1;  ///< newest gain, mean of the channels
+  std::atomic<bool> color_shows_room = true;
   std::atomic<float> color_correction = 0;  ///< ColorGainStage::Result::correction, since radiance was last fused
   FusionStage fusion;
   /// When the light last changed while radiance was fused: as measured, and with what is known of its lamps.
@@ -202,6 +203,7 @@ ColorGainStage::Result SceneBuilder::estimate_color_gain(const capture::FrameSet
   if (light && light->from_shading) light = nullptr;  // it changes as more of the room is known
   ColorGainStage::Result result = s.color_gain.estimate(frame, pose, light);
   s.color_brightness = result.gain.mean();
+  s.color_shows_room = result.shows_room;
   if (result.correction > 0) s.color_correction = result.correction;
   s.seen_by_color.put(result.light);
   return result;
@@ -285,6 +287,7 @@ void SceneBuilder::State::publish(AlbedoStage::Result solution, const DistanceFi
 
 bool SceneBuilder::solve_albedo() {
   State& s = *state_;
+  if (!s.color_shows_room) return false;
   const std::shared_ptr<const DistanceField> field = s.store.observed_field();
   if (field) s.estimate_light(*field);
   const std::shared_ptr<const Illumination> measured = s.store.measured_light();
@@ -327,6 +330,7 @@ BuildResult SceneBuilder::build(const capture::FrameSet& sensed) {
     ColorGainStage::Result result = estimate_color_gain(frame, pose);
     built.frame.color_gain = {result.gain[0], result.gain[1], result.gain[2]};
     built.frame.color_vignetting = result.vignetting;
+    built.frame.color_shows_room = result.shows_room;
     append_warnings(built.warnings, result.warnings);
     if (!s.overrides.light && (!result.light.off.empty() || result.light.dimming)) extract_light({}, nullptr);
   });

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numbers>
 #include <unordered_map>
 #include <utility>
@@ -98,6 +99,27 @@ std::shared_ptr<const Illumination> without_lamps(const Illumination& light, con
   return result;
 }
 
+/// `then` by what is known of its lamps in `now`. Places: a lamp that is seen in the same direction did not move.
+/// Power: of one that is clipped in both images the newer estimate.
+std::shared_ptr<const Illumination> as_known_in(const std::shared_ptr<const Illumination>& now,
+                                                const Illumination& then) {
+  if (then.time_ns == now->time_ns && !then.dimmed) return now;
+  auto result = std::make_shared<Illumination>(then);
+  for (PointLight& lamp : result->lights) {
+    const PointLight* known = lamp_with_id(now->lights, lamp.id);
+    if (!known || !known->distance_known || !(known->irradiance.array() > 0).all() ||
+        angle_between(known->direction, lamp.direction) > kExposure.same_place_rad)
+      continue;
+    const Array3f power = lamp.clipped && known->clipped && !then.dimmed
+                              ? Array3f::Ones()
+                              : (lamp.irradiance.array() / known->irradiance.array()).eval();
+    lamp = *known;
+    lamp.irradiance.array() *= power;
+    lamp.intensity.array() *= power;
+  }
+  return result;
+}
+
 Array3f environment_irradiance(const Illumination& light, const Vector3f& normal) {
   return sh_irradiance(light.environment_sh, normal).array().max(0.0f);
 }
@@ -145,6 +167,7 @@ struct ColorGainStage::State {
   std::optional<Measurement> measured(const std::vector<Place>& places,
                                       const std::shared_ptr<const Illumination>& light) const;
   std::optional<Dimming> dimming(const std::vector<Place>& places) const;
+  bool darkened(const std::vector<Place>& places) const;
   void follow(const Measurement& measurement);
   void learn(const std::vector<Place>& places, const std::shared_ptr<const Illumination>& light);
   void forget_oldest();
@@ -168,6 +191,7 @@ struct ColorGainStage::State {
   std::uint64_t frames = 0;
   /// The newest light that the fish-eye measured and a frame agreed with.
   std::shared_ptr<const Illumination> agreed;
+  int unexplained_frames = 0;                 ///< in a row: places contradict light that did not change
   std::optional<std::uint64_t> contradicted;  ///< Illumination::version of light with which places disagreed
 };
 
@@ -296,11 +320,14 @@ std::optional<ColorGainStage::State::Measurement> ColorGainStage::State::measure
 /// How the light changed since it agreed with a frame; empty if the places do not tell.
 std::optional<Dimming> ColorGainStage::State::dimming(const std::vector<Place>& places) const {
   std::vector<DimmedPlace> seen_again;
+  std::map<const Illumination*, std::shared_ptr<const Illumination>> lights;  // of the cells
   for (const Place& place : places) {
     const auto found = cells.find(place.key);
     if (found == cells.end() || !found->second.light) continue;
     const Cell& cell = found->second;
-    const Array3f then = unoccluded_irradiance(*cell.light, cell.position_m, cell.normal);
+    std::shared_ptr<const Illumination>& light = lights[cell.light.get()];
+    if (!light) light = as_known_in(agreed, *cell.light);
+    const Array3f then = unoccluded_irradiance(*light, cell.position_m, cell.normal);
     if (!(then > 0).all()) continue;
     seen_again.push_back({place.radiance / (gain * cell.radiance), {}, place.dark});
     DimmedPlace& seen = seen_again.back();
@@ -309,6 +336,18 @@ std::optional<Dimming> ColorGainStage::State::dimming(const std::vector<Place>& 
     seen.parts.push_back(environment_irradiance(*agreed, cell.normal) / then);
   }
   return fit_dimming(seen_again, *agreed);
+}
+
+/// Whether places that were bright enough to be measured are no more.
+bool ColorGainStage::State::darkened(const std::vector<Place>& places) const {
+  std::size_t seen_again = 0, dark = 0;
+  for (const Place& place : places) {
+    if (!cells.contains(place.key)) continue;
+    ++seen_again;
+    dark += place.dark ? 1 : 0;
+  }
+  return seen_again >= kExposure.min_matches &&
+         static_cast<float>(dark) > kExposure.max_dark_fraction * static_cast<float>(seen_again);
 }
 
 /// Changes within the noise are ignored: renderers reuse results as long as the gain is equal.
@@ -415,6 +454,12 @@ void ColorGainStage::State::update(const capture::FrameSet& frame, const Pose& p
                         frame.time_ns - light->time_ns > kExposure.stale_light_ns;
   if (agrees && light && !light->dimmed) agreed = shining;
   if (!agrees && light && agreed && agreed->time_ns == light->time_ns) result.light.dimming = dimming(places);
+  const bool same_light =
+      light && agreed && !light->dimmed &&
+      (agreed->time_ns == light->time_ns || relative_change(*light, *agreed) < kExposure.same_light);
+  const bool unexplained = measurement && !agrees && same_light && !result.light.dimming;
+  unexplained_frames = unexplained ? unexplained_frames + 1 : 0;
+  result.shows_room = !darkened(places) && (!unexplained || unexplained_frames > kExposure.replaced_after);
   if (outdated)
     result.warnings.push_back(
         std::string("the light in the colour frames changes and the fish-eye delivers no new frame, or the same one "
@@ -432,7 +477,8 @@ void ColorGainStage::State::update(const capture::FrameSet& frame, const Pose& p
     if (result.correction > 0) places = places_of(frame, T_tag_camera);
   }
   ++frames;
-  learn(places, outdated && !light->dimmed ? nullptr : shining);
+  // Light that is not that of `light` is known from the next frame on.
+  if (result.shows_room && !result.light.dimming) learn(places, outdated && !light->dimmed ? nullptr : shining);
 }
 
 std::vector<std::string> ColorGainStage::State::warnings() const {

@@ -43,6 +43,9 @@ class ColorGainStage {
     /// By how much gain and vignetting are estimated otherwise than before for the same light, as a ratio minus 1: what
     /// was measured with the earlier estimate is wrong by it.
     float correction = 0;
+    /// FrameSet::color_shows_room: not if nearly all places that are seen again are too dark, or contradict light that
+    /// did not change, in fewer than kExposure.replaced_after frames in a row.
+    bool shows_room = true;
     /// Lamps that the fish-eye does not see (PointLight::hidden): those whose light is missing in this frame too are
     /// off, those whose light is still there are lit; of others the frame does not show it.
     SeenByColor light;

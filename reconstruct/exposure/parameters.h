@@ -23,7 +23,9 @@ struct ExposureParameters {
   float max_hidden_error = 1;        ///< log error of a place at most, when a hidden lamp is tried: other things moved
   int max_average = 16;              ///< observations over which a cell's radiance averages
   float max_dark_fraction = 0.9f;    ///< of the places
+  double same_light = 0.01;          ///< relative change of light below which what places show is not due to it
   std::int64_t stale_light_ns = 500'000'000;  ///< age of the fish-eye's frame: twice the difference of paired times
+  float same_place_rad = 0.02f;               ///< a lamp whose direction changes by less did not move: 2 cm at 1 m
   int dimming_rounds = 20;                    ///< of the fit of powers, and of its solver in each
   int replaced_after = 8;                     ///< observations in a row that contradict a cell until it is learnt anew
   float warning_log = 0.1f;                   ///< mean log gain beyond which a warning reports it

@@ -371,8 +371,8 @@ std::shared_ptr<const DistanceField> FusionStage::fuse(
   }
   if (!again && s.surfaces.any() && s.surfaces.register_models(frame.depth->depth_m, pose.T_tag_camera))
     s.update_models();
-  const ColorLookup colour(frame.color.get(), s.response, s.camera.width, s.camera.height,
-                           Eigen::Array3f::Map(frame.color_gain.data()), frame.color_vignetting.get());
+  const ColorLookup colour(frame.color_shows_room ? frame.color.get() : nullptr, s.response, s.camera.width,
+                           s.camera.height, Eigen::Array3f::Map(frame.color_gain.data()), frame.color_vignetting.get());
   const BrickUpdate update(s.view, s.preprocessor, s.map, colour, T_camera_tag,
                            {s.voxel_m, s.truncation_m, s.weight_cap});
   const std::vector<VisibleBrick> visible = s.bricks_to_update(T_tag_camera, T_camera_tag);

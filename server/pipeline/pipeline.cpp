@@ -197,6 +197,7 @@ PosedFrame Pipeline::State::pose_of(const PlayedFrame& played) {
     const reconstruct::ColorGainStage::Result color = builder.estimate_color_gain(posed.completed, posed.located.pose);
     posed.completed.color_gain = {color.gain[0], color.gain[1], color.gain[2]};
     posed.completed.color_vignetting = color.vignetting;
+    posed.completed.color_shows_room = color.shows_room;
     reconstruct::append_warnings(posed.located.warnings, color.warnings);
   } catch (const std::exception& e) {
     posed.located.warnings.push_back(std::string("color gain: ") + e.what());

@@ -209,6 +209,64 @@ TEST_F(ColorGain, ShowsWhichLampIsDimmerWhileTheFisheyeIsSilent) {
   EXPECT_NEAR(on_again.light.dimming->lamps.at(3)[1], 1, 0.05) << "relative to the fish-eye's image";
 }
 
+TEST_F(ColorGain, KnowingALampBetterIsNoChangeOfLight) {
+  const auto lit = [](float left) {
+    return [light = lamps_beside(0, left)](const Vector3d& p) {
+      return paint(p) * unoccluded_irradiance(*light, p.cast<float>(), {0, 0, 1})[1] / 2;
+    };
+  };
+  // Of the same image: at first the lamps are supposed to be infinitely far, and one is clipped.
+  auto guessed = std::make_shared<Illumination>(*lamps_beside(1, 0.4f));
+  for (PointLight& lamp : guessed->lights) lamp.distance_known = false;
+  guessed->lights[0].clipped = true;
+  for (int i = 0; i < 3; ++i) frame(lit(1), {1, 1, 1}, guessed);
+  auto known = std::make_shared<Illumination>(*lamps_beside(1, 1));
+  known->lights[0].clipped = true;
+  EXPECT_FALSE(frame(lit(1), {1, 1, 1}, known).light.dimming);
+  for (const float left : {0.0f, 1.0f}) {
+    const ColorGainStage::Result result = frame(lit(left), {1, 1, 1}, known);
+    if (left == 1) {
+      EXPECT_FALSE(result.light.dimming);
+      continue;
+    }
+    ASSERT_TRUE(result.light.dimming);
+    EXPECT_NEAR(result.light.dimming->lamps.at(3)[1], 0, 0.05);
+    EXPECT_NEAR(result.light.dimming->lamps.at(8)[1], 1, 0.05);
+  }
+}
+
+TEST_F(ColorGain, ACoveredLensShowsNoRoom) {
+  const auto image = lamps_beside(1, 1);
+  const auto room = [](const Vector3d& p) {
+    return paint(p) * unoccluded_irradiance(*lamps_beside(0, 1), p.cast<float>(), {0, 0, 1})[1] / 2;
+  };
+  const auto dark = [](const Vector3d&) { return 1e-4; };
+  for (int i = 0; i < 3; ++i) EXPECT_TRUE(frame(room, {1, 1, 1}, image).shows_room);
+  const auto dimmed = std::make_shared<Illumination>(*image);
+  dimmed->dimmed = true;
+  for (PointLight& lamp : dimmed->lights) {
+    lamp.intensity *= 0.001f;
+    lamp.irradiance *= 0.001f;
+  }
+  dimmed->environment_sh[0] *= 0.001f;
+  for (int i = 0; i < 20; ++i) EXPECT_FALSE(frame(dark, {1, 1, 1}, i == 0 ? image : dimmed).shows_room);
+  const ColorGainStage::Result back = frame(room, {1, 1, 1}, dimmed);
+  EXPECT_TRUE(back.shows_room);
+  ASSERT_TRUE(back.light.dimming);
+  for (const auto& [id, power] : back.light.dimming->lamps) EXPECT_NEAR(power[1], 1, 0.05) << id;
+  EXPECT_NEAR(back.light.dimming->environment[1], 1, 0.1);
+}
+
+TEST_F(ColorGain, WhatNoLightExplainsIsNotTheRoomForAMoment) {
+  const auto covered = [](const Vector3d& p) {
+    return 0.3 * std::exp(3 * std::sin(40 * p.x()) * std::cos(30 * p.y()));
+  };
+  const auto image = lamp_above(3, 1);
+  for (int i = 0; i < 3; ++i) EXPECT_TRUE(frame(paint, {1, 1, 1}, image).shows_room);
+  for (int i = 0; i < 8; ++i) EXPECT_FALSE(frame(covered, {1, 1, 1}, image).shows_room) << i;
+  EXPECT_TRUE(frame(covered, {1, 1, 1}, image).shows_room) << "the room is another one";
+}
+
 TEST_F(ColorGain, PlacesSeenBeforeTheFirstFisheyeFrameFollowItsLight) {
   for (int i = 0; i < 3; ++i) frame(paint);
   for (std::uint64_t i = 0; i < 3; ++i) frame(paint, {1, 1, 1}, lamp_above(3, 1));
