@@ -2,29 +2,40 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <random>
 
 #include "capture/camera/srgb.h"
+#include "reconstruct/math/simd4.h"
 #include "relight/tracing/parallel_for.h"
 
 namespace lumigraft::relight {
 namespace {
 
+using reconstruct::Simd4;
+
 /// Variance by pixel value in linear light, and the slope that leads back: pixel values per linear value.
 struct LinearNoise {
   std::array<std::array<float, 256>, 3> variance;
-  std::array<float, 256> slope;
+  std::array<float, 256> slope, inverse;  ///< inverse: of the linear value
 
   explicit LinearNoise(const NoiseModel& noise) {
     const std::array<float, 256>& linear = capture::srgb_table().linear;
     for (std::size_t code = 0; code < 256; ++code) {
       const std::size_t low = code == 0 ? 0 : code - 1, high = std::min<std::size_t>(code + 1, 255);
       slope[code] = static_cast<float>(high - low) / (linear[high] - linear[low]);
+      inverse[code] = 1 / std::max(linear[code], linear[1]);
       for (std::size_t c = 0; c < 3; ++c) variance[c][code] = noise.variance[c][code] / (slope[code] * slope[code]);
     }
   }
 };
+
+/// Of each channel's pixel value.
+Simd4 looked_up(const std::array<float, 256>& table, const std::uint8_t* codes) {
+  return Simd4{table[codes[0]], table[codes[1]], table[codes[2]], 0};
+}
+Simd4 looked_up(const std::array<std::array<float, 256>, 3>& tables, const std::uint8_t* codes) {
+  return Simd4{tables[0][codes[0]], tables[1][codes[1]], tables[2][codes[2]], 0};
+}
 
 }  // namespace
 
@@ -44,15 +55,21 @@ void add_noise(const NoiseModel& noise, const capture::Image<std::uint8_t>& came
       const std::size_t i = picture->index(u, v);
       std::uint8_t* out = &picture->data[i];
       const std::uint8_t* seen = &camera.data[i];
-      if (covered == 0 && std::equal(out, out + 3, seen)) continue;
+      if (covered == 0 && out[0] == seen[0] && out[1] == seen[1] && out[2] == seen[2]) continue;
+      const Simd4 factor =
+          covered > 0 ? reconstruct::broadcast(1 - covered) : looked_up(linear, out) * looked_up(of.inverse, seen);
+      const Simd4 missing = looked_up(of.variance, out) - factor * factor * looked_up(of.variance, seen);
+      if (!reconstruct::any(missing > 0)) continue;
       const float* sample = noise.tile->at(u + du, v + dv);
-      for (std::size_t c = 0; c < 3; ++c) {
-        const float factor = covered > 0 ? 1 - covered : linear[out[c]] / std::max(linear[seen[c]], linear[1]);
-        const float missing = of.variance[c][out[c]] - factor * factor * of.variance[c][seen[c]];
-        if (!(missing > 0)) continue;
-        const float code = static_cast<float>(out[c]) + of.slope[out[c]] * std::sqrt(missing) * sample[c];
-        out[c] = static_cast<std::uint8_t>(std::clamp(code + 0.5f, 0.0f, 255.0f));
-      }
+      const Simd4 added = looked_up(of.slope, out) * reconstruct::sqrt(reconstruct::max(missing, Simd4{})) *
+                          Simd4{sample[0], sample[1], sample[2], 0};
+      const auto with_noise = [](std::uint8_t code, float noise_codes) {
+        const float sum = static_cast<float>(code) + noise_codes + 0.5f;
+        return static_cast<std::uint8_t>(static_cast<int>(std::clamp(sum, 0.0f, 255.0f)));
+      };
+      out[0] = with_noise(out[0], added[0]);
+      out[1] = with_noise(out[1], added[1]);
+      out[2] = with_noise(out[2], added[2]);
     }
   });
 }

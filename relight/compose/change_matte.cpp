@@ -1,8 +1,9 @@
 #include "relight/compose/change_matte.h"
 
 #include <algorithm>
-#include <cmath>
+#include <limits>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -13,22 +14,86 @@
 namespace lumigraft::relight {
 namespace {
 
+constexpr int kPixelBlock = 256;  // per thread at a time
+
 /// Ratio of two radiances, bounded where one is dark.
 Rgb detail(const Rgb& radiance, const Rgb& over) {
   return (radiance / over.max(1e-5f)).max(1 / kCompose.max_detail).min(kCompose.max_detail);
 }
 
-cv::Rect grown(const cv::Rect& bounds, int by_px) {
+cv::Rect with_margin_px(const cv::Rect& bounds, int by_px) {
   return {bounds.x - by_px, bounds.y - by_px, bounds.width + 2 * by_px, bounds.height + 2 * by_px};
 }
 
-/// Bounds of the pixels that change.
-cv::Rect bounds_of(const capture::Image<float>& change) {
-  cv::Mat1b any(change.height, change.width);
-  for_each_pixel(change.width, change.height, kRows, [&](int u, int v) {
-    any(v, u) = (radiance_at(change, static_cast<std::size_t>(v * change.width + u)) != 0).any() ? 255 : 0;
-  });
-  return cv::boundingRect(any);
+/// Of the change in the neighbourhood of a pixel, its span, W/sr/m²: where it is small a pixel's own change is right.
+class ChangeSpan {
+ public:
+  /// The neighbourhood reaches `reach_px` or farther to all sides.
+  ChangeSpan(const capture::Image<float>& change, int reach_px)
+      : change_(change),
+        edge_(reach_px),
+        columns_((change.width - 1) / edge_ + 1),
+        rows_((change.height - 1) / edge_ + 1),
+        squares_(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_)),
+        spans_(squares_.size(), -1.0f) {}
+
+  float at(int u, int v) {
+    const int x = u / edge_, y = v / edge_;
+    float& span = spans_[index(x, y)];
+    if (span >= 0) return span;
+    Rgb least = Rgb::Constant(std::numeric_limits<float>::max()), most = -least;
+    for (int j = std::max(y - 1, 0); j <= std::min(y + 1, rows_ - 1); ++j) {
+      for (int i = std::max(x - 1, 0); i <= std::min(x + 1, columns_ - 1); ++i) {
+        const Range& of = square(i, j);
+        least = least.min(of.least);
+        most = most.max(of.most);
+      }
+    }
+    return span = (most - least).maxCoeff();
+  }
+
+ private:
+  struct Range {
+    Rgb least = Rgb::Constant(std::numeric_limits<float>::max()), most = -least;
+    bool found = false;
+  };
+
+  std::size_t index(int x, int y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(x);
+  }
+  const Range& square(int x, int y) {
+    Range& range = squares_[index(x, y)];
+    if (std::exchange(range.found, true)) return range;
+    for (int v = y * edge_; v < std::min((y + 1) * edge_, change_.height); ++v) {
+      for (int u = x * edge_; u < std::min((x + 1) * edge_, change_.width); ++u) {
+        const Rgb value = radiance_at(change_, static_cast<std::size_t>(v * change_.width + u));
+        range.least = range.least.min(value);
+        range.most = range.most.max(value);
+      }
+    }
+    return range;
+  }
+
+  const capture::Image<float>& change_;
+  int edge_, columns_, rows_;
+  std::vector<Range> squares_;
+  std::vector<float> spans_;  ///< by square; negative: not known
+};
+
+/// What the composer adds to a pixel's radiance, from the changes on both sides.
+std::optional<Rgb> divided(const OutlineMatte::Mixture& mixture, const Rgb& own_change, float covered) {
+  if (!mixture.both) return std::nullopt;
+  // The pixel's own change is of one side, and proportional to the mixture's radiance instead of that side's.
+  const float part = mixture.in_front ? mixture.foreground : 1 - mixture.foreground;
+  const Rgb &side = mixture.in_front ? mixture.front : mixture.behind,
+            &other = mixture.in_front ? mixture.behind : mixture.front;
+  const Rgb unmixed = part > 0.5f ? ((mixture.own - (1 - part) * other) / part).max(0.0f).eval() : side;
+  const Rgb of_side = own_change * detail(unmixed, mixture.own);
+  const Rgb &front = mixture.in_front ? of_side : mixture.values_front,
+            &behind = mixture.in_front ? mixture.values_behind : of_side;
+  const float alpha = mixture.foreground, room = 1 - covered * (1 - alpha);  // what the composer leaves of the room
+  if (!(room > 0)) return std::nullopt;
+  return (alpha * front + (1 - alpha) * (1 - covered) * behind) / room;
 }
 
 }  // namespace
@@ -37,49 +102,31 @@ void divide_change(const CurrentDepth& depth, const CameraUpload& picture, const
                    const ObjectLayer& objects, capture::Image<float>& change) {
   const int width = change.width, height = change.height;
   const cv::Mat1b all(height, width, const_cast<std::uint8_t*>(front.data.data()));
-  const cv::Rect image(0, 0, width, height), outlines = cv::boundingRect(all);
+  const cv::Rect outlines = cv::boundingRect(all);
   if (outlines.empty()) return;
   const MatteReach reach(width);
-  const cv::Rect divided = grown(bounds_of(change), reach.matte_px) & grown(outlines, reach.samples_px) & image;
-  if (divided.empty()) return;
-  // Colours are taken from as far as samples_px, where sides are certain at twice sigma.
-  const cv::Rect window = grown(divided, reach.samples_px + static_cast<int>(std::ceil(2 * reach.sigma_px))) & image;
-  if (cv::countNonZero(all(window)) == 0) return;
-  const OutlineMatte matte({depth}, picture, window.tl(), all(window));
-  // Of the change in the neighbourhood of a pixel, its span: where it is small a pixel's own change is right.
-  const cv::Mat_<cv::Vec3f> light(height, width, reinterpret_cast<cv::Vec3f*>(change.data.data()));
-  const cv::Mat near = cv::getStructuringElement(cv::MORPH_RECT, {2 * reach.matte_px + 1, 2 * reach.matte_px + 1});
-  cv::Mat_<cv::Vec3f> most, least;
-  cv::dilate(light(window), most, near);
-  cv::erode(light(window), least, near);
-  std::vector<std::vector<std::pair<std::size_t, Rgb>>> rows(static_cast<std::size_t>(divided.height));
-  for_each_pixel(divided.width, divided.height, kRows, [&](int x, int y) {
-    const int u = x + divided.x, v = y + divided.y;
-    if (!matte.reaches(u, v)) return;
-    const cv::Point here = cv::Point(u, v) - window.tl();
-    const cv::Vec3f span = most(here) - least(here);
-    const auto pixel = static_cast<std::size_t>(v * width + u);
-    const Rgb own = picture.radiance(pixel);
-    if (std::max({span[0], span[1], span[2]}) < kCompose.matte_change * own.maxCoeff()) return;
-    const OutlineMatte::Mixture mixture = matte.at(u, v, &change);
-    if (!mixture.both) return;
-    const auto i = objects.index(u, v);
-    // The pixel's own change is of one side, and proportional to the mixture's radiance instead of that side's.
-    const float part = mixture.in_front ? mixture.foreground : 1 - mixture.foreground;
-    const Rgb &side = mixture.in_front ? mixture.front : mixture.behind,
-              &other = mixture.in_front ? mixture.behind : mixture.front;
-    const Rgb unmixed = part > 0.5f ? ((own - (1 - part) * other) / part).max(0.0f).eval() : side;
-    const Rgb of_side = radiance_at(change, pixel) * detail(unmixed, own);
-    const Rgb front_change = mixture.in_front ? of_side : mixture.values_front,
-              behind_change = mixture.in_front ? mixture.values_behind : of_side;
-    const float alpha = mixture.foreground, covered = i ? objects.coverage.data[*i] : 0,
-                room = 1 - covered * (1 - alpha);  // what the composer leaves of the room
-    if (!(room > 0)) return;
-    rows[static_cast<std::size_t>(y)].emplace_back(
-        pixel, (alpha * front_change + (1 - alpha) * (1 - covered) * behind_change) / room);
+  // Of the pixels that may be mixtures, and of those that give colours.
+  const cv::Rect window = with_margin_px(outlines, 2 * reach.samples_px) & cv::Rect(0, 0, width, height);
+  const OutlineDistance away(all(window), reach.samples_px);
+  OutlineMatte matte({depth}, picture, window.tl(), away, &change);
+  ChangeSpan span(change, reach.matte_px);
+  std::vector<cv::Point> pixels;
+  away.for_each_near([&](int x, int y, float away_px) {
+    const int u = x + window.x, v = y + window.y;
+    if (!matte.reaches(u, v, away_px)) return;
+    const Rgb own = picture.radiance(static_cast<std::size_t>(v * width + u));
+    if (span.at(u, v) >= kCompose.matte_change * own.maxCoeff()) pixels.emplace_back(u, v);
   });
-  for (const auto& row : rows) {
-    for (const auto& [pixel, value] : row) set_at(change, pixel, value);
+  matte.prepare(pixels);
+  std::vector<std::optional<Rgb>> found(pixels.size());
+  for_each_index(pixels.size(), kPixelBlock, [&](std::size_t k) {
+    const cv::Point& p = pixels[k];
+    const auto i = objects.index(p.x, p.y);
+    found[k] = divided(matte.at(p.x, p.y), radiance_at(change, static_cast<std::size_t>(p.y * width + p.x)),
+                       i ? objects.coverage.data[*i] : 0);
+  });
+  for (std::size_t k = 0; k < pixels.size(); ++k) {
+    if (found[k]) set_at(change, static_cast<std::size_t>(pixels[k].y * width + pixels[k].x), *found[k]);
   }
 }
 

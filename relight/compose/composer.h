@@ -8,7 +8,10 @@
 namespace lumigraft::relight {
 
 /// Light of a pixel; `objects`: their radiance times coverage.
-inline float composed(float room, float objects, float coverage) { return (1 - coverage) * room + objects; }
+template <typename Light>
+Light composed(Light room, Light objects, Light coverage) {
+  return (1 - coverage) * room + objects;
+}
 
 struct RoomChange {
   const capture::Image<float>& delta;  ///< L_Δ, W/sr/m²

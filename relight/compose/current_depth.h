@@ -26,6 +26,11 @@ class CurrentDepth {
 
   bool any() const { return depth_m_ != nullptr; }
   const capture::Image<float>& along_z_m() const { return *depth_m_; }
+  bool known(int u, int v) const { return depth_m_ && depth_m_->at(u, v) > 0; }
+  /// Whether depth along the ray is known and less than this, metres: at() is not needed where it surely is not.
+  bool nearer(int u, int v, float limit_m) const {
+    return known(u, v) && depth_m_->at(u, v) < limit_m && at(u, v) < limit_m;
+  }
   /// Distance along the ray through the pixel's centre, metres; 0: unknown.
   float at(int u, int v) const {
     if (!depth_m_) return 0;

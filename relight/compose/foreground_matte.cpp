@@ -13,6 +13,8 @@
 namespace lumigraft::relight {
 namespace {
 
+constexpr int kMatteBlock = 256;  // pixels per thread at a time
+
 /// Bounds of the pixels that have an object, in the image.
 cv::Rect bounds_of(const ObjectLayer& objects) {
   const capture::Image<float>& distance_m = objects.distance_m;
@@ -32,85 +34,101 @@ cv::Rect bounds_of(const ObjectLayer& objects) {
   return right < 0 ? cv::Rect() : cv::Rect(left + objects.left, top + objects.top, right + 1 - left, bottom + 1 - top);
 }
 
-/// The surfaces in front of the objects in a window around these.
+cv::Rect grown(const cv::Rect& bounds, int by_px) {
+  return {bounds.x - by_px, bounds.y - by_px, bounds.width + 2 * by_px, bounds.height + 2 * by_px};
+}
+
+/// The surfaces in front of the objects in a window around what they hide.
 class Foreground {
  public:
   /// `bounds`: of the objects, not empty.
   Foreground(const CurrentDepth& depth, const CameraUpload& picture, const ObjectLayer& objects, const cv::Rect& bounds)
-      : depth_{depth}, objects_(objects), bounds_(bounds), reach_(picture.coded()->width) {
-    const cv::Size size(picture.coded()->width, picture.coded()->height);
-    const int margin = reach_.samples_px;
-    window_ = cv::Rect(bounds.x - margin, bounds.y - margin, bounds.width + 2 * margin, bounds.height + 2 * margin) &
-              cv::Rect({}, size);
+      : depth_{depth}, picture_(picture), objects_(objects), bounds_(bounds), reach_(picture.coded()->width) {
     if (!find()) return;
-    depth_.by = outline_displacement(*picture.coded(), window_.tl(), front_);
+    depth_.by = outline_displacement(*picture.coded(), window_.tl(), *away_);
     if (depth_.by != cv::Point() && !find()) return;
-    matte_.emplace(depth_, picture, window_.tl(), front_);
+    matte_.emplace(depth_, picture, window_.tl(), *away_);
+    for (int y = 0; y < window_.height; ++y) {
+      for (int x = 0; x < window_.width; ++x) {
+        const int u = x + window_.x, v = y + window_.y;
+        const auto i = objects_.index(u, v);
+        if (!i || !(objects_.coverage.data[*i] > 0) || !(objects_.distance_m.data[*i] > 0)) continue;
+        if (concerns(x, y, depth_.known(u, v))) pixels_.emplace_back(u, v);
+      }
+    }
+    matte_->prepare(pixels_);
   }
 
   bool any() const { return matte_.has_value(); }
-  /// Whether pixel (u, v) of the image is within reach of a surface in front of the objects.
-  bool concerns(int u, int v) const {
-    return from_core_(v - window_.y, u - window_.x) <=
-           static_cast<float>(depth_.at(u, v) > 0 ? reach_.matte_px : reach_.samples_px);
-  }
-  OutlineMatte::Mixture at(int u, int v) const { return matte_->at(u, v); }
+  /// Those of objects that are within reach of a surface in front of them.
+  const std::vector<cv::Point>& pixels() const { return pixels_; }
+  OutlineMatte::Mixture at(const cv::Point& pixel) const { return matte_->at(pixel.x, pixel.y); }
 
  private:
-  /// Sets `front_` and `from_core_`. False: nothing is in front.
+  bool concerns(int x, int y, bool known) const {
+    return from_core_(y, x) <= static_cast<float>(known ? reach_.matte_px : reach_.samples_px);
+  }
+  /// Finds what is in front, and the outline's distances. False: nothing is.
   bool find() {
-    front_ = cv::Mat1b(window_.size(), std::uint8_t{0});
-    cv::Mat1b core(window_.size(), std::uint8_t{0});  // in front of an object, at its pixels
-    bool any = false;
+    const cv::Size size(picture_.coded()->width, picture_.coded()->height);
+    std::vector<cv::Point> core;  // in front of an object, at its pixels
+    cv::Rect hiding;
     for (int v = bounds_.y; v < bounds_.y + bounds_.height; ++v) {
+      int first = -1, last = -1;
       for (int u = bounds_.x; u < bounds_.x + bounds_.width; ++u) {
         const float object_m = objects_.distance_m.at(u - objects_.left, v - objects_.top);
-        if (!(object_m > 0)) continue;
+        if (!(object_m > 0) || !depth_.nearer(u, v, object_m)) continue;
         const float depth_m = depth_.at(u, v);
-        if (!(depth_m > 0) || depth_m >= object_m - depth_.depth.allowed_m(depth_m)) continue;
-        core(v - window_.y, u - window_.x) = 255;
-        any = true;
+        if (depth_m >= object_m - depth_.depth.allowed_m(depth_m)) continue;
+        core.emplace_back(u, v);
+        if (first < 0) first = u;
+        last = u;
       }
+      if (first >= 0) hiding |= cv::Rect(first, v, last + 1 - first, 1);
     }
-    if (!any) return false;
+    if (core.empty()) return false;
+    // Pixels up to samples_px away are mixtures, with colours from as far again.
+    window_ = grown(hiding, 2 * reach_.samples_px) & grown(bounds_, reach_.samples_px) & cv::Rect({}, size);
+    mark_front(core);
+    away_.emplace(front_, std::max(reach_.samples_px, lag_distance_px(size.width)));
+    return true;
+  }
+  void mark_front(const std::vector<cv::Point>& core) {
+    cv::Mat1b away(window_.size(), std::uint8_t{255});
+    for (const cv::Point& pixel : core) away(pixel - window_.tl()) = 0;
     // Pixels without an object belong to the foreground if their depth continues that of the nearest core pixel.
     cv::Mat1i nearest;
-    cv::distanceTransform(~core, from_core_, nearest, cv::DIST_L2, cv::DIST_MASK_5, cv::DIST_LABEL_PIXEL);
-    std::vector<float> core_m(static_cast<std::size_t>(front_.total()) + 1);
-    for (int y = 0; y < front_.rows; ++y) {
-      for (int x = 0; x < front_.cols; ++x) {
-        if (core(y, x)) core_m[static_cast<std::size_t>(nearest(y, x))] = depth_.at(x + window_.x, y + window_.y);
-      }
-    }
-    for (int y = 0; y < front_.rows; ++y) {
-      for (int x = 0; x < front_.cols; ++x) {
-        const float depth_m = depth_.at(x + window_.x, y + window_.y),
-                    near_m = core_m[static_cast<std::size_t>(nearest(y, x))];
-        const int u = x + window_.x - objects_.left, v = y + window_.y - objects_.top;
-        const bool inside = u >= 0 && v >= 0 && u < objects_.coverage.width && v < objects_.coverage.height;
-        const bool on_object = inside && objects_.distance_m.at(u, v) > 0;
-        const bool continues = !on_object && depth_m > 0 && depth_m < near_m * (1 + kCompose.moved_jump);
-        front_(y, x) = core(y, x) || continues ? 255 : 0;
-      }
-    }
+    cv::distanceTransform(away, from_core_, nearest, cv::DIST_L2, cv::DIST_MASK_5, cv::DIST_LABEL_PIXEL);
+    std::vector<float> core_m(core.size() + 1);
+    for (const cv::Point& pixel : core)
+      core_m[static_cast<std::size_t>(nearest(pixel - window_.tl()))] = depth_.at(pixel.x, pixel.y);
+    front_ = cv::Mat1b(window_.size(), std::uint8_t{0});
+    for_each_pixel(window_.width, window_.height, kRows, [&](int x, int y) {
+      const int u = x + window_.x, v = y + window_.y;
+      const auto i = objects_.index(u, v);
+      const bool on_object = i && objects_.distance_m.data[*i] > 0;
+      const float near_m = core_m[static_cast<std::size_t>(nearest(y, x))];
+      const bool continues = !on_object && depth_.nearer(u, v, near_m * (1 + kCompose.moved_jump));
+      front_(y, x) = away(y, x) == 0 || continues ? 255 : 0;
+    });
     // Pixels without depth are of the side that most pixels around them are of.
     cv::Mat1b majority;
     cv::medianBlur(front_, majority, 5);
-    for (int y = 0; y < front_.rows; ++y) {
-      for (int x = 0; x < front_.cols; ++x) {
-        if (!(depth_.at(x + window_.x, y + window_.y) > 0)) front_(y, x) = majority(y, x);
-      }
-    }
-    return true;
+    for_each_pixel(window_.width, window_.height, kRows, [&](int x, int y) {
+      if (!depth_.known(x + window_.x, y + window_.y)) front_(y, x) = majority(y, x);
+    });
   }
 
   DisplacedDepth depth_;
+  const CameraUpload& picture_;
   const ObjectLayer& objects_;
   cv::Rect bounds_, window_;
   MatteReach reach_;
   cv::Mat1b front_;      ///< nearer than the objects
   cv::Mat1f from_core_;  ///< distances in pixels from what is in front of an object
+  std::optional<OutlineDistance> away_;
   std::optional<OutlineMatte> matte_;
+  std::vector<cv::Point> pixels_;
 };
 
 /// Null if nothing is in front.
@@ -123,14 +141,12 @@ std::unique_ptr<const Foreground> foreground_of(const CurrentDepth& depth, const
 }
 
 void hide(const Foreground& front, ObjectLayer& objects) {
-  for_each_pixel(objects.coverage.width, objects.coverage.height, kRows, [&](int x, int y) {
-    const int u = x + objects.left, v = y + objects.top;
-    float& coverage = objects.coverage.at(x, y);
-    if (!(coverage > 0) || !(objects.distance_m.at(x, y) > 0) || !front.concerns(u, v)) return;
-    const OutlineMatte::Mixture mixture = front.at(u, v);
+  for_each_index(front.pixels().size(), kMatteBlock, [&](std::size_t k) {
+    const cv::Point& pixel = front.pixels()[k];
+    const OutlineMatte::Mixture mixture = front.at(pixel);
     const float kept = 1 - mixture.foreground;
-    const std::size_t i = objects.coverage.index(x, y);
-    coverage *= kept;
+    const std::size_t i = *objects.index(pixel.x, pixel.y);
+    const float coverage = objects.coverage.data[i] *= kept;
     // (1 - coverage) C + coverage (C - B) = C - coverage B: removes the background's part of the mixture.
     set_at(objects.radiance, i, kept * radiance_at(objects.radiance, i) + coverage * (mixture.own - mixture.behind));
   });

@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <opencv2/imgproc.hpp>
 #include <vector>
 
 #include "relight/compose/parameters.h"
@@ -16,6 +15,10 @@ namespace {
 using Eigen::Array3f;
 using Eigen::Vector2f;
 
+constexpr int kBeyond_px = 2;         // colours of both sides are taken from so far beyond the search
+constexpr float kWide = 0.7f;         // of that distance must a side be wide
+constexpr float kOutline_px = 0.85f;  // distance of pixels at the outline, those at its corners included
+
 /// Where the colour changes near a point of the outline.
 struct Step {
   Vector2f normal = Vector2f::Zero();  ///< out of the foreground
@@ -24,21 +27,17 @@ struct Step {
 
 class Profiles {
  public:
-  Profiles(const capture::Image<std::uint8_t>& picture, const cv::Point& corner, const cv::Mat1b& front, int reach_px)
-      : picture_(picture), corner_(corner), reach_px_(reach_px) {
-    cv::Mat1f inside;
-    cv::distanceTransform(front, inside, cv::DIST_L2, cv::DIST_MASK_5);
-    cv::distanceTransform(front == 0, away_, cv::DIST_L2, cv::DIST_MASK_5);
-    away_ -= inside;
-  }
+  Profiles(const capture::Image<std::uint8_t>& picture, const cv::Point& corner, const OutlineDistance& away,
+           int reach_px)
+      : picture_(picture), corner_(corner), away_(away), reach_px_(reach_px) {}
 
   std::vector<Step> steps() const {
+    const cv::Size size = away_.size();
     std::vector<std::array<int, 2>> outline;
-    for (int y = 1; y + 1 < away_.rows; ++y) {
-      for (int x = 1; x + 1 < away_.cols; ++x) {
-        if (away_(y, x) < 0 && away_(y, x) > -1.3f) outline.push_back({x, y});
-      }
-    }
+    away_.for_each_near([&](int x, int y, float away_px) {
+      const bool within = x > 0 && y > 0 && x + 1 < size.width && y + 1 < size.height;
+      if (within && away_px < 0 && away_px > -kOutline_px) outline.push_back({x, y});
+    });
     const std::size_t stride = outline.size() / kCompose.lag_points + 1;
     std::vector<Step> steps;
     for (std::size_t k = 0; k < outline.size(); k += stride) add_step(outline[k][0], outline[k][1], steps);
@@ -57,17 +56,17 @@ class Profiles {
   /// Signed distance in the window; NaN outside it.
   float away_px(const Vector2f& at) const {
     const auto x = static_cast<int>(std::lround(at.x())), y = static_cast<int>(std::lround(at.y()));
-    const bool inside = x >= 0 && y >= 0 && x < away_.cols && y < away_.rows;
-    return inside ? away_(y, x) : std::numeric_limits<float>::quiet_NaN();
+    const bool inside = x >= 0 && y >= 0 && x < away_.size().width && y < away_.size().height;
+    return inside ? away_.at(x, y) : std::numeric_limits<float>::quiet_NaN();
   }
 
   void add_step(int x, int y, std::vector<Step>& steps) const {
-    const Vector2f slope(away_(y, x + 1) - away_(y, x - 1), away_(y + 1, x) - away_(y - 1, x));
+    const Vector2f slope(away_.at(x + 1, y) - away_.at(x - 1, y), away_.at(x, y + 1) - away_.at(x, y - 1));
     if (!(slope.norm() > 0.5f)) return;
     const Vector2f n = slope.normalized(), p(static_cast<float>(x), static_cast<float>(y));
-    const auto far_px = static_cast<float>(reach_px_ + 2);
+    const auto far_px = static_cast<float>(reach_px_ + kBeyond_px);
     // Both sides must be wide enough for colours that the displacement does not reach.
-    if (!(away_px(p - far_px * n) < -0.7f * far_px) || !(away_px(p + far_px * n) > 0.7f * far_px)) return;
+    if (!(away_px(p - far_px * n) < -kWide * far_px) || !(away_px(p + far_px * n) > kWide * far_px)) return;
     Array3f front, behind;
     if (!color(p - far_px * n, front) || !color(p + far_px * n, behind)) return;
     const float contrast2 = (front - behind).square().sum();
@@ -91,20 +90,27 @@ class Profiles {
 
   const capture::Image<std::uint8_t>& picture_;
   cv::Point corner_;
+  const OutlineDistance& away_;
   int reach_px_;
-  cv::Mat1f away_;  ///< signed distance from the outline, pixels
 };
 
 /// Geman and McClure 1987.
 float robust(float off) { return off * off / (1 + off * off); }
 
+float scale_of(int width) { return std::max(static_cast<float>(width) / 320, 1.0f); }
+
 }  // namespace
 
+int lag_reach_px(int width) { return static_cast<int>(std::lround(kCompose.lag_px * scale_of(width))); }
+int lag_distance_px(int width) {
+  return static_cast<int>(std::ceil(kWide * static_cast<float>(lag_reach_px(width) + kBeyond_px)));
+}
+
 cv::Point outline_displacement(const capture::Image<std::uint8_t>& picture, const cv::Point& corner,
-                               const cv::Mat1b& front) {
-  const float scale = std::max(static_cast<float>(picture.width) / 320, 1.0f);
-  const auto reach_px = static_cast<int>(std::lround(kCompose.lag_px * scale));
-  const std::vector<Step> steps = Profiles(picture, corner, front, reach_px).steps();
+                               const OutlineDistance& away) {
+  const float scale = scale_of(picture.width);
+  const int reach_px = lag_reach_px(picture.width);
+  const std::vector<Step> steps = Profiles(picture, corner, away, reach_px).steps();
   if (steps.size() < kCompose.lag_min_steps) return {0, 0};
   const auto cost = [&](const Vector2f& by) {
     float sum = 0;

@@ -3,6 +3,7 @@
 #include <opencv2/core.hpp>
 
 #include "relight/compose/current_depth.h"
+#include "relight/compose/outline_distance.h"
 
 namespace lumigraft::relight {
 
@@ -11,18 +12,27 @@ struct DisplacedDepth {
   const CurrentDepth& depth;
   cv::Point by{0, 0};  ///< displacement, pixels
 
-  float at(int u, int v) const {
+  float at(int u, int v) const { return inside(u, v) ? depth.at(u - by.x, v - by.y) : 0; }
+  bool known(int u, int v) const { return inside(u, v) && depth.known(u - by.x, v - by.y); }
+  bool nearer(int u, int v, float limit_m) const { return inside(u, v) && depth.nearer(u - by.x, v - by.y, limit_m); }
+
+ private:
+  bool inside(int u, int v) const {
     const int x = u - by.x, y = v - by.y;
-    return x >= 0 && y >= 0 && x < depth.along_z_m().width && y < depth.along_z_m().height ? depth.at(x, y) : 0;
+    return x >= 0 && y >= 0 && x < depth.along_z_m().width && y < depth.along_z_m().height;
   }
 };
 
-/// Displacement in whole pixels that takes the outline of `front`, not 0 in the foreground that depth shows, to its
-/// place in `picture`, 8-bit sRGB; `front` is of the window of the picture at `corner`. Along the normals of the
-/// outline a step between the colours farther inside and farther outside is fitted (as active contours do, Kass et al.
-/// 1988); the displacement has the least robust cost (Geman and McClure 1987) over the steps, and is zero unless that
-/// is clearly less.
+/// How far along its normals the outline is searched, pixels, and the distances from it that this needs.
+int lag_reach_px(int width);
+int lag_distance_px(int width);
+
+/// Displacement in whole pixels that takes an outline of the foreground that depth shows to its place in `picture`,
+/// 8-bit sRGB; `away`: the distances from it, exact up to lag_distance_px(), in the window of the picture at `corner`.
+/// Along the normals of the outline a step between the colours farther inside and farther outside is fitted (as active
+/// contours do, Kass et al. 1988); the displacement has the least robust cost (Geman and McClure 1987) over the steps,
+/// and is zero unless that is clearly less.
 cv::Point outline_displacement(const capture::Image<std::uint8_t>& picture, const cv::Point& corner,
-                               const cv::Mat1b& front);
+                               const OutlineDistance& away);
 
 }  // namespace lumigraft::relight

@@ -1,8 +1,12 @@
 #pragma once
 // Alpha of pixels at the outline of a foreground that depth shows: C = α F + (1 - α) B (Chuang et al. 2001), as in
 // foreground_matte.h.
+#include <memory>
 #include <opencv2/core.hpp>
+#include <vector>
 
+#include "reconstruct/math/simd4.h"
+#include "relight/compose/outline_distance.h"
 #include "relight/compose/outline_lag.h"
 #include "relight/compose/rgb_image.h"
 #include "relight/passes/screen/camera_upload.h"
@@ -18,12 +22,19 @@ struct MatteReach {
 
 class OutlineMatte {
  public:
-  /// `front`: not 0 in the foreground, of the window of the image at `corner`.
+  /// `away`: from the foreground's outline, exact up to MatteReach::samples_px, in the window of the image at `corner`.
+  /// `values`: of the image's size, three channels; null: none. All remain referenced.
   OutlineMatte(const DisplacedDepth& depth, const CameraUpload& picture, const cv::Point& corner,
-               const cv::Mat1b& front);
+               const OutlineDistance& away, const capture::Image<float>* values = nullptr);
 
   /// Whether pixel (u, v) of the image, within the window, is near enough to the outline to be a mixture.
-  bool reaches(int u, int v) const;
+  bool reaches(int u, int v) const { return reaches(u, v, away_.at(u - corner_.x, v - corner_.y)); }
+  bool reaches(int u, int v, float away_px) const {
+    return std::abs(away_px) <= static_cast<float>(depth_.known(u, v) ? reach_.matte_px : reach_.samples_px);
+  }
+
+  /// Finds the colours of both sides around these pixels of the image, before at() for them.
+  void prepare(const std::vector<cv::Point>& pixels);
 
   struct Mixture {
     float foreground;        ///< α
@@ -32,21 +43,50 @@ class OutlineMatte {
     bool in_front = false;   ///< depth shows the foreground at the pixel
     Rgb values_front = Rgb::Zero(), values_behind = Rgb::Zero();  ///< means of `values` on both sides, if both are near
   };
-  /// `values`: of the image's size, three channels; null: none.
-  Mixture at(int u, int v, const capture::Image<float>* values = nullptr) const;
+  Mixture at(int u, int v) const;
 
  private:
-  Rgb color(int u, int v) const { return picture_.radiance(static_cast<std::size_t>(v * width_ + u)); }
-  /// Distance from the outline in depth: negative in the foreground.
-  float signed_px(int x, int y) const { return front_(y, x) ? 0.5f - inside_(y, x) : outside_(y, x) - 0.5f; }
+  using Simd4 = reconstruct::Simd4;
+  /// Weighted sums over the samples of one side, the three channels last.
+  struct Side {
+    Simd4 colors{}, squares{}, values{};  ///< colors: the sum of weights first
+  };
+  struct Node {
+    Side front, behind;
+  };
+
+  std::size_t index(int column, int row) const {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(column);
+  }
+  /// The nodes around a pixel, and its place between them, 0 to 1.
+  struct Place {
+    int column, row;
+    float right, below;
+  };
+  Place place_of(int u, int v) const;
+  template <typename Act>
+  void for_each_node(int u, int v, Act act) const;
+  void sample(int column, int row);
+  Node gathered(int column, int row) const;
 
   DisplacedDepth depth_;
   const CameraUpload& picture_;
   int width_;  ///< of the image
   MatteReach reach_;
   cv::Point corner_;
-  cv::Mat1b front_;
-  cv::Mat1f inside_, outside_;  ///< distances in pixels: from what is not front, from front
+  const OutlineDistance& away_;
+  const capture::Image<float>* values_;
+
+  // Colours are sampled on a grid over the window, every `step_` pixels of the image. They are summed at nodes of the
+  // same grid: sums over so many samples are nearly linear from node to node.
+  int step_, first_column_, first_row_, columns_, rows_;  ///< first: of the grid, in steps from the image's corner
+  int samples_;                                           ///< to all sides of a node
+  std::vector<float> kernel_;                             ///< weight by offset from a node, row-major
+  std::vector<float> weights_;                            ///< by sample: how surely it shows one side; negative: front
+  std::unique_ptr<Simd4[]> sample_colors_, sample_values_;  ///< where the weight is not 0
+  std::vector<char> sampled_;                               ///< by square of samples
+  std::vector<int> node_of_;                                ///< index in `nodes_`, by place in the grid; -1: none
+  std::vector<Node> nodes_;
 };
 
 }  // namespace lumigraft::relight

@@ -27,11 +27,11 @@ inline constexpr struct ComposeParameters {
   float lag_gain = 0.7f;    ///< cost over that without displacement, below which there is one
   float lag_contrast = 24;  ///< pixel values between two sides, that show a step
   std::size_t lag_points = 400, lag_min_steps = 40;  ///< points of an outline that are evaluated; steps that suffice
-  float max_flicker = 2;            ///< ratio of a pixel's radiance of now to that of its change of light
-  int shell_hole = 3;               ///< pixels without depth inside a surface, at most
-  float shell_round = 0.5f;         ///< fraction of a round limb's half that its outline pixels hide: palms are flat
-  float shell_slope = 4;            ///< of depth at an outline, bound: more is a mixture of two surfaces
-  int shell_rounds = 200;           ///< at most; each spreads depth by about a pixel
+  float max_flicker = 2;     ///< ratio of a pixel's radiance of now to that of its change of light
+  int shell_hole = 3;        ///< pixels without depth inside a surface, at most
+  float shell_round = 0.5f;  ///< of a round limb's half; swept on an arm: 1 fits its forearm, its palm gets too thick
+  float shell_slope = 4;     ///< of depth at an outline, bound: more is a mixture of two surfaces
+  int shell_rounds = 200;    ///< at most; each spreads depth by about a pixel
   float shell_settled_m = 0.0002f;  ///< a tenth of the noise of depth at 1 m
 } kCompose;
 }  // namespace lumigraft::relight

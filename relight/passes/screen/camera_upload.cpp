@@ -60,16 +60,11 @@ capture::Image<float> CameraUpload::radiance() const {
   return std::move(result);
 }
 
-Eigen::Array3f CameraUpload::radiance(std::size_t pixel) const {
-  if (picture_->encoded.empty()) {
-    const float* of_pixel = &picture_->radiance.data[3 * pixel];
-    Eigen::Array3f light(of_pixel[0], of_pixel[1], of_pixel[2]);
-    for (float& value : light) value = std::isfinite(value) ? std::max(value, 0.0f) : 0;
-    return light / (gain_ * transmission(pixel));
-  }
-  const std::uint8_t* codes = &picture_->encoded.data[3 * pixel];
-  const Eigen::Array3f light(radiance_of_[codes[0]][0], radiance_of_[codes[1]][1], radiance_of_[codes[2]][2]);
-  return vignetting_ ? Eigen::Array3f(light * vignetting_->data[pixel]) : light;
+Eigen::Array3f CameraUpload::unencoded_radiance(std::size_t pixel) const {
+  const float* of_pixel = &picture_->radiance.data[3 * pixel];
+  Eigen::Array3f light(of_pixel[0], of_pixel[1], of_pixel[2]);
+  for (float& value : light) value = std::isfinite(value) ? std::max(value, 0.0f) : 0;
+  return light / (gain_ * transmission(pixel));
 }
 
 void CameraUpload::upload_rays(gpu::Device& device, const Screen& screen) {

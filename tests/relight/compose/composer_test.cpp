@@ -1,6 +1,7 @@
 // The composer, and the layers that the device renders for it.
 #include "relight/compose/composer.h"
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -176,6 +177,41 @@ TEST(ComposerOfOne, ChangeIsProportionalToThePixelOfNow) {
   EXPECT_NEAR(light_at(true, 0), now - 0.1f, 0.004f);
   EXPECT_NEAR(light_at(true, 1), now - 0.08f, 0.004f);
   EXPECT_EQ(light_at(false, 2), 1) << "what clips stays white where it stays too bright";
+}
+
+/// A pixel is left alone only where its change is below the next pixel value.
+TEST(ComposerOfOne, SmallChangesGiveTheNearestPixelValue) {
+  constexpr int kCodes = 256, kSteps = 41;
+  capture::ColorCamera of_camera;
+  of_camera.model.width = kSteps;
+  of_camera.model.height = kCodes;
+  CameraUpload camera(of_camera);
+  auto picture = std::make_shared<capture::Frame>();
+  picture->encoded = capture::Image<std::uint8_t>(kSteps, kCodes, 3);
+  picture->exposure = 2;
+  capture::Image<float> delta(kSteps, kCodes, 3);
+  const capture::SrgbTable& srgb = capture::srgb_table();
+  const auto off = [](int step) { return 0.1f * static_cast<float>(step - kSteps / 2); };  // in pixel values
+  for (int code = 0; code < kCodes; ++code) {
+    for (int step = 0; step < kSteps; ++step) {
+      const float to = std::max(static_cast<float>(code) + off(step), 0.0f) / 255;
+      for (int c = 0; c < 3; ++c) {
+        picture->encoded.at(step, code, c) = static_cast<std::uint8_t>(code);
+        delta.at(step, code, c) = (capture::srgb_to_linear(to) - srgb.linear[static_cast<std::size_t>(code)]) / 2;
+      }
+    }
+  }
+  capture::FrameSet frame;
+  frame.color = picture;
+  camera.take(frame);
+  capture::Image<std::uint8_t> out = *camera.coded();
+  compose(camera, {delta}, {}, &out);
+  for (int code = 0; code < kCodes; ++code) {
+    for (int step = 0; step < kSteps; ++step) {
+      const float exact = std::clamp(static_cast<float>(code) + off(step), 0.0f, 255.0f);
+      for (int c = 0; c < 3; ++c) EXPECT_NEAR(out.at(step, code, c), exact, 0.51f) << code << " + " << off(step);
+    }
+  }
 }
 
 }  // namespace

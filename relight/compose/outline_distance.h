@@ -1,0 +1,62 @@
+#pragma once
+// Signed distance of pixels from the outline of a mask, where it is near: the mattes need no other.
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <vector>
+
+namespace lumigraft::relight {
+
+class OutlineDistance {
+ public:
+  /// `front`: not 0 on one side of the outline. Distances up to `reach_px` are exact.
+  OutlineDistance(const cv::Mat1b& front, int reach_px);
+
+  /// From the outline, which is half a pixel from the nearest centre of the other side, pixels; negative in front.
+  /// Beyond the reach: farther than that.
+  float at(int x, int y) const {
+    const std::int16_t square = std::min(squares_[front_(y, x) ? 0 : 1][index(x, y)], beyond_);
+    const float px = roots_[static_cast<std::size_t>(square)] - 0.5f;
+    return front_(y, x) ? -px : px;
+  }
+  cv::Size size() const { return front_.size(); }
+
+  /// Calls act(x, y, distance) for each pixel that is within the reach of the outline, row by row.
+  template <typename Act>
+  void for_each_near(Act act) const {
+    const auto reach_px = static_cast<float>(reach_px_);
+    for (int y = 0; y < front_.rows; ++y) {
+      for (int left = 0; left < front_.cols; left += kLanes) {
+        if (!any_near(left, y)) continue;
+        for (int x = left; x < std::min(left + kLanes, front_.cols); ++x) {
+          const float px = at(x, y);
+          if (std::abs(px) <= reach_px) act(x, y, px);
+        }
+      }
+    }
+  }
+
+ private:
+  static constexpr int kLanes = 8;
+  using Lanes = std::int16_t __attribute__((vector_size(2 * kLanes)));
+
+  std::size_t index(int x, int y) const {
+    return static_cast<std::size_t>(y + reach_px_) * stride_ + static_cast<std::size_t>(x + reach_px_);
+  }
+  /// Whether any of the pixels from (left, y) on may be.
+  bool any_near(int left, int y) const;
+  void stamp(int x, int y, std::vector<std::int16_t>& squares) const;
+
+  cv::Mat1b front_;
+  int reach_px_;
+  std::size_t stride_;
+  std::int16_t beyond_;
+  std::vector<float> roots_;              ///< by squared distance
+  std::vector<std::int16_t> stamp_;       ///< squared distances from the middle of a square, row-major
+  int stamp_columns_;                     ///< of it, whole lanes
+  std::vector<std::int16_t> squares_[2];  ///< of distances: in front from what is not, and the reverse; with a margin
+};
+
+}  // namespace lumigraft::relight
