@@ -1,5 +1,6 @@
 #pragma once
 // Numbers that decide something here. Where no reason is given the value was chosen by hand and not swept.
+#include <cstdint>
 
 namespace lumigraft::relight {
 inline constexpr struct GatherParameters {
@@ -34,5 +35,8 @@ inline constexpr struct GatherParameters {
   float light_reach = 2;    ///< voxels around a pixel over which the median separates light from texture: blur is 1.5
   int light_max_px = 12;    ///< bound of them
   float light_same = 0.1f;  ///< of the logarithm of radiance: twice what texture and gloss explain, as fusion assumes
+  float thickness_m = 0.4f;                        ///< of a person: what is nearer behind a surface may be its own side
+  float recent_cell_m = 0.05f;                     ///< of space where something moved,
+  std::int64_t recent_ns = 3'000'000'000;          ///< within this time: fusion forgets what it sees gone in a second
 } kGather;
 }  // namespace lumigraft::relight
