@@ -24,17 +24,14 @@ float log_ratio(const CameraUpload& camera, std::size_t pixel, const Rgb& other,
   return sum / count;
 }
 
-/// Sets NaN to what is known around it; far from that to 0.
-void spread(cv::Mat1f& logs) {
-  const cv::Mat unknown = logs != logs;
-  cv::Mat1f weight(logs.size(), 1.0f), around, weight_around;
-  weight.setTo(0, unknown);
-  logs.setTo(0, unknown);
+/// Sets values of weight 0 to what is known around them; far from that to 0.
+void spread(const cv::Mat1f& weight, cv::Mat1f& logs) {
+  cv::Mat1f around, weight_around;
   const cv::Size window(2 * kGather.clipped_reach_px + 1, 2 * kGather.clipped_reach_px + 1);
   cv::boxFilter(logs, around, -1, window);
   cv::boxFilter(weight, weight_around, -1, window);
   around /= weight_around + kGather.clipped_prior;
-  around.copyTo(logs, unknown);
+  around.copyTo(logs, weight == 0);
 }
 
 }  // namespace
@@ -43,7 +40,7 @@ bool restore_clipped(const reconstruct::Illumination& light, const std::vector<L
                      const CameraUpload& camera, std::vector<GBufferPixel>& seen, capture::Image<float>& radiance) {
   if (!camera.any_clipped()) return false;
   std::vector<Rgb> irradiance(seen.size());
-  cv::Mat1f logs(radiance.height, radiance.width, std::numeric_limits<float>::quiet_NaN());
+  cv::Mat1f logs(radiance.height, radiance.width, 0.0f), weight = logs.clone();
   std::atomic<bool> any = false;
   const auto restores = [&](std::size_t i) { return seen[i].known && !seen[i].glossy && camera.clipped(i); };
   for_each_index(seen.size(), kRows * radiance.width, [&](std::size_t i) {
@@ -51,10 +48,13 @@ bool restore_clipped(const reconstruct::Illumination& light, const std::vector<L
     any = true;
     const SurfaceHit& surface = seen[i].surface;
     irradiance[i] = unoccluded_irradiance(light, lamps, surface).max(std::numeric_limits<float>::min());
-    logs.ptr<float>()[i] = log_ratio(camera, i, surface.bsdf.diffuse * irradiance[i] / kPi, radiance);
+    const float log = log_ratio(camera, i, surface.bsdf.diffuse * irradiance[i] / kPi, radiance);
+    if (!std::isfinite(log)) return;
+    logs.ptr<float>()[i] = log;
+    weight.ptr<float>()[i] = 1;
   });
   if (!any) return false;
-  spread(logs);
+  spread(weight, logs);
   for_each_index(seen.size(), kRows * radiance.width, [&](std::size_t i) {
     if (!restores(i)) return;
     GBufferPixel& pixel = seen[i];

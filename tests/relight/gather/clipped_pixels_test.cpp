@@ -55,8 +55,8 @@ TEST(ClippedPixels, ChannelsThatDoNotClipCorrectTheOthers) {
   scene.radiance = [of_albedo = scene.radiance](const Eigen::Vector3f& p) { return 0.8f * of_albedo(p); };
   const capture::FrameSet linear = scene.frame();
   const std::vector<float>& light = linear.color->radiance.data;
-  const float exposure = 1.05f / *std::max_element(light.begin(), light.end());
-  const std::array<float, 3> gain = {1, 0.8f, 0.6f};
+  const float exposure = 1.6f / *std::max_element(light.begin(), light.end());
+  const std::array<float, 3> gain = {1, 0.6f, 0.5f};
   const capture::FrameSet frame = encoded(linear, exposure, gain);
   relight::RayRenderer renderer(scene.session());
   const relight::RelitPicture picture =
