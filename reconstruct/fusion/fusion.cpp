@@ -64,10 +64,7 @@ struct FusionStage::State {
   std::vector<VisibleBrick> bricks_to_update(const Isometry3f& T_tag_camera, const Isometry3f& T_camera_tag);
   void update_brick(const BrickUpdate& update, const VisibleBrick& visible, bool with_color);
   void record_change(WorkingBrick& brick, bool open, const BrickUpdate::Change& change);
-  bool publication_due() const {
-    return frames - last_publication >= kPublication.interval_frames || new_viewpoint ||
-           frames < kSearchSchedule.initial_frames;
-  }
+  bool publication_due() const { return frames - last_publication >= kPublication.interval_frames || new_viewpoint; }
   void forget_light(WorkingBrick& brick) const;
   void relight_unseen(const std::function<Eigen::Array3f(const Vector3f&)>& light_ratio);
   void copy_drifted(WorkingBrick& brick) const;
