@@ -8,6 +8,7 @@
 #include "capture/session/session.h"
 #include "reconstruct/albedo/albedo.h"
 #include "reconstruct/field/distance_field.h"
+#include "reconstruct/light/lamp_shadows.h"
 #include "reconstruct/light/light.h"
 #include "reconstruct/pose/pose.h"
 #include "reconstruct/room/enclosure.h"
@@ -21,6 +22,7 @@ struct Scene {
   std::shared_ptr<const AlbedoField> albedo;         ///< null until solved
   std::shared_ptr<const Enclosure> enclosure;        ///< null if no planes were found that close the unseen part
   std::vector<std::string> warnings;
+  std::shared_ptr<const LampShadows> shadows;  ///< of what moved, in the newest colour frame; null: none
 };
 
 }  // namespace lumigraft::reconstruct

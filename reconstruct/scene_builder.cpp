@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cstdint>
+#include <limits>
 #include <mutex>
 #include <utility>
 
@@ -71,6 +73,10 @@ struct LampTags {
 /// difference of times at which images still belong together. A later image replaces the estimate.
 constexpr std::int64_t kFisheyeAwaited_ns = 500'000'000;
 
+/// Within this time fusion forgets what it sees gone, and the shadows of that.
+constexpr std::int64_t kDisturbed_ns = 1'000'000'000;
+constexpr std::int64_t kNever_ns = std::numeric_limits<std::int64_t>::min() / 2;
+
 /// Of the brightest irradiance so far: colours of surface follow the light down to it, and are there again when the
 /// light of a black room is.
 constexpr float kNoLight = 1e-6f;
@@ -102,6 +108,7 @@ struct SceneBuilder::State {
   std::int64_t first_fused_ns = -1;
   std::atomic<std::int64_t> fused_span_ns = 0;  ///< time over which depth was fused
   AlbedoSchedule schedule;
+  std::atomic<std::int64_t> newest_ns = 0, disturbed_ns = kNever_ns;  ///< frames; the last in which a shadow moved
   std::atomic<bool> learning = true;
   Shared<std::optional<TagMap::State>> newest_tag_map;     ///< until it is taken
   Shared<std::optional<KeyframeMap::Views>> newest_views;  ///< the same
@@ -206,6 +213,9 @@ ColorGainStage::Result SceneBuilder::estimate_color_gain(const capture::FrameSet
   s.color_shows_room = result.shows_room;
   if (result.correction > 0) s.color_correction = result.correction;
   s.seen_by_color.put(result.light);
+  s.newest_ns = frame.time_ns;
+  if (result.shadows) s.disturbed_ns = frame.time_ns;
+  s.store.publish_shadows(result.shadows);
   return result;
 }
 
@@ -256,11 +266,13 @@ void SceneBuilder::State::estimate_light(const DistanceField& field) {
 std::optional<AlbedoStage::Result> SceneBuilder::State::solve(AlbedoWork work,
                                                               const std::shared_ptr<const DistanceField>& field,
                                                               const Illumination& measured) {
+  const bool held = newest_ns - disturbed_ns < kDisturbed_ns;
+  albedo.hold(held);
   const bool may_solve_everything = schedule.may_solve_everything();
   schedule.begin(field, measured);
-  if (work == AlbedoWork::incremental) {
-    const AlbedoSchedule::Work at_work(schedule, work);
-    if (auto solution = albedo.solve_incremental(*field, measured, !may_solve_everything)) return solution;
+  if (work == AlbedoWork::incremental || held) {
+    const AlbedoSchedule::Work at_work(schedule, AlbedoWork::incremental);
+    if (auto solution = albedo.solve_incremental(*field, measured, held || !may_solve_everything)) return solution;
     if (auto solution = albedo.follow_light(*field, measured)) return solution;
     if (!may_solve_everything) {
       schedule.wait_for_everything();

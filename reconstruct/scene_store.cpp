@@ -82,6 +82,11 @@ void SceneStore::publish_albedo(std::shared_ptr<const AlbedoField> albedo) {
   scene_.albedo = std::move(albedo);
 }
 
+void SceneStore::publish_shadows(std::shared_ptr<const LampShadows> shadows) {
+  std::lock_guard lock(mutex_);
+  scene_.shadows = std::move(shadows);
+}
+
 void SceneStore::publish_enclosure(std::shared_ptr<const Enclosure> enclosure) {
   std::lock_guard lock(mutex_);
   scene_.enclosure = std::move(enclosure);

@@ -22,6 +22,8 @@ class SceneStore {
                         std::shared_ptr<const Illumination> measured);
   /// Replaces only the albedo.
   void publish_albedo(std::shared_ptr<const AlbedoField> albedo);
+  /// Null: none.
+  void publish_shadows(std::shared_ptr<const LampShadows> shadows);
   void publish_enclosure(std::shared_ptr<const Enclosure> enclosure);
   /// Warnings of a stage, shown with every frame until the stage publishes again.
   void publish_warnings(const std::string& stage, std::vector<std::string> warnings);

@@ -193,6 +193,8 @@ struct AlbedoStage::State {
   std::map<int, KnownLamp> estimates;  ///< by the lamp's id; also of lamps that are off now
   std::size_t searched_points = 0;     ///< surface points when lamps were last searched without earlier estimates
   LampMemory lamp_memory;
+  ReflectionFilter reflections;
+  bool held = false;
   Located located;
   std::vector<PointLight> last_lamps;  ///< with their estimated positions
   float sample_m = 0;                  ///< edge of cells; it only grows, so that samples stay the same
@@ -219,8 +221,8 @@ std::vector<LampEstimate> AlbedoStage::State::locate(const IrradianceModel& room
                                                      const std::vector<Eigen::Vector3f>& gathered) {
   const std::size_t points = surface.points.size();
   std::vector<LampEstimate> result;
-  if (located.solves < kStage.locate_solves && !located.grown(static_cast<double>(points)) &&
-      located.holds(illumination)) {
+  const bool due = located.solves >= kStage.locate_solves || located.grown(static_cast<double>(points));
+  if ((!due || held) && located.holds(illumination)) {
     ++located.solves;
     for (const PointLight& light : illumination.lights) result.push_back(estimates.at(light.id).estimate);
     return result;
@@ -256,7 +258,7 @@ std::vector<LampEstimate> AlbedoStage::State::locate(const IrradianceModel& room
 void AlbedoStage::State::check_extrinsics(const DistanceField& field, const FieldRays& rays,
                                           const Illumination& illumination, std::size_t points) {
   const bool hidden = std::any_of(illumination.lights.begin(), illumination.lights.end(),
-                                  [](const PointLight& light) { return light.hidden > 0; });
+                                  [](const PointLight& light) { return light.hidden > 0 || light.covered; });
   const bool grown = static_cast<double>(points) > kStage.search_growth * static_cast<double>(checked_points);
   if (fisheye && !hidden && (grown || ++check_solves >= kStage.check_solves)) {
     checked_points = points;
@@ -269,19 +271,22 @@ void AlbedoStage::State::check_extrinsics(const DistanceField& field, const Fiel
 AlbedoStage::AlbedoStage(const capture::Session& session) : state_(std::make_unique<State>(session)) {}
 AlbedoStage::~AlbedoStage() = default;
 
+void AlbedoStage::hold(bool hold) { state_->held = hold; }
+
 std::optional<AlbedoStage::Result> AlbedoStage::State::solve_incremental(const DistanceField& field,
                                                                          const Illumination& illumination,
                                                                          bool even_if_due) {
   if (!solved) return std::nullopt;
   if (field_version == field.version && illumination_version == illumination.version) return last;
-  if (followed > 0 || environment_change(illumination.environment, environment) > kStage.max_environment_change)
+  if (followed > 0 ||
+      (!held && environment_change(illumination.environment, environment) > kStage.max_environment_change))
     return std::nullopt;
-  const IncrementalSolver::Change change = incremental.change(field);
+  const IncrementalSolver::Change change = held ? incremental.grown(field) : incremental.change(field);
   const bool due = change.fraction > kStage.max_changed_fraction || located.grown(change.points) ||
                    located.solves >= kStage.incremental_solves;
   if (due && !even_if_due) return std::nullopt;
   const FieldRays rays(field);
-  auto lit = std::make_shared<Illumination>(without_reflections(illumination, field, rays));
+  auto lit = std::make_shared<Illumination>(reflections.without_reflections(illumination, field, rays));
   const OutOfViewLamps unseen(*lit, rays);
   Illumination merged = *lit;
   merged.lights = merge_pieces(lit->lights);
@@ -399,7 +404,7 @@ std::optional<AlbedoStage::Result> AlbedoStage::State::follow_light(const Distan
       static_cast<double>(field.bricks.size()) > kStage.locate_growth * static_cast<double>(solved_bricks))
     return std::nullopt;
   const FieldRays rays(field);
-  auto lit = std::make_shared<Illumination>(without_reflections(illumination, field, rays));
+  auto lit = std::make_shared<Illumination>(reflections.without_reflections(illumination, field, rays));
   const OutOfViewLamps unseen(*lit, rays);
   Illumination merged = *lit;
   merged.lights = merge_pieces(lit->lights);
@@ -486,7 +491,7 @@ AlbedoStage::Result AlbedoStage::solve_complete(const DistanceField& field, cons
   State& s = *state_;
 
   const FieldRays rays(field);
-  auto lit = std::make_shared<Illumination>(without_reflections(illumination, field, rays));
+  auto lit = std::make_shared<Illumination>(s.reflections.without_reflections(illumination, field, rays));
   const OutOfViewLamps unseen(*lit, rays);
   Surface surface = find_surface(field, rays, s.metal, kStage.max_samples, s.sample_m);
   s.sample_m = surface.sample_m;

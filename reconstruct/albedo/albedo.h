@@ -35,6 +35,9 @@ class AlbedoStage {
  public:
   explicit AlbedoStage(const capture::Session& session);
   ~AlbedoStage();
+  /// While shadows move the room shows neither where its lamps are nor albedo: lamps that stay keep their estimates,
+  /// and only new surface is solved.
+  void hold(bool hold);
   struct Result {
     std::shared_ptr<const AlbedoField> albedo = {};
     std::shared_ptr<const Illumination> illumination = {};  ///< the input with lamp distances filled in

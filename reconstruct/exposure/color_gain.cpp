@@ -14,6 +14,7 @@
 #include "capture/message_text.h"
 #include "reconstruct/exposure/camera_match.h"
 #include "reconstruct/exposure/dimming.h"
+#include "reconstruct/exposure/observed_shadows.h"
 #include "reconstruct/exposure/parameters.h"
 #include "reconstruct/light/fluence.h"
 #include "reconstruct/math/median.h"
@@ -43,6 +44,13 @@ struct CellKeyHash {
   std::size_t operator()(const CellKey& k) const {
     return BrickKeyHash()(BrickKey{k[0], k[1], k[2]}) ^ static_cast<std::size_t>(k[3]) * 50331653u;
   }
+};
+
+constexpr std::int64_t kForgotten_ns = 60'000'000'000;  ///< space that was not seen for a minute is new
+
+/// When a piece of space was filled.
+struct Filled {
+  std::int64_t since_ns = 0, last_ns = 0;
 };
 
 /// A place of this frame.
@@ -168,6 +176,10 @@ struct ColorGainStage::State {
                                       const std::shared_ptr<const Illumination>& light) const;
   std::optional<Dimming> dimming(const std::vector<Place>& places) const;
   bool darkened(const std::vector<Place>& places) const;
+  std::vector<Vector3f> find_moved(const std::vector<Place>& places, std::int64_t time_ns);
+  std::shared_ptr<const LampShadows> shadows(const std::vector<Place>& places, const std::vector<Vector3f>& moved_m,
+                                             const std::shared_ptr<const Illumination>& light) const;
+  bool may_be_in_shadow(const Cell& cell, const Array3f& error, const std::shared_ptr<const Illumination>& light) const;
   void follow(const Measurement& measurement);
   void learn(const std::vector<Place>& places, const std::shared_ptr<const Illumination>& light);
   void forget_oldest();
@@ -183,6 +195,8 @@ struct ColorGainStage::State {
   float corner_rad;  ///< θ_corner
   DepthSampler sampler;
   std::unordered_map<CellKey, Cell, CellKeyHash> cells;
+  std::unordered_map<BrickKey, Filled, BrickKeyHash> filled;  ///< space, in cells of shadows.moved_cell_m
+  std::int64_t first_ns = -1;
   Array3f gain = Array3f::Ones();                   ///< over that of the first frames
   Array3f base = Array3f::Ones();                   ///< of the first frames, against the fish-eye
   Eigen::Array2f falloff = Eigen::Array2f::Zero();  ///< CameraMatch::falloff; zero if the session states vignetting
@@ -287,6 +301,17 @@ SeenByColor ColorGainStage::State::check_hidden(const std::vector<Place>& places
   return result;
 }
 
+/// The median of those around the last log gain, if they are many: shadows darken others. Else of all.
+float near_gain(const std::vector<float>& logs, float last) {
+  std::vector<float> near;
+  for (const float value : logs) {
+    if (std::abs(value - last) < kExposure.near_gain_log) near.push_back(value);
+  }
+  std::vector<float> used =
+      static_cast<float>(near.size()) < kExposure.min_near_fraction * static_cast<float>(logs.size()) ? logs : near;
+  return median(used);
+}
+
 /// Median log gain of the places; empty if too few places match.
 std::optional<ColorGainStage::State::Measurement> ColorGainStage::State::measured(
     const std::vector<Place>& places, const std::shared_ptr<const Illumination>& light) const {
@@ -305,7 +330,7 @@ std::optional<ColorGainStage::State::Measurement> ColorGainStage::State::measure
   Measurement result{.log_gain = {}, .log_sigma = 0, .agrees = true};
   for (int c = 0; c < 3; ++c) {
     std::vector<float>& values = logs[static_cast<std::size_t>(c)];
-    const float middle = median(values);
+    const float middle = near_gain(values, std::log(gain[c]));
     const auto inliers = std::count_if(values.begin(), values.end(),
                                        [&](float value) { return std::abs(value - middle) < kExposure.inlier_log; });
     result.agrees &= static_cast<float>(inliers) >= kExposure.min_inlier_fraction * static_cast<float>(values.size());
@@ -350,6 +375,64 @@ bool ColorGainStage::State::darkened(const std::vector<Place>& places) const {
          static_cast<float>(dark) > kExposure.max_dark_fraction * static_cast<float>(seen_again);
 }
 
+/// Places on surface that was not there some seconds ago.
+std::vector<Vector3f> ColorGainStage::State::find_moved(const std::vector<Place>& places, std::int64_t time_ns) {
+  if (first_ns < 0) first_ns = time_ns;
+  std::vector<Vector3f> moved_m;
+  for (const Place& place : places) {
+    const Eigen::Vector3i at = (place.position_m / kExposure.shadows.moved_cell_m).array().floor().cast<int>();
+    Filled& space = filled.try_emplace({at.x(), at.y(), at.z()}, Filled{time_ns, time_ns}).first->second;
+    if (time_ns - space.last_ns > kExposure.shadows.moved_ns) space.since_ns = time_ns;
+    space.last_ns = time_ns;
+    const auto is_old = [&](const Filled& other) {
+      return other.since_ns <= first_ns || time_ns - other.since_ns >= kExposure.shadows.moved_ns;
+    };
+    if (is_old(space)) continue;
+    bool noise = false;  // of the surface next to it
+    for (int axis = 0; axis < 3; ++axis)
+      for (const int step : {-1, 1}) {
+        Eigen::Vector3i beside = at;
+        beside[axis] += step;
+        const auto found = filled.find({beside.x(), beside.y(), beside.z()});
+        noise |= found != filled.end() && is_old(found->second);
+      }
+    if (!noise) moved_m.push_back(place.position_m);
+  }
+  std::erase_if(filled, [&](const auto& entry) { return time_ns - entry.second.last_ns > kForgotten_ns; });
+  const std::size_t step = moved_m.size() / kExposure.shadows.max_moved + 1;
+  std::vector<Vector3f> some_m;
+  for (std::size_t i = 0; i < moved_m.size(); i += step) some_m.push_back(moved_m[i]);
+  return some_m;
+}
+
+std::shared_ptr<const LampShadows> ColorGainStage::State::shadows(
+    const std::vector<Place>& places, const std::vector<Vector3f>& moved_m,
+    const std::shared_ptr<const Illumination>& light) const {
+  std::vector<ShadowedPlace> seen_again;
+  for (const Place& place : places) {
+    const auto found = cells.find(place.key);
+    if (found == cells.end() || !found->second.light) continue;
+    const Cell& cell = found->second;
+    const LightChange change = light_change(cell, light);
+    const float all = unoccluded_irradiance(*light, cell.position_m, cell.normal).mean();
+    const float ratio = (place.radiance / (gain * cell.radiance * change.ratio)).mean();
+    if (!std::isfinite(change.log_sigma) || !std::isfinite(ratio) || !(all > 0)) continue;
+    ShadowedPlace& seen = seen_again.emplace_back(ShadowedPlace{cell.position_m, ratio, {}});
+    for (const PointLight& lamp : light->lights)
+      seen.parts.push_back(lamp_irradiance(lamp, cell.position_m, cell.normal).mean() / all);
+  }
+  return observe_shadows(seen_again, moved_m, *light);
+}
+
+/// Whether a cell is darker by no more than lamps give it.
+bool ColorGainStage::State::may_be_in_shadow(const Cell& cell, const Array3f& error,
+                                             const std::shared_ptr<const Illumination>& light) const {
+  if (!light || !(error < 1).all()) return false;
+  const Array3f rest = environment_irradiance(*light, cell.normal),
+                all = unoccluded_irradiance(*light, cell.position_m, cell.normal);
+  return (error > (1 - kExposure.inlier_log) * rest / all).all();
+}
+
 /// Changes within the noise are ignored: renderers reuse results as long as the gain is equal.
 void ColorGainStage::State::follow(const Measurement& measurement) {
   const Array3f step = (measurement.log_gain - gain.log()).abs();
@@ -376,7 +459,8 @@ void ColorGainStage::State::learn(const std::vector<Place>& places, const std::s
         cell.around = around;
       }
     } else if (cell.observations == 0 || !(change.log_sigma < kExposure.inlier_log) ||
-               ++cell.contradictions >= kExposure.replaced_after) {
+               ++cell.contradictions >= (may_be_in_shadow(cell, error, light) ? kExposure.shadow_replaced_after
+                                                                              : kExposure.replaced_after)) {
       cell = {place.position_m, place.normal, radiance, light, around, 1, 0, frames};
     }
   }
@@ -468,6 +552,8 @@ void ColorGainStage::State::update(const capture::FrameSet& frame, const Pose& p
   // Gain needs places to the centimetre. What went dark, such as the tag in a room whose lamps are off, does not.
   if (pose.age_ns > 0) return;
   if (agrees) follow(*measurement);
+  const std::vector<Vector3f> moved_m = find_moved(places, frame.time_ns);
+  if (shining && !shining->dimmed && !outdated) result.shadows = shadows(places, moved_m, shining);
   // Only a frame whose own gain is known can be compared with the fish-eye.
   const bool gain_is_known = agrees || cells.empty();
   if (light && !light->dimmed && gain_is_known &&

@@ -20,6 +20,7 @@
 
 #include "capture/frame.h"
 #include "capture/session/session.h"
+#include "reconstruct/light/lamp_shadows.h"
 #include "reconstruct/light/light.h"
 #include "reconstruct/pose/pose.h"
 
@@ -49,6 +50,7 @@ class ColorGainStage {
     /// Lamps that the fish-eye does not see (PointLight::hidden): those whose light is missing in this frame too are
     /// off, those whose light is still there are lit; of others the frame does not show it.
     SeenByColor light;
+    std::shared_ptr<const LampShadows> shadows;  ///< that this frame shows (observed_shadows.h); null: none
     std::vector<std::string> warnings;
   };
   /// `light`: newest known, with distances of lamps where they are known; may be null.

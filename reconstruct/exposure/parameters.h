@@ -28,8 +28,33 @@ struct ExposureParameters {
   float same_place_rad = 0.02f;               ///< a lamp whose direction changes by less did not move: 2 cm at 1 m
   int dimming_rounds = 20;                    ///< of the fit of powers, and of its solver in each
   int replaced_after = 8;                     ///< observations in a row that contradict a cell until it is learnt anew
-  float warning_log = 0.1f;                   ///< mean log gain beyond which a warning reports it
-  float hue_warning_log = 0.05f;              ///< the same for the deviation of a channel from the mean
+  /// In a row while it is darker than it was, by no more than lamps give it: a shadow passes.
+  int shadow_replaced_after = 300;
+  float near_gain_log = 0.06f;      ///< deviation from the last gain of places that still agree with it: their texture
+  float min_near_fraction = 0.25f;  ///< of the matches: shadows cover the others, as another exposure changes all
+  float warning_log = 0.1f;         ///< mean log gain beyond which a warning reports it
+  float hue_warning_log = 0.05f;    ///< the same for the deviation of a channel from the mean
+
+  /// Of what moved (observed_shadows.h).
+  struct Shadows {
+    int cells = 128;                  ///< along the edges of a lamp's map; a power of two
+    float sigma = 0.05f;              ///< 1σ of a place's ratio: texture_log_sigma
+    float min_darkening = 0.1f;       ///< of a place that is in a shadow
+    float min_dark_fraction = 0.03f;  ///< of the places, for a shadow to be found
+    float min_part = 0.02f;           ///< of a place's light, for a lamp to be known to light it
+    float max_behind = 1.15f;         ///< times the distance of the surface nearest to the lamp: the same surface,
+    int nearest_reach = 4;            ///< within so many cells of a map of all places
+    float outlier_fraction = 0.02f;   ///< at either end, of dark places that are no shadow
+    float max_open = 0.8f;            ///< of a lamp at a place in its shadow,
+    float min_weight = 0.5f;          ///< which has to be known: the lamp gives it sigma of its light
+    std::size_t min_dark_places = 8;  ///< in the shadow of one lamp
+    float margin = 0.15f;             ///< of a map around its shadow
+    float other_prior = 0.2f, covered_prior = 0.5f, rest_prior = 0.1f;  ///< w_k, w
+    float moved_reach_m = 0.3f;             ///< around what moved: what belongs to it and no camera sees
+    float moved_cell_m = 0.1f;              ///< edge of space that is remembered as filled
+    std::int64_t moved_ns = 3'000'000'000;  ///< after which what moved belongs to the room
+    std::size_t max_moved = 500;            ///< points of what moved that are used
+  } shadows;
 
   /// Against the fish-eye. Measured: ten path-traced rooms, gain within 1 %, and within 3 % of a wrong white balance.
   struct Match {

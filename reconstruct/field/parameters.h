@@ -17,6 +17,14 @@ struct FieldParameters {
   float min_metallic = 0.5f;    ///< `metallic` of a real surface from which it counts as metal
   float metal_cell_m = 0.012f;  ///< 1.5 voxels of 8 mm: by so much the field's surface may be off the mesh
   float tag_slack_m = 0.015f;   ///< distance from the tag's plane that counts as tag; chosen by hand
+  /// Normals of meshes (normal_filter).
+  struct NormalFilter {
+    float max_noise = 0.2f;  ///< slope per noise of a distance over a voxel: fusion leaves half of it, as measured, and
+                             ///< cameras are up to twice as noisy as the model
+    float range_sigmas = 3;  ///< difference that noise explains: an edge that is sharper is kept
+    float pass_rad = 0.0044f;  ///< 0.25°: a pass for so much noise. Four leave less than 1° of 1°, 1 % of light at 45°,
+    int max_passes = 16;       ///< and 16 1.5° of 10°; they reach five voxels
+  } normal_filter;
   /// What an image hides (seen_space).
   struct SeenSpace {
     int cell_px = 2;          ///< edge of a cell; together with the next one about a voxel at 1 m

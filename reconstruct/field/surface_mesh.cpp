@@ -13,6 +13,7 @@
 #include <unordered_map>
 
 #include "capture/error.h"
+#include "reconstruct/field/normal_filter.h"
 
 namespace lumigraft::reconstruct {
 namespace {
@@ -111,6 +112,7 @@ SurfaceMesh extract_surface(const DistanceField& field) {
   }
   for (std::size_t i = 0; i < mesh.vertices_m.size(); ++i)
     mesh.normals.push_back(field.normal(mesh.vertices_m[i]).value_or(face_normals[i].stableNormalized()));
+  filter_normals(field, mesh);
   return mesh;
 }
 

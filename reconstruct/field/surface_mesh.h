@@ -11,7 +11,7 @@ namespace lumigraft::reconstruct {
 
 struct SurfaceMesh {
   std::vector<Eigen::Vector3f> vertices_m;  ///< tag frame
-  std::vector<Eigen::Vector3f> normals;     ///< unit, towards free space
+  std::vector<Eigen::Vector3f> normals;     ///< unit, towards free space; noise is filtered (normal_filter)
   std::vector<std::array<int, 3>> triangles;
 };
 

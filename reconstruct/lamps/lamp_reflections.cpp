@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "reconstruct/lamps/parameters.h"
 #include "reconstruct/light/environment.h"
@@ -78,18 +79,49 @@ bool is_image_in_plane(const PointLight& light, const Illumination& illumination
 
 }  // namespace
 
-Illumination without_reflections(const Illumination& illumination, const DistanceField& field, const FieldRays& rays) {
+namespace {
+
+/// `is_known`: whether a light is surely a lamp.
+template <typename Known>
+Illumination without(const Illumination& illumination, const DistanceField& field, const FieldRays& rays,
+                     Known is_known) {
   Illumination result = illumination;
   result.lights.clear();
   for (const PointLight& light : illumination.lights) {
-    if (light.lamp_tag < 0 && (is_reflection(light, illumination.probe_position_m, field, rays) ||
-                               is_image_in_plane(light, illumination, field))) {
+    if (light.lamp_tag < 0 && !is_known(light) &&
+        (is_reflection(light, illumination.probe_position_m, field, rays) ||
+         is_image_in_plane(light, illumination, field))) {
       add_disk(result.environment, light.direction, light.angular_radius_rad, light.irradiance);
     } else {
       result.lights.push_back(light);
     }
   }
   if (result.lights.size() != illumination.lights.size()) result.environment_sh = project_sh(result.environment);
+  return result;
+}
+
+}  // namespace
+
+Illumination without_reflections(const Illumination& illumination, const DistanceField& field, const FieldRays& rays) {
+  return without(illumination, field, rays, [](const PointLight&) { return false; });
+}
+
+Illumination ReflectionFilter::without_reflections(const Illumination& illumination, const DistanceField& field,
+                                                   const FieldRays& rays) {
+  const auto is_known = [&](const PointLight& light) {
+    const auto lamp = lamps_.find(light.id);
+    return lamp != lamps_.end() &&
+           lamp->second.direction.dot(light.direction) > kLampParameters.known_lamps.same_direction &&
+           static_cast<double>(field.bricks.size()) <=
+               kLampParameters.known_lamps.growth * static_cast<double>(lamp->second.bricks);
+  };
+  const Illumination result = without(illumination, field, rays, is_known);
+  std::map<int, Lamp> lamps;
+  for (const PointLight& light : result.lights)
+    lamps[light.id] = is_known(light) ? lamps_[light.id] : Lamp{light.direction, field.bricks.size()};
+  // One that is off for a while is known when it shines again.
+  lamps.merge(lamps_);
+  lamps_ = std::move(lamps);
   return result;
 }
 

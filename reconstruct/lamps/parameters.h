@@ -149,6 +149,11 @@ struct LampParameters {
     float min_unknown = 0.1f;               ///< of a sample's irradiance: known surface is not all its light
     float min_relative_irradiance = 1e-3f;  ///< of a sample over the unknown radiance: it is a divisor
   } from_shading;
+
+  struct KnownLamps {
+    float same_direction = 0.9999f;  ///< cosine of 0.8°: beyond it a lamp is another
+    double growth = 1.5;             ///< of known surface, after which a lamp may turn out to be a reflection
+  } known_lamps;
 };
 
 inline constexpr LampParameters kLampParameters{};

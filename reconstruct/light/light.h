@@ -27,12 +27,15 @@ struct PointLight {
   Eigen::Vector3f position_m = Eigen::Vector3f::Zero();  ///< tag frame; if distance_known
   Eigen::Vector3f intensity = Eigen::Vector3f::Zero();   ///< radiant intensity, W/sr per channel; if distance_known
   float radius_m = 0;                                    ///< if distance_known
-  bool clipped = false;          ///< clipped in the image: power is a lower bound, or was estimated from shading
-  float power_log_sigma = 0;     ///< 1σ of log irradiance, if estimated
-  float distance_log_sigma = 0;  ///< 1σ of log distance, if distance_known
-  float squareness = 0;          ///< of the outline (SplitLamp): 0 a disk, 0.43 a quadrilateral
-  int region = -1;               ///< equal for the pieces of one wide lamp; -1: not a piece
-  bool flat = false;             ///< emits with the cosine to its normal; else isotropically
+  bool clipped = false;  ///< clipped in the image: power is a lower bound, or was estimated from shading
+  /// Something hides a part or all of it from the fish-eye, and the lamp is as it was when all of it was last seen
+  /// (LightTracker): direction, size and irradiance are those of then.
+  bool covered = false;
+  float power_log_sigma = 0;                         ///< 1σ of log irradiance, if estimated
+  float distance_log_sigma = 0;                      ///< 1σ of log distance, if distance_known
+  float squareness = 0;                              ///< of the outline (SplitLamp): 0 a disk, 0.43 a quadrilateral
+  int region = -1;                                   ///< equal for the pieces of one wide lamp; -1: not a piece
+  bool flat = false;                                 ///< emits with the cosine to its normal; else isotropically
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< unit, tag frame; if flat and distance_known
   int lamp_tag = -1;  ///< index into Session::lamps of the tagged lamp that this is; -1: none
   /// Whether the fish-eye measures the lamp. Only lamps with a tag can be `outside_view` of the fish-eye, or `dark`:

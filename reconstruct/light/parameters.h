@@ -68,6 +68,20 @@ struct LightParameters {
     int max_averaged = 10;               ///< frames in the running mean: a third of a second of lag at 30 Hz
     double min_missing_fraction = 0.5;   ///< of a lamp's energy missing in the frame, for the lamp to count as covered
     int held_frames = 3, fade_frames = 4;  ///< of a covered lamp: steps of a quarter (sweep light-covered)
+
+    /// A lamp that stands still and whose image is cut, not dimmed, is covered.
+    struct Covered {
+      int settled_images = 3;      ///< at one place with one size, until a lamp counts as fixed
+      float min_fraction = 0.05f;  ///< of its solid angle: outlines are as uncertain
+      float outline = 1.5f;        ///< its reach in angular radii: 1.4 of a 2:1 panel, and the edge
+      float min_shift = 0.25f;     ///< of the centroid, over the radius times the covered fraction; 0.8 if one side
+                                   ///< of a disk is cut, 0 if it shrinks as of a lamp that is carried away
+      float max_brighter = 1.15f;  ///< mean radiance over that of before: the rest of the lamp is as bright,
+      float min_radiance = 0.5f;   ///< or darker where narrow parts are blurred
+      float min_lit_fraction =
+          2 / 3.0f;             ///< of the lamp's share of all light that the room still shows if it is covered
+      float min_share = 0.05f;  ///< of all light, below which the room does not show whether a lamp shines
+    } covered;
   } tracking;
 
   struct TagMatching {

@@ -1,14 +1,20 @@
 #include "reconstruct/light/tracking.h"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
 
 #include "reconstruct/light/environment.h"
+#include "reconstruct/light/fluence.h"
 #include "reconstruct/light/parameters.h"
+#include "reconstruct/math/median.h"
 
 namespace lumigraft::reconstruct {
 namespace {
 
 constexpr const LightParameters::Tracking& kTracking = kLightParameters.tracking;
+constexpr const LightParameters::Tracking::Covered& kCovered = kTracking.covered;
 constexpr float kTagFirst = 10;  ///< above any angle: pairs with the same tag are matched first
 
 struct Match {
@@ -16,13 +22,17 @@ struct Match {
   std::size_t now, last;
 };
 
+bool same_hue(const Eigen::Array3f& a, const Eigen::Array3f& b) {
+  const Eigen::Array3f ratio = a / b;
+  return ((ratio / ratio.mean() - 1).abs() < kTracking.max_carried_hue).all();
+}
+
 /// Whether two lamps may be one that was carried on: alike in power and colour.
 bool alike(const PointLight& now, const PointLight& last) {
-  const Eigen::Array3f ratio = now.irradiance.array() / last.irradiance.array();
-  const float brighter = ratio.mean();
-  return now.clipped == last.clipped && now.region < 0 && last.region < 0 && last.hidden == 0 &&
+  const float brighter = (now.irradiance.array() / last.irradiance.array()).mean();
+  return now.clipped == last.clipped && now.region < 0 && last.region < 0 && last.hidden == 0 && !last.covered &&
          std::max(brighter, 1 / brighter) < kTracking.max_carried_ratio &&
-         ((ratio / brighter - 1).abs() < kTracking.max_carried_hue).all();
+         same_hue(now.irradiance.array(), last.irradiance.array());
 }
 
 /// For each lamp of `now` the index of its lamp in `last`, or -1: first those with the same tag, then nearest pairs,
@@ -81,7 +91,103 @@ double energy(const Illumination& light) {
   return sum;
 }
 
+float solid_angle_sr(const PointLight& lamp) {
+  return 2 * std::numbers::pi_v<float> * (1 - std::cos(lamp.angular_radius_rad));
+}
+
+/// Whether these parts are what is left to be seen of a lamp; else it dimmed, or moved.
+bool is_cut(const PointLight& whole, const std::vector<const PointLight*>& parts) {
+  Eigen::Vector3f irradiance = Eigen::Vector3f::Zero(), centroid = Eigen::Vector3f::Zero();
+  float left_sr = 0;
+  for (const PointLight* part : parts) {
+    irradiance += part->irradiance;
+    centroid += solid_angle_sr(*part) * part->direction;
+    left_sr += solid_angle_sr(*part);
+  }
+  const float covered = 1 - left_sr / solid_angle_sr(whole);
+  if (!(covered > kCovered.min_fraction && covered < 1)) return false;
+  const float radiance = irradiance.mean() / whole.irradiance.mean() / (1 - covered);
+  if (radiance < kCovered.min_radiance || radiance > kCovered.max_brighter ||
+      !same_hue(irradiance.array(), whole.irradiance.array()))
+    return false;
+  const float shift_rad = angle_between(centroid.normalized(), whole.direction);
+  return parts.size() > 1 || shift_rad > kCovered.min_shift * covered * whole.angular_radius_rad;
+}
+
+/// The median over the environment of how its radiance changed, as a ratio.
+float median_change(const EnvironmentMap& now, const EnvironmentMap& before) {
+  const std::vector<float>&a = now.radiance.data, &b = before.radiance.data;
+  std::vector<float> ratios;
+  if (a.size() != b.size()) return 0;
+  for (std::size_t i = 0; i + 2 < a.size(); i += 3) {
+    const bool seen = before.seen.empty() || before.seen.data[i / 3];
+    const float was = b[i] + b[i + 1] + b[i + 2];
+    if (seen && was > 0) ratios.push_back((a[i] + a[i + 1] + a[i + 2]) / was);
+  }
+  return ratios.empty() ? 0 : median(ratios);
+}
+
 }  // namespace
+
+/// Fixed lamps of which a part is seen are whole again.
+void LightTracker::restore_cut(Illumination& now) const {
+  for (const auto& [id, fixed] : fixed_) {
+    if (fixed.images < kCovered.settled_images) continue;
+    const PointLight& whole = fixed.light;
+    const auto inside = [&](const PointLight& lamp) {
+      return lamp.clipped == whole.clipped && lamp.lamp_tag < 0 &&
+             angle_between(lamp.direction, whole.direction) < kCovered.outline * whole.angular_radius_rad;
+    };
+    std::vector<const PointLight*> parts;
+    for (const PointLight& lamp : now.lights) {
+      if (inside(lamp)) parts.push_back(&lamp);
+    }
+    if (parts.empty() || !is_cut(whole, parts)) continue;
+    std::erase_if(now.lights, inside);
+    now.lights.push_back(whole);
+    now.lights.back().covered = true;
+  }
+}
+
+/// Fixed lamps that are gone while the room is lit as before are covered.
+void LightTracker::restore_missing(const Illumination& last, std::vector<int>& found, Illumination& now) const {
+  const std::size_t seen = found.size();
+  std::optional<float> change;
+  for (std::size_t j = 0; j < last.lights.size(); ++j) {
+    const auto fixed = fixed_.find(last.lights[j].id);
+    if (fixed == fixed_.end() || fixed->second.images < kCovered.settled_images || last.lights[j].hidden > 0) continue;
+    if (std::find(found.begin(), found.end(), static_cast<int>(j)) != found.end()) continue;
+    const PointLight& lamp = fixed->second.light;
+    bool elsewhere = false;
+    for (std::size_t i = 0; i < seen; ++i) elsewhere |= found[i] < 0 && alike(now.lights[i], lamp);
+    const float all = mean_irradiance(last, last.probe_position_m).mean(), share = lamp.irradiance.mean() / 4 / all;
+    if (elsewhere || !(share > kCovered.min_share) || now.lights.size() >= max_lamps_) continue;
+    if (!change) change = median_change(now.environment, uncovered_);
+    if (*change < 1 - (1 - kCovered.min_lit_fraction) * share) continue;
+    now.lights.push_back(lamp);
+    now.lights.back().covered = true;
+    found.push_back(static_cast<int>(j));
+  }
+}
+
+void LightTracker::remember_fixed(const Illumination& now) {
+  bool all_seen = true;
+  for (const PointLight& lamp : now.lights) {
+    all_seen &= lamp.hidden == 0 && !lamp.covered;
+    if (lamp.hidden > 0 || lamp.covered || lamp.lamp_tag >= 0 || lamp.region >= 0) continue;
+    Fixed& fixed = fixed_[lamp.id];
+    const float size = fixed.images > 0 ? solid_angle_sr(lamp) / solid_angle_sr(fixed.light) : 0;
+    const bool same = std::abs(size - 1) < kCovered.min_fraction && lamp.clipped == fixed.light.clipped &&
+                      angle_between(lamp.direction, fixed.light.direction) < kTracking.max_still_angle_rad;
+    fixed.images = same ? std::min(fixed.images + 1, kCovered.settled_images) : 1;
+    // Else a lamp that is covered slowly would shrink unnoticed.
+    if (!same || size >= 1) fixed.light = lamp;
+    fixed.light.irradiance = lamp.irradiance * (solid_angle_sr(fixed.light) / solid_angle_sr(lamp));
+    fixed.light.id = lamp.id;
+  }
+  std::erase_if(fixed_, [&](const auto& entry) { return !lamp_with_id(now.lights, entry.first); });
+  if (all_seen) uncovered_ = now.environment;
+}
 
 void LightTracker::hold_missing(const Illumination& last, const std::vector<int>& found, Illumination& now) {
   std::vector<bool> seen(last.lights.size(), false);
@@ -163,7 +269,9 @@ void LightTracker::assign_ids(const std::vector<PointLight>& before, const std::
 void LightTracker::update(const Illumination* last, Illumination& now) {
   const std::vector<PointLight> none;
   const std::vector<PointLight>& before = last ? last->lights : none;
-  const std::vector<int> found = match(now.lights, before);
+  restore_cut(now);
+  std::vector<int> found = match(now.lights, before);
+  if (last) restore_missing(*last, found, now);
   bool all_still = last && now.lights.size() == before.size() && still(now.environment_sh, last->environment_sh);
   assign_ids(before, found, now.lights);
   for (std::size_t i = 0; i < now.lights.size(); ++i) {
@@ -171,21 +279,24 @@ void LightTracker::update(const Illumination* last, Illumination& now) {
   }
   if (last && !all_still) hold_missing(*last, found, now);
   averaged_ = all_still ? std::min(averaged_ + 1, kTracking.max_averaged) : 1;
-  if (averaged_ == 1) return;
+  if (averaged_ > 1) average(*last, found, now);
+  remember_fixed(now);
+}
 
-  const float a = 1.0f / averaged_, b = 1 - a;
+void LightTracker::average(const Illumination& last, const std::vector<int>& found, Illumination& now) const {
+  const float a = 1.0f / static_cast<float>(averaged_), b = 1 - a;
   for (std::size_t i = 0; i < now.lights.size(); ++i) {
     PointLight& light = now.lights[i];
-    const PointLight& old = before[static_cast<std::size_t>(found[i])];
+    const PointLight& old = last.lights[static_cast<std::size_t>(found[i])];
     light.direction = (a * light.direction + b * old.direction).normalized();
     light.irradiance = a * light.irradiance + b * old.irradiance;
     light.angular_radius_rad = a * light.angular_radius_rad + b * old.angular_radius_rad;
   }
   for (std::size_t i = 0; i < now.environment.radiance.data.size(); ++i) {
-    now.environment.radiance.data[i] = a * now.environment.radiance.data[i] + b * last->environment.radiance.data[i];
+    now.environment.radiance.data[i] = a * now.environment.radiance.data[i] + b * last.environment.radiance.data[i];
   }
   for (std::size_t i = 0; i < now.environment_sh.size(); ++i) {
-    now.environment_sh[i] = a * now.environment_sh[i] + b * last->environment_sh[i];
+    now.environment_sh[i] = a * now.environment_sh[i] + b * last.environment_sh[i];
   }
 }
 

@@ -35,13 +35,22 @@ std::optional<MeshHit> DeltaLight::on_objects(const SampledRay& ray, const std::
   return objects_.meshes().hit(ray.from_m, ray.w, room ? room->t_m : kInfinity);
 }
 
+void DeltaLight::set_shadows(std::shared_ptr<const reconstruct::LampShadows> shadows) {
+  shadows_ = std::move(shadows);
+  of_lamps_.clear();
+  if (!shadows_) return;
+  for (const reconstruct::PointLight& lamp : room_.illumination()->lights) of_lamps_.push_back(shadows_->of(lamp.id));
+}
+
 Rgb DeltaLight::lamps_along(const SampledRay& ray, float near_m, float far_m) const {
   Rgb sum = Rgb::Zero();
   if (!(ray.pdf > 0)) return sum;
-  for (const ReferenceLamp& lamp : room_.lamps()) {
+  for (std::size_t i = 0; i < room_.lamps().size(); ++i) {
+    const ReferenceLamp& lamp = room_.lamps()[i];
     const std::optional<float> t_m = lamp_hit(lamp, ray.from_m, ray.w);
     if (!t_m || *t_m < near_m || *t_m > far_m) continue;
-    sum += lamp_radiance(lamp, ray.from_m, ray.w) * balanced(ray.pdf, lamp_pdf(lamp, ray.from_m, ray.w));
+    sum += lamp_radiance(lamp, ray.from_m, ray.w) *
+           (open(i, ray.from_m) * balanced(ray.pdf, lamp_pdf(lamp, ray.from_m, ray.w)));
   }
   return sum;
 }
@@ -63,7 +72,7 @@ Rgb DeltaLight::lamps(const PathVertex& vertex, Sampler& sampler, Counts counts)
     if (f.maxCoeff() <= 0 || !counts(from_m, s.w, before_lamp_body_m(room_.lamps()[i], s.distance_m), i)) continue;
     // Only rays of specular surfaces can hit lamps.
     const float weight = vertex.mirrors() ? balanced(s.pdf, vertex.pdf(s.w) + vertex.aim_pdf(s.w)) : 1;
-    sum += f * s.radiance * (weight / s.pdf);
+    sum += f * s.radiance * (open(i, from_m) * weight / s.pdf);
   }
   return sum;
 }
@@ -115,7 +124,7 @@ Rgb DeltaLight::hidden_from(const Vector3f& p_m, const Vector3f& normal, Sampler
     const float cosine = normal.dot(s.w), limit = before_lamp_body_m(room_.lamps()[i], s.distance_m);
     if (!(s.pdf > 0) || cosine <= 0 || s.radiance.maxCoeff() <= 0) continue;
     if (!objects_.meshes().blocked(p_m, s.w, limit) || blocked_by_room(p_m, s.w, limit, i)) continue;
-    sum += s.radiance * (cosine / s.pdf);
+    sum += s.radiance * (open(i, p_m) * cosine / s.pdf);
   }
   return sum;
 }

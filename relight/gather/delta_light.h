@@ -5,7 +5,9 @@
 #include <memory>
 #include <optional>
 #include <utility>
+#include <vector>
 
+#include "reconstruct/light/lamp_shadows.h"
 #include "relight/gather/irradiance_change_cache.h"
 #include "relight/gather/light_change.h"
 #include "relight/gather/moved_occluders.h"
@@ -54,6 +56,12 @@ class DeltaLight {
     moved_ = std::move(moved);
     light_change_ = std::move(light);
   }
+  /// Shadows that the colour frame shows; null: none.
+  void set_shadows(std::shared_ptr<const reconstruct::LampShadows> shadows);
+  /// At most this fraction of a lamp's light reaches a point, as the shadows show.
+  float open(std::size_t lamp, const Eigen::Vector3f& p_m) const {
+    return of_lamps_.empty() || !of_lamps_[lamp] ? 1 : of_lamps_[lamp]->open_at(p_m);
+  }
 
   const LightChange* light_change() const { return light_change_.get(); }  ///< null: none
   const RayObjects& objects() const { return objects_; }
@@ -84,6 +92,8 @@ class DeltaLight {
   BoundingSphere sphere_;  // around the objects
   std::shared_ptr<const MovedOccluders> moved_;
   std::shared_ptr<const LightChange> light_change_;
+  std::shared_ptr<const reconstruct::LampShadows> shadows_;
+  std::vector<const reconstruct::LampShadow*> of_lamps_;  ///< of `shadows_`, by lamp of the room; empty: none
 };
 
 /// The same point with a white Lambert material: its reflected radiance is irradiance over π.

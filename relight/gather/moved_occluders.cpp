@@ -13,8 +13,8 @@ namespace lumigraft::relight {
 using Eigen::Vector3f;
 
 MovedOccluders::MovedOccluders(const CameraRays& eye, const CurrentDepth& depth, const MovedPixels& moved,
-                               const MovedPixels& fused, const Meshes& objects)
-    : camera_(eye.camera) {
+                               const MovedPixels& fused, const Meshes& objects, const RecentlyMoved& recent)
+    : camera_(eye.camera), recent_(recent) {
   ReferenceMesh mesh;
   mesh.model = moved_shell(eye, depth, moved, fused, objects, false);
   if (mesh.model) surfaces_ = std::make_unique<Meshes>(std::vector{mesh}, nullptr);
@@ -22,12 +22,16 @@ MovedOccluders::MovedOccluders(const CameraRays& eye, const CurrentDepth& depth,
     const GBufferPixel& before = fused[i].second;
     if (before.known && before.depth_m < moved[i].second.depth_m) gone_.extend(before.surface.position_m);
   }
+  if (!gone_.isEmpty()) {
+    // The sides that the camera does not see are within a hand's thickness.
+    gone_.extend(gone_.min() - Vector3f::Constant(kGather.gone_margin_m));
+    gone_.extend(gone_.max() + Vector3f::Constant(kGather.gone_margin_m));
+  }
+  gone_.extend(recent_.box());
   if (gone_.isEmpty()) return;
-  // The sides that the camera does not see are within a hand's thickness.
-  gone_.extend(gone_.min() - Vector3f::Constant(kGather.gone_margin_m));
-  gone_.extend(gone_.max() + Vector3f::Constant(kGather.gone_margin_m));
-  free_z_m_ = depth.along_z_m();
+  free_z_m_ = hidden_z_m_ = depth.along_z_m();
   for (float& z : free_z_m_.data) z = z > 0 ? std::max(z - depth.allowed_m(z), 0.0f) : 0;
+  for (float& z : hidden_z_m_.data) z = z > 0 ? z + kGather.thickness_m : 0;
 }
 
 bool MovedOccluders::blocked(const Meshes& room, const Vector3f& from_m, const Vector3f& w, float limit_m,
@@ -62,18 +66,20 @@ bool MovedOccluders::remains(const Meshes& room, const Vector3f& from_m, const V
     const auto hit = room.hit(from_m + passed_m * w, w, limit_m - passed_m);
     if (!hit) return false;
     passed_m += hit->t_m;
-    if (room.hides(*hit) && !seen_through(from_m + passed_m * w)) return true;
+    if (room.hides(*hit) && !is_gone(from_m + passed_m * w)) return true;
     passed_m += kGather.lift_m;
   }
   return true;
 }
 
-bool MovedOccluders::seen_through(const Vector3f& p_m) const {
+bool MovedOccluders::is_gone(const Vector3f& p_m) const {
   const Vector3f p = camera_.T_tag_camera.inverse() * p_m;
-  if (!(p.z() > 0)) return false;
-  const auto at = camera_.model.project(p.cast<double>());
+  const auto at = p.z() > 0 ? camera_.model.project(p.cast<double>()) : std::nullopt;
   if (!at || !camera_.model.inside(*at)) return false;
-  return p.z() < free_z_m_.at(static_cast<int>(std::lround(at->x())), static_cast<int>(std::lround(at->y())));
+  const int u = static_cast<int>(std::lround(at->x())), v = static_cast<int>(std::lround(at->y()));
+  if (p.z() < free_z_m_.at(u, v)) return true;
+  const float hidden_m = hidden_z_m_.at(u, v);
+  return hidden_m > 0 && p.z() > hidden_m && recent_.contains(p_m);
 }
 
 }  // namespace lumigraft::relight

@@ -1,19 +1,21 @@
 #pragma once
 // How moved surfaces (moved_surfaces.h) change what the fused room hides from lamps: they hide, too, and fused surface
-// that this frame's camera sees through is gone.
+// that this frame's camera sees through is gone, as is surface where something moved a moment ago and that this frame
+// does not show.
 #include <Eigen/Geometry>
 #include <memory>
 
 #include "relight/gather/moved_surfaces.h"
+#include "relight/gather/recently_moved.h"
 
 namespace lumigraft::relight {
 
 class MovedOccluders {
  public:
   /// `moved`: this frame's; `fused`: the room's pixels that they replace, in the same order. They end before the
-  /// `objects`.
+  /// `objects`. `recent`: until this frame.
   MovedOccluders(const CameraRays& eye, const CurrentDepth& depth, const MovedPixels& moved, const MovedPixels& fused,
-                 const Meshes& objects);
+                 const Meshes& objects, const RecentlyMoved& recent);
 
   /// Whether a ray from `from_m` along `w` (unit) is blocked before `limit_m`, tag frame; `by_room`: whether the fused
   /// room blocks it.
@@ -25,12 +27,15 @@ class MovedOccluders {
  private:
   bool passes_gone(const Eigen::Vector3f& from_m, const Eigen::Vector3f& w, float limit_m) const;
   bool remains(const Meshes& room, const Eigen::Vector3f& from_m, const Eigen::Vector3f& w, float limit_m) const;
-  bool seen_through(const Eigen::Vector3f& p_m) const;
+  bool is_gone(const Eigen::Vector3f& p_m) const;
 
   PosedCamera camera_;
+  RecentlyMoved recent_;
   std::unique_ptr<Meshes> surfaces_;  ///< of this frame's depth; null: none
   Eigen::AlignedBox3f gone_;          ///< encloses fused surface that is gone; empty: none is
-  capture::Image<float> free_z_m_;    ///< if any is gone: up to this depth along z nothing is there; 0: unknown
+  /// If any is gone: nothing is nearer than the first of these depths along z, and nothing behind the second is seen;
+  /// 0: unknown.
+  capture::Image<float> free_z_m_, hidden_z_m_;
 };
 
 }  // namespace lumigraft::relight

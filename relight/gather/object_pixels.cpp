@@ -271,12 +271,16 @@ class ObjectView {
       // Where shadows are sharp, each ray uses its own small set of points.
       ShadowRayPacket fan = lamps_[lamp].from(surface, (4 * (v & 3) + (u & 3) + ray) % LightSampleSet::kSets);
       fan.rays.some &= 0xfu << (4 * (ray & 3));
-      std::uint32_t open = fan.rays.some & ~light_.objects().meshes().blocked(fan.rays);
+      const std::uint32_t own = fan.rays.some;
+      std::uint32_t open = own & ~light_.objects().meshes().blocked(fan.rays);
       fan.rays.some = open;
       open &= ~light_.behind_room(fan.rays, lamp);
+      float arrives = 0, all = 0;
       for (std::size_t k = 0; k < RayFan::kMaxRays; ++k) {
-        if (open >> k & 1) sum += 4 * radiance * fan.weight[k];
+        if (own >> k & 1) all += fan.weight[k];
+        if (open >> k & 1) arrives += fan.weight[k];
       }
+      sum += 4 * radiance * std::min(arrives, light_.open(lamp, surface.position_m) * all);
     }
     return sum;
   }

@@ -1,5 +1,6 @@
 #pragma once
 // Numbers that decide something here. Where no reason is given the value was chosen by hand and not swept.
+#include <cstdint>
 
 namespace lumigraft::relight {
 inline constexpr struct GatherParameters {
@@ -30,9 +31,14 @@ inline constexpr struct GatherParameters {
   int penumbra_reach_px = 2;                                 ///< is even over a pixel, and 1 of 2 × 2 px suffices
   int moved_max_edge_px = 6, moved_normal_px = 3;  ///< bound of a voxel's size; reach of the normal's differences
   int moved_vertices = 10000, gone_surfaces = 16;  ///< at most, of an occluder; behind one another on a ray
-  float gone_margin_m = 0.1f;                      ///< around what is gone: its sides that no camera saw
-  float light_reach = 2;    ///< voxels around a pixel over which the median separates light from texture: blur is 1.5
-  int light_max_px = 12;    ///< bound of them
-  float light_same = 0.1f;  ///< of the logarithm of radiance: twice what texture and gloss explain, as fusion assumes
+  int clipped_reach_px = 12;    ///< around a pixel in which all channels clip: those in which one does not correct it,
+  float clipped_prior = 0.02f;  ///< by half if they are so much of the square
+  float gone_margin_m = 0.1f;   ///< around what is gone: its sides that no camera saw
+  float light_reach = 2;     ///< voxels around a pixel over which the median separates light from texture: blur is 1.5
+  int light_max_px = 12;     ///< bound of them
+  float light_same = 0.1f;   ///< of the logarithm of radiance: twice what texture and gloss explain, as fusion assumes
+  float thickness_m = 0.4f;  ///< of a person: what is nearer behind a surface may be its own side
+  float recent_cell_m = 0.05f;             ///< of space where something moved,
+  std::int64_t recent_ns = 3'000'000'000;  ///< within this time: fusion forgets what it sees gone in a second
 } kGather;
 }  // namespace lumigraft::relight

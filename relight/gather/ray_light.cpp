@@ -89,7 +89,7 @@ void RayLight::follow(std::shared_ptr<const RayRoom> room, const std::vector<Ref
   rounds_ = gather_quality_of(plan.trace_scale).rounds;
   const bool same_plan = rays_ == plan.rays && trace_scale_ == plan.trace_scale;
   same_ = world_ && world_->room == room && same_meshes(objects_, objects) && same_plan;
-  if (same_ && outstanding_ == 0) return;
+  if (same_ && outstanding_ == 0 && shadows_ == lit_with_) return;
   const bool all_known = same_models(objects_, objects);
   const bool over_frames = models_ && rounds_ > 1;  // also the first light
   goes_on_ = over_frames || (solved_ && same_plan && (all_known || rounds_ > 1));
@@ -117,6 +117,9 @@ void RayLight::set_moved(std::shared_ptr<const MovedOccluders> moved, std::share
 }
 
 bool RayLight::gather(const Plan& plan, const std::function<void(const char*)>& done) {
+  if (shadows_ != lit_with_) outstanding_ = rounds_;
+  lit_with_ = shadows_;
+  world_->light.set_shadows(shadows_);
   if (same_ && outstanding_ == 0) return std::exchange(draws_next_, false);
   if ((same_ && apart_ && draws_next_) || (!same_ && drawn_first_)) {
     draws_next_ = false;

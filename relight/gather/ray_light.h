@@ -42,6 +42,8 @@ class RayLight {
   /// Takes a room and objects. Calls `done(pass)` if they have changed.
   void follow(std::shared_ptr<const RayRoom> room, const std::vector<ReferenceMesh>& objects, const Plan& plan,
               const std::function<void(const char*)>& done);
+  /// Shadows that the colour frame shows (LampShadows); null: none. Hold until the next call.
+  void set_shadows(std::shared_ptr<const reconstruct::LampShadows> shadows) { shadows_ = std::move(shadows); }
   /// What moved since the room was fused, and the light of now on it; null: nothing, the same light. Holds until the
   /// next call. After `follow`.
   void set_moved(std::shared_ptr<const MovedOccluders> moved, std::shared_ptr<const LightChange> light);
@@ -99,6 +101,7 @@ class RayLight {
   std::unique_ptr<World> world_;
   std::shared_ptr<const MovedOccluders> moved_;
   std::shared_ptr<const LightChange> light_change_;
+  std::shared_ptr<const reconstruct::LampShadows> shadows_, lit_with_;
   bool solved_ = false;  ///< a previous solution exists
   // Of the last `follow`.
   int rounds_ = 1;            ///< frames over which light is updated

@@ -70,7 +70,8 @@ struct RayRenderer::State {
   std::shared_ptr<const RayRoom> seen_room;
   GatherQuality detail;
   std::vector<GBufferPixel> seen;
-  bool clips = false;   ///< some pixel of the picture they were found in
+  bool clips = false;  ///< some pixel of the picture they were found in
+  RecentlyMoved recent;
   MovedPixels covered;  ///< pixels of the room that moved surfaces replace in `seen`
   std::shared_ptr<const capture::DepthFrame> last_depth;
   std::vector<Receiver> receivers;   ///< by pixel
@@ -156,10 +157,12 @@ struct RayRenderer::State {
     }
     std::shared_ptr<const MovedOccluders> occluders;
     if (!moved.empty()) {
-      occluders = std::make_shared<const MovedOccluders>(eye, depth, moved, covered, light.light().objects().meshes());
+      occluders =
+          std::make_shared<const MovedOccluders>(eye, depth, moved, covered, light.light().objects().meshes(), recent);
       light_change->predict(*room, lamps, *occluders, covered);
     }
     light.set_moved(std::move(occluders), light_change->any() ? std::move(light_change) : nullptr);
+    recent.add(moved, covered, frame.time_ns);
     last_depth = frame.depth;
     if (!same_view || had_moved || !moved.empty()) {
       detail = asked;
@@ -317,6 +320,7 @@ RelitPicture RayRenderer::relight(const capture::FrameSet& frame, const reconstr
   if (!preparing.empty()) result.warnings.push_back("relight: " + being_prepared(preparing));
   s.follow(scene);
   const auto done = [&](const char* pass) { clock.done(pass); };
+  s.light.set_shadows(scene.shadows);
   s.light.follow(s.room, objects, plan, done);
   const CameraRays eye{s.pixel_rays, {s.session.color.model, s.held(scene.pose->T_tag_camera).cast<float>()}};
   const CurrentDepth depth(s.pixel_rays, depth_of(frame, s.session.color.model), s.room->voxel_m());

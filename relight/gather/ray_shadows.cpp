@@ -104,10 +104,14 @@ class LampShadow {
     others.some = on_ == On::room ? objects : fan.rays.some & ~objects;
     const std::uint32_t room = light_.behind_room(others, lamp_);
     const std::uint32_t hidden = on_ == On::room ? objects & ~room : objects | room;
-    float sum = 0;
+    float sum = 0, by_objects = 0;
     for (std::size_t k = 0; k < RayFan::kMaxRays; ++k) {
       if (hidden >> k & 1) sum += fan.weight[k];
+      if (objects >> k & 1) by_objects += fan.weight[k];
     }
+    // What the frame's shadows hide is the same that rays found, or more.
+    const float open = light_.open(lamp_, p.surface.position_m);
+    if (open < 1) sum = on_ == On::room ? std::min(sum, open * by_objects) : std::max(sum, (1 - open) * fan.all);
     Shadow& shadow = shadows_[at(u, v)];
     const float lamp_m = (points_.lamp().centre_m - p.surface.position_m).norm();
     for (std::size_t k = 0; k < RayFan::kMaxRays; ++k) {
@@ -116,6 +120,7 @@ class LampShadow {
       shadow.penumbra_m = std::min(shadow.penumbra_m, 2 * lamp_reach_m(points_.lamp()) * found[k].t_m / beyond_m);
     }
     shadow.hidden = sum / fan.all;
+    if (open < 1) return kPartly;
     if (hidden == 0) return kOpen;
     if (hidden == fan.rays.some) return kHidden;
     return kPartly;

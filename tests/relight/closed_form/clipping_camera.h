@@ -1,6 +1,7 @@
 #pragma once
 // A camera in which a bright floor clips, and a shadow on it.
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "capture/camera/srgb.h"
@@ -19,16 +20,18 @@ inline ClosedScene bright_floor() {
   return scene;
 }
 
-/// The frame as a camera that clips takes it.
-inline capture::FrameSet encoded(capture::FrameSet frame, float exposure) {
+/// The frame as a camera that clips takes it. `gain`: by channel.
+inline capture::FrameSet encoded(capture::FrameSet frame, float exposure,
+                                 const std::array<float, 3>& gain = {1, 1, 1}) {
   auto color = std::make_shared<capture::Frame>();
   const capture::Image<float>& light = frame.color->radiance;
   color->exposure = exposure;
   color->encoded = capture::Image<std::uint8_t>(light.width, light.height, 3);
   for (std::size_t i = 0; i < light.data.size(); ++i)
     color->encoded.data[i] =
-        static_cast<std::uint8_t>(std::lround(255 * capture::linear_to_srgb(exposure * light.data[i])));
+        static_cast<std::uint8_t>(std::lround(255 * capture::linear_to_srgb(exposure * gain[i % 3] * light.data[i])));
   frame.color = std::move(color);
+  frame.color_gain = {gain[0], gain[1], gain[2]};
   return frame;
 }
 

@@ -1,5 +1,6 @@
 // Shadows on surfaces in which the camera clips.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -46,6 +47,33 @@ TEST_P(ClippedPixelsOn, SoByTheFullSettings) {
       EXPECT_EQ(shadow.brightest_changed, 0);
     }
   }
+}
+
+TEST(ClippedPixels, ChannelsThatDoNotClipCorrectTheOthers) {
+  // The albedo that is known is a quarter too high.
+  ClosedScene scene = bright_floor();
+  scene.radiance = [of_albedo = scene.radiance](const Eigen::Vector3f& p) { return 0.8f * of_albedo(p); };
+  const capture::FrameSet linear = scene.frame();
+  const std::vector<float>& light = linear.color->radiance.data;
+  const float exposure = 1.6f / *std::max_element(light.begin(), light.end());
+  const std::array<float, 3> gain = {1, 0.6f, 0.5f};
+  const capture::FrameSet frame = encoded(linear, exposure, gain);
+  relight::RayRenderer renderer(scene.session());
+  const relight::RelitPicture picture =
+      renderer.relight(frame, with_bounds(scene.scene(), 1 / exposure), scene.exhibit, rays_plan(1, 64), true);
+  int shadowed = 0;
+  double error = 0;
+  for (std::size_t i = 0; i < light.size(); i += 3) {
+    const auto left = [&](std::size_t c) {
+      const float shown = capture::srgb_to_linear(static_cast<float>(picture.srgb.data[i + c]) / 255);
+      return shown / (exposure * gain[c] * light[i + c]);
+    };
+    if (frame.color->encoded.data[i] < 250 || picture.maps->mask.data[i / 3] > 0 || left(1) > 0.85f) continue;
+    error += std::abs(left(0) / left(1) - 1);
+    ++shadowed;
+  }
+  ASSERT_GT(shadowed, 20);
+  EXPECT_LT(error / shadowed, 0.05) << "of the same shadow in another channel";
 }
 
 TEST(ClippedPixels, FollowTheLight) {

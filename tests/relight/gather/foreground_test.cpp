@@ -133,6 +133,49 @@ TEST_F(HandBeforeBox, FusedSurfaceThatTheCameraSeesThroughHidesNothing) {
   EXPECT_LT(std::sqrt(sum / static_cast<double>(without.srgb.data.size())), 1.5) << "nor does it hide lamps";
 }
 
+/// A shadow that covers everything: `open` of the lamp's light arrives.
+std::shared_ptr<const reconstruct::LampShadows> shadow_over_all(const reconstruct::PointLight& lamp, float open) {
+  reconstruct::LampShadow shadow{.lamp = lamp.id, .projection = {}, .open = {}};
+  shadow.projection.origin_m = lamp.position_m;
+  shadow.projection.axes << Eigen::Vector3f::UnitX().transpose(), -Eigen::Vector3f::UnitY().transpose(),
+      -Eigen::Vector3f::UnitZ().transpose();
+  shadow.open = capture::Image<float>(2, 2, 1, open);
+  return std::make_shared<const reconstruct::LampShadows>(reconstruct::LampShadows{{shadow}});
+}
+
+TEST_F(HandBeforeBox, ShadowsOfWhatNoCameraSeesAreOnItAtOnce) {
+  reconstruct::Scene room = scene_.scene();
+  const relight::RelitPicture lit = relit(scene_.frame(), room);
+  ClosedScene without = scene_;
+  without.lamps.clear();
+  relight::RayRenderer other(without.session());
+  const relight::RelitPicture unlit = other.relight(scene_.frame(), without.scene(), scene_.exhibit, rays_plan(), true);
+  for (const float open : {0.0f, 0.5f}) {
+    room.shadows = shadow_over_all(scene_.lamps[0], open);
+    const relight::RelitPicture shaded = relit(scene_.frame(), room);
+    double object = 0, floor = 0, most_object = 0, most_floor = 0;
+    for (int v = 0; v < scene_.height; ++v) {
+      for (int u = 0; u < scene_.width; ++u) {
+        const bool on_object = lit.maps->mask.at(u, v) > 0.99f;
+        if (!on_object && lit.maps->mask.at(u, v) > 0.01f) continue;
+        const auto light = [&](const relight::RelitPicture& picture) {
+          return static_cast<double>(on_object ? picture_radiance(picture, u, v) : picture.maps->delta.at(u, v, 0));
+        };
+        const double expected = light(unlit) + open * (light(lit) - light(unlit));
+        (on_object ? object : floor) += std::pow(light(shaded) - expected, 2);
+        (on_object ? most_object : most_floor) += std::pow(light(lit) - light(unlit), 2);
+      }
+    }
+    EXPECT_LT(std::sqrt(object / most_object), 0.1) << open;
+    EXPECT_LT(std::sqrt(floor / most_floor), 0.1) << open;
+  }
+  room.shadows = nullptr;
+  const relight::RelitPicture again = relit(scene_.frame(), room);
+  double off = 0;
+  for (std::size_t i = 0; i < lit.srgb.data.size(); ++i) off += std::abs(lit.srgb.data[i] - again.srgb.data[i]);
+  EXPECT_LT(off / static_cast<double>(lit.srgb.data.size()), 0.5) << "and go at once";
+}
+
 /// Depth that is wrong in all pixels.
 TEST_F(HandBeforeBox, WrongDepthIsDrawnAsItIs) {
   const reconstruct::Scene room = scene_.scene();

@@ -1,0 +1,33 @@
+#pragma once
+// Shadows of what moved, from places that the colour camera sees again. A place sends the fraction r of what it would
+// without them, and the fraction f_k of its irradiance would be that of lamp k. The hidden fractions d_k of the lamps'
+// light minimize
+//
+//   (1 - r - Σ d_k f_k - d)² / σ² + Σ d_k² / w_k² + d² / w²,  0 <= d_k <= 1
+//
+// with d the rest of the light. One frame does not tell which of several lamps is in shadow: w_k is 1 for lamps whose
+// light passes near something that was not there before, or that the fish-eye sees covered, and little for others.
+#include <Eigen/Core>
+#include <memory>
+#include <vector>
+
+#include "reconstruct/light/lamp_shadows.h"
+#include "reconstruct/light/light.h"
+
+namespace lumigraft::reconstruct {
+
+/// A place that is seen again.
+struct ShadowedPlace {
+  Eigen::Vector3f position_m;  ///< tag frame
+  float ratio;                 ///< r, mean of the channels; an upper bound if the place is too dark to be measured
+  std::vector<float> parts;    ///< f_k of each lamp of the light
+};
+
+/// Shadows of the lamps that are covered from the fish-eye: someone stands before them. Those of hands are narrower
+/// than the distances of places; depth shows them better. `moved_m`: points on surface that was not there before, tag
+/// frame. Null if the places show no shadow.
+std::shared_ptr<const LampShadows> observe_shadows(const std::vector<ShadowedPlace>& places,
+                                                   const std::vector<Eigen::Vector3f>& moved_m,
+                                                   const Illumination& light);
+
+}  // namespace lumigraft::reconstruct

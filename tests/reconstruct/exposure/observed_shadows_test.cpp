@@ -1,0 +1,110 @@
+#include "reconstruct/exposure/observed_shadows.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "reconstruct/light/fluence.h"
+
+namespace lumigraft::reconstruct {
+namespace {
+
+using Eigen::Vector3f;
+
+/// Two lamps above a table of 1.2 m, and a board that stands between it and the first.
+class BoardBeforeALamp : public testing::Test {
+ protected:
+  BoardBeforeALamp() {
+    add_lamp(7, {1.2f, 0, 1});
+    light_.lights[0].covered = true;
+    add_lamp(3, {-1, 0.3f, 1.2f});
+    light_.environment_sh[0].setConstant(0.5f);
+    for (float y = -kBoard_m; y <= kBoard_m; y += 0.02f)
+      for (float z = 0; z <= 1; z += 0.05f) board_m_.emplace_back(0.8f, y, z);
+    for (float x = -0.6f; x <= 0.6f; x += 0.02f)
+      for (float y = -0.6f; y <= 0.6f; y += 0.02f) add_place({x, y, 0});
+  }
+  void add_lamp(int id, const Vector3f& position_m) {
+    PointLight lamp;
+    lamp.id = id;
+    lamp.distance_known = true;
+    lamp.position_m = position_m;
+    lamp.direction = position_m.normalized();
+    lamp.intensity = 2 * Vector3f::Ones();
+    lamp.irradiance = lamp.intensity / position_m.squaredNorm();
+    lamp.radius_m = 0.05f;
+    light_.lights.push_back(lamp);
+  }
+  bool behind_board(const Vector3f& p) const {
+    const Vector3f& lamp = light_.lights[0].position_m;
+    const float t = (0.8f - p.x()) / (lamp.x() - p.x());
+    return std::abs(p.y() + t * (lamp.y() - p.y())) < kBoard_m;
+  }
+  void add_place(const Vector3f& p) {
+    const float of_first = lamp_irradiance(light_.lights[0], p, Vector3f::UnitZ()).mean(),
+                of_second = lamp_irradiance(light_.lights[1], p, Vector3f::UnitZ()).mean(),
+                all = of_first + of_second + 0.5f;
+    const float noise = 0.02f * std::sin(100 * p.x() + 300 * p.y());
+    places_.push_back({p, (behind_board(p) ? 1 - of_first / all : 1) + noise, {of_first / all, of_second / all}});
+  }
+  /// Mean error of the visible fraction of a lamp over points above the table.
+  float error(const LampShadows& shadows, std::size_t lamp) const {
+    const LampShadow* shadow = shadows.of(light_.lights[lamp].id);
+    float sum = 0;
+    int points = 0;
+    for (float x = -0.1f; x <= 0.3f; x += 0.05f)
+      for (float y = -0.25f; y <= 0.25f; y += 0.05f)
+        for (float z = 0; z <= 0.2f; z += 0.05f) {
+          const Vector3f p(x, y, z);
+          const float open = lamp == 0 && behind_board(p) ? 0 : 1;
+          sum += std::abs((shadow ? shadow->open_at(p) : 1) - open);
+          ++points;
+        }
+    return sum / static_cast<float>(points);
+  }
+
+  static constexpr float kBoard_m = 0.06f;
+  Illumination light_;
+  std::vector<Vector3f> board_m_;
+  std::vector<ShadowedPlace> places_;
+};
+
+TEST_F(BoardBeforeALamp, ShadesWhatStandsOnTheTable) {
+  const auto shadows = observe_shadows(places_, board_m_, light_);
+  ASSERT_TRUE(shadows);
+  EXPECT_LT(error(*shadows, 0), 0.12f);
+  EXPECT_LT(error(*shadows, 1), 0.05f);
+}
+
+TEST_F(BoardBeforeALamp, WhoseLightItHidesIsKnownWithoutSeeingIt) {
+  const auto shadows = observe_shadows(places_, {}, light_);
+  ASSERT_TRUE(shadows);
+  EXPECT_LT(error(*shadows, 0), 0.25f);
+  EXPECT_LT(error(*shadows, 1), 0.1f);
+}
+
+TEST_F(BoardBeforeALamp, ThatTheFisheyeDoesNotSeeIsLeftToDepth) {
+  light_.lights[0].covered = false;
+  EXPECT_FALSE(observe_shadows(places_, board_m_, light_));
+}
+
+TEST_F(BoardBeforeALamp, ThatIsGoneLeavesNoShadow) {
+  for (ShadowedPlace& place : places_) place.ratio = 0.98f;
+  EXPECT_FALSE(observe_shadows(places_, board_m_, light_));
+}
+
+TEST_F(BoardBeforeALamp, IsNoneUnderTheTable) {
+  // Below the table's edge it was always dark, and the floor there is as before.
+  for (float x = -0.8f; x <= 0; x += 0.02f)
+    for (float y = -0.3f; y <= 0.3f; y += 0.02f) {
+      const Vector3f p(x, y, -0.7f);
+      const float of_first = lamp_irradiance(light_.lights[0], p, Vector3f::UnitZ()).mean();
+      places_.push_back({p, 1, {of_first / (of_first + 1), 0.1f}});
+    }
+  const auto shadows = observe_shadows(places_, board_m_, light_);
+  ASSERT_TRUE(shadows);
+  EXPECT_LT(error(*shadows, 0), 0.2f);
+}
+
+}  // namespace
+}  // namespace lumigraft::reconstruct
