@@ -34,7 +34,7 @@ struct BrickUpdate::Readings {
   Simd8Int may_overrule;  ///< lanes that may overrule the past; not near a jump, where another surface may be meant
   Simd8 facing;           ///< 0 = no colour
   Simd8Int edge;
-  Simd8 normal[3];  ///< of the observed planes, away from the camera
+  Simd8 normal[3];  ///< of the observed planes, not normalised, away from the camera
 };
 
 /// Lanes in which the observation and the past exclude each other.
@@ -134,25 +134,22 @@ LUMIGRAFT_SIMD8_TARGET BrickUpdate::Change BrickUpdate::update_wide(WorkingBrick
     return Simd8{value(0), value(1), value(2), value(3), value(4), value(5), value(6), value(7)};
   };
   // Distances are to the plane, not along the ray, so that they are right at grazing angles too.
-  const Simd8 to_voxel = a * at.x + b * at.y + c * at.z;
-  const Simd8 code = of_blocks(view_.plane_weights);
-  const Simd8Int far_side = code < 2 * PreparedDepth::kNearSide, near_side = (code < PreparedDepth::kJump) & ~far_side,
-                 only_jump = code == PreparedDepth::kJump;
+  const Simd8 depth_ratio = a * at.x + b * at.y + c * at.z, plane_m = join(low[3], high[3]);
+  const Simd8 weight = of_blocks(view_.plane_weights);
+  const Simd8Int needs_jump = weight == PreparedDepth::kJump;
   Readings readings;
-  readings.distance = join(low[3], high[3]) - to_voxel;
-  readings.weight = select(far_side, code * (1 / PreparedDepth::kFarSide),
-                           select(near_side, code * (1 / PreparedDepth::kNearSide), abs(code)));
+  readings.distance = (1 - depth_ratio) * plane_m;
+  readings.weight = abs(weight);
   readings.normal[0] = a;
   readings.normal[1] = b;
   readings.normal[2] = c;
-  readings.observed = inside & (readings.weight > 0) & ~only_jump & (readings.distance >= -sizes_.truncation_m) &
-                      (readings.distance * at.z >= -kDepthLookup.behind_grazing * sizes_.truncation_m * to_voxel);
-  Simd8Int at_jump = (code < 0) & readings.observed & ~far_side & (readings.distance < 0);
-  if (any(near_side | far_side | only_jump)) {
-    const Simd8 depth_m = of_blocks(view_.jump_depth_m);
-    at_jump |= only_jump & (at.z <= depth_m);
-    at_jump |= near_side & ~readings.observed & (readings.distance < 0) & (at.z >= depth_m);
-    at_jump |= far_side & readings.observed & (readings.distance > 0) & (abs(at.z - depth_m) <= sizes_.truncation_m);
+  readings.observed =
+      inside & (readings.weight > 0) & (readings.distance >= -sizes_.truncation_m) &
+      (readings.distance * at.z >= -kDepthLookup.behind_grazing * sizes_.truncation_m * plane_m * depth_ratio);
+  Simd8Int at_jump = (weight < 0) & readings.observed & (readings.distance <= shell_m_) & ~needs_jump;
+  if (any(needs_jump)) {
+    at_jump |= needs_jump & (at.z <= of_blocks(view_.jump_depth_m));
+    readings.observed &= ~needs_jump;
   }
   at_jump &= inside;
   readings.observed &= ~at_jump;
@@ -161,7 +158,8 @@ LUMIGRAFT_SIMD8_TARGET BrickUpdate::Change BrickUpdate::update_wide(WorkingBrick
   readings.facing = Simd8{};
   const Simd8Int shell = readings.observed & (abs(readings.distance) <= shell_m_);
   if (colour_ && any(shell))
-    readings.facing = select(shell, to_voxel / sqrt(at.x * at.x + at.y * at.y + at.z * at.z), readings.facing);
+    readings.facing =
+        select(shell, plane_m * depth_ratio / sqrt(at.x * at.x + at.y * at.y + at.z * at.z), readings.facing);
   const float max_m = depth_.extrapolation_depth_m(), margin_px = depth_.extrapolation_px();
   const Simd8Int outside = ahead & ~inside & (at.z <= max_m) & (at.u > -margin_px) & (at.v > -margin_px) &
                            (at.u < end_u_ + margin_px) & (at.v < end_v_ + margin_px);

@@ -265,7 +265,7 @@ void DepthPreprocessor::fit_plane(PreparedDepth& view, int u, int v) {
   block.distance_m = distance;
   block.weight = kMinVariance / (sigma * sigma);
   block.facing = facing;
-  view.planes[i] = Simd4{block.normal.x(), block.normal.y(), block.normal.z(), distance};
+  view.planes[i] = Simd4{a, b, c, distance};
   view.plane_weights[i] = block.weight;
   const float low_q = std::max(q - kToCorner_px * (std::abs(by_u) + std::abs(by_v)), 0.5f * q);
   block_hidden_m_[i] = hidden_behind_plane_m(low_q, distance, truncation_m_);
@@ -318,9 +318,11 @@ void DepthPreprocessor::fit_plane(PreparedDepth& view, int u, int v) {
   const auto write = [&](std::size_t from, auto half_of) __attribute__((always_inline)) {
     Simd4 normal[4] = {half_of(x), half_of(y), half_of(z), half_of(distance)};
     transpose(normal[0], normal[1], normal[2], normal[3]);
+    Simd4 planes[4] = {half_of(a), half_of(b), half_of(c), half_of(distance)};
+    transpose(planes[0], planes[1], planes[2], planes[3]);
     const Simd4 four_weights = half_of(weights), four_facings = half_of(facings);
     for (std::size_t k = 0; k < 4; ++k) {
-      view.planes[from + k] = normal[k];
+      view.planes[from + k] = planes[k];
       PreparedDepth::Block& block = view.blocks[from + k];
       block.normal = {normal[k][0], normal[k][1], normal[k][2]};
       block.distance_m = normal[k][3];
@@ -393,44 +395,29 @@ void DepthPreprocessor::mark_jump(PreparedDepth& view, int u, int v) {
   PreparedDepth::Block& block = view.blocks[i];
   block.jump = block_jumps_[i];
   const float* q = &view.inverse_depth[static_cast<std::size_t>(2 * v) * width_ + 2 * u];
-  float low = std::numeric_limits<float>::max(), high = 0;  // of the pixels that are measured
-  for (const float pixel : {q[0], q[1], q[width_], q[width_ + 1]}) {
-    if (pixel == 0) continue;
-    low = std::min(low, pixel);
-    high = std::max(high, pixel);
-  }
-  if (high == 0) return;
+  constexpr float kNone = std::numeric_limits<float>::max();
+  float low = kNone;  // of the pixels that are measured
+  for (const float pixel : {q[0], q[1], q[width_], q[width_ + 1]})
+    if (pixel > 0) low = std::min(low, pixel);
+  if (low == kNone) return;
   const PreparedDepth::Jump& jump = view.jumps[static_cast<std::size_t>(block.jump)];
   const Eigen::Vector2f centre(2 * static_cast<float>(u) + 0.5f, 2 * static_cast<float>(v) + 0.5f);
   const float reach_px = jump.occlusion_px + kToCorner_px;
   const bool clear = jump.far < 0 || (jump.pixel - centre).squaredNorm() > reach_px * reach_px;
-  const bool near_side = low > jump.divide, far_side = high <= jump.divide;
-  // Depths up to which, and from which on, surface at a pixel next to a jump is observed (DepthLookup::near_jump).
-  const float reach_m = kDepthLookup.behind_grazing * truncation_m_ + kDepthLookup.deep_voxels * voxel_m_;
-  const auto until_m = [&](float inverse) { return kDepthLookup.deep_ratio / inverse + reach_m; };
-  const auto from_m = [&](float inverse) { return 1 / (kDepthLookup.deep_ratio * inverse) - reach_m; };
-  float& weight = view.plane_weights[i];
-  float& hidden_m = block_hidden_m_[i];
-  if (block.weight > 0 && far_side) {
-    if (clear) return;  // as on any plane
-    weight = PreparedDepth::kFarSide * block.weight;
-    view.jump_depth_m[i] = jump.near_m.z();
-  } else if (block.weight > 0 && near_side && clear) {
-    weight = -block.weight;
-  } else {
-    if (!clear) {
-      const float behind = view.inverse_depth[static_cast<std::size_t>(jump.far)];
-      hidden_m = std::max(hidden_m, until_m(behind));
-      view.jump_depth_m[i] = from_m(behind);
-    }
-    if (block.weight > 0 && near_side) {
-      weight = PreparedDepth::kNearSide * block.weight;
-    } else {
-      hidden_m = std::max(hidden_m, until_m(low));
-      weight = PreparedDepth::kJump;
-      view.jump_depth_m[i] = hidden_m;
-    }
+  if (block.weight > 0 && clear) {
+    view.plane_weights[i] = -block.weight;
+    return;
   }
+  // Depth up to which a pixel next to a jump observes anything (DepthLookup::near_jump).
+  const auto until_m = [&](float inverse) {
+    return kDepthLookup.deep_ratio / inverse + kDepthLookup.behind_grazing * truncation_m_ +
+           kDepthLookup.deep_voxels * voxel_m_;
+  };
+  float& hidden_m = block_hidden_m_[i];
+  hidden_m = std::max(hidden_m, until_m(low));
+  if (!clear) hidden_m = std::max(hidden_m, until_m(view.inverse_depth[static_cast<std::size_t>(jump.far)]));
+  view.plane_weights[i] = PreparedDepth::kJump;
+  view.jump_depth_m[i] = hidden_m;
 }
 
 /// Depth behind which nothing is observed, and whether there are jumps, per tile.

@@ -43,14 +43,12 @@ struct PreparedDepth {
   int width = 0, height = 0, blocks_x = 0, blocks_y = 0, tiles_x = 0, tiles_y = 0;
   std::vector<float> inverse_depth;  ///< per pixel, 1/m; 0 = nothing measured
   std::vector<Block> blocks;
-  std::vector<Simd4> planes;  ///< per block: normal and distance
-  /// Per block the weight. Next to jumps it also says which voxels need the jump, not only the plane: with −weight
-  /// those behind the plane, as far as it is observed; with kNearSide · weight also those behind, from the depth
-  /// `jump_depth_m` on, since the surface behind the jump may continue there; with kFarSide · weight those in front of
-  /// the plane at about that depth, where the surface in front of the jump ends; kJump: all up to that depth. 0 also
+  std::vector<Simd4> planes;  ///< per block: normal / distance, and the distance
+  /// Per block the weight. Within reach of a jump it is negative where what is in front of the plane, beyond its shell,
+  /// is observed as on any plane; and kJump where the jump itself is needed, up to the depth `jump_depth_m`. 0 also
   /// where no pixel has a measurement.
   std::vector<float> plane_weights;
-  static constexpr float kJump = -2, kNearSide = -0x1p30f, kFarSide = -0x1p60f;  // a weight exceeds 2^−20
+  static constexpr float kJump = -2;
   std::vector<float> jump_depth_m;
   std::vector<Jump> jumps;
   std::vector<Tile> tiles;
