@@ -122,53 +122,14 @@ std::optional<Eigen::Vector3f> normal_at(Reader& reader, const Eigen::Vector3f& 
   return unit(gradient);
 }
 
-}  // namespace
-
-const FieldBrick* DistanceField::brick(const BrickKey& key) const {
-  const auto found = bricks.find(key);
-  return found == bricks.end() ? nullptr : found->second.get();
-}
-
-std::optional<FieldSample> DistanceField::sample(const Eigen::Vector3f& position_m) const {
-  Reader reader(*this);
-  return reader.sample(position_m / voxel_m);
-}
-
-std::optional<Eigen::Vector3f> DistanceField::normal(const Eigen::Vector3f& position_m) const {
-  Reader reader(*this);
-  return normal_at(reader, position_m / voxel_m);
-}
-
-std::optional<FieldSlope> DistanceField::slope(const Eigen::Vector3f& position_m) const {
-  Reader reader(*this);
-  auto result = cell_slope(reader, position_m / voxel_m);
-  if (result) result->gradient /= voxel_m;
-  return result;
-}
-
-std::optional<Eigen::Vector3f> DistanceField::radiance(const Eigen::Vector3f& position_m) const {
-  Reader reader(*this);
-  Cell cell;
-  if (!reader.find(position_m / voxel_m, cell)) return std::nullopt;
-  Eigen::Vector3f sum = Eigen::Vector3f::Zero();
-  float weight_sum = 0;
-  for (int corner = 0; corner < 8; ++corner) {
-    if (!cell.bricks[corner]) continue;
-    const float weight = cell.corner_weight(corner) * cell.bricks[corner]->radiance_weight[cell.index[corner]];
-    sum += weight * cell.bricks[corner]->radiance[cell.index[corner]];
-    weight_sum += weight;
-  }
-  if (!(weight_sum > 0)) return std::nullopt;
-  return sum / weight_sum;
-}
-
-std::optional<RayHit> DistanceField::raycast(const Eigen::Vector3f& from_m, const Eigen::Vector3f& direction,
-                                             float near_m, float far_m) const {
+/// DistanceField::raycast without the coarse field.
+std::optional<RayHit> cast_in_own_bricks(const DistanceField& field, const Eigen::Vector3f& from_m,
+                                         const Eigen::Vector3f& direction, float near_m, float far_m) {
   // Units are voxels: a brick is 8 long, and cells start at integers.
-  Reader reader(*this);
-  const Eigen::Vector3f origin = from_m / voxel_m;
-  const float end = far_m / voxel_m;
-  float t = std::min(near_m / voxel_m, end);
+  Reader reader(field);
+  const Eigen::Vector3f origin = from_m / field.voxel_m;
+  const float end = far_m / field.voxel_m;
+  float t = std::min(near_m / field.voxel_m, end);
   std::optional<float> last_distance;  // previous sample in voxels; empty where unknown
   float last_t = t;
 
@@ -180,7 +141,7 @@ std::optional<RayHit> DistanceField::raycast(const Eigen::Vector3f& from_m, cons
     const Eigen::Vector3f p = origin + t * direction;
     const auto here = reader.sample(p);
     if (here) {
-      const float distance = here->distance_m / voxel_m;
+      const float distance = here->distance_m / field.voxel_m;
       if (last_distance && *last_distance > 0 && distance <= 0) {
         // The crossing is in [last_t, t]: regula falsi, as long as the interpolant is known.
         float low = last_t, high = t, low_distance = *last_distance, high_distance = distance;
@@ -189,7 +150,7 @@ std::optional<RayHit> DistanceField::raycast(const Eigen::Vector3f& from_m, cons
           crossing = low + (high - low) * low_distance / (low_distance - high_distance);
           const auto between = reader.sample(origin + crossing * direction);
           if (!between) break;
-          const float value = between->distance_m / voxel_m;
+          const float value = between->distance_m / field.voxel_m;
           if (value > 0) {
             low = crossing;
             low_distance = value;
@@ -201,8 +162,8 @@ std::optional<RayHit> DistanceField::raycast(const Eigen::Vector3f& from_m, cons
         }
         RayHit hit;
         const Eigen::Vector3f at = origin + crossing * direction;
-        hit.position_m = at * voxel_m;
-        hit.distance_m = crossing * voxel_m;
+        hit.position_m = at * field.voxel_m;
+        hit.distance_m = crossing * field.voxel_m;
         auto normal = normal_at(reader, at);
         if (!normal) {
           if (const auto slope = cell_slope(reader, at)) normal = unit(slope->gradient);
@@ -219,7 +180,7 @@ std::optional<RayHit> DistanceField::raycast(const Eigen::Vector3f& from_m, cons
     last_distance.reset();
     const Eigen::Vector3i voxel = rounded_down(p);
     const BrickKey key = brick_of(voxel);
-    if (brick(key)) {
+    if (field.brick(key)) {
       t += 0.5f;
       continue;
     }
@@ -233,6 +194,66 @@ std::optional<RayHit> DistanceField::raycast(const Eigen::Vector3f& from_m, cons
     t += std::max(leave, 0.0f) + 1e-3f;
   }
   return std::nullopt;
+}
+
+}  // namespace
+
+const FieldBrick* DistanceField::brick(const BrickKey& key) const {
+  const auto found = bricks.find(key);
+  return found == bricks.end() ? nullptr : found->second.get();
+}
+
+std::optional<FieldSample> DistanceField::sample(const Eigen::Vector3f& position_m) const {
+  Reader reader(*this);
+  const auto sample = reader.sample(position_m / voxel_m);
+  return sample || !coarse ? sample : coarse->sample(position_m);
+}
+
+std::optional<Eigen::Vector3f> DistanceField::normal(const Eigen::Vector3f& position_m) const {
+  Reader reader(*this);
+  const auto normal = normal_at(reader, position_m / voxel_m);
+  return normal || !coarse ? normal : coarse->normal(position_m);
+}
+
+std::optional<FieldSlope> DistanceField::slope(const Eigen::Vector3f& position_m) const {
+  Reader reader(*this);
+  auto result = cell_slope(reader, position_m / voxel_m);
+  if (result) result->gradient /= voxel_m;
+  return result || !coarse ? result : coarse->slope(position_m);
+}
+
+std::optional<Eigen::Vector3f> DistanceField::radiance(const Eigen::Vector3f& position_m) const {
+  Reader reader(*this);
+  Cell cell;
+  const auto coarsely = [&] { return coarse ? coarse->radiance(position_m) : std::nullopt; };
+  if (!reader.find(position_m / voxel_m, cell)) return coarsely();
+  Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+  float weight_sum = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    if (!cell.bricks[corner]) continue;
+    const float weight = cell.corner_weight(corner) * cell.bricks[corner]->radiance_weight[cell.index[corner]];
+    sum += weight * cell.bricks[corner]->radiance[cell.index[corner]];
+    weight_sum += weight;
+  }
+  if (!(weight_sum > 0)) return coarsely();
+  return sum / weight_sum;
+}
+
+bool DistanceField::has_brick_at(const Eigen::Vector3f& position_m) const {
+  return brick(brick_of(rounded_down(position_m / voxel_m + Eigen::Vector3f::Constant(0.5f)))) != nullptr;
+}
+
+std::optional<RayHit> DistanceField::raycast(const Eigen::Vector3f& from_m, const Eigen::Vector3f& direction,
+                                             float near_m, float far_m) const {
+  const auto hit = cast_in_own_bricks(*this, from_m, direction, near_m, far_m);
+  if (!coarse) return hit;
+  float from = near_m;
+  const float end = hit ? hit->distance_m : far_m;
+  while (const auto far = coarse->raycast(from_m, direction, from, end)) {
+    if (!has_brick_at(far->position_m)) return far;
+    from = far->distance_m + coarse->voxel_m;
+  }
+  return hit;
 }
 
 }  // namespace lumigraft::reconstruct

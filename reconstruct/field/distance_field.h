@@ -6,6 +6,8 @@
 // holds voxels 8a..8a+7, 8b..8b+7, 8c..8c+7; inside a brick the index is x + 8 (y + 8 z).
 // distance_m is positive in front of surfaces (in free space), negative behind, clamped to ± truncation_m.
 // A voxel with weight 0 was never observed: it is unknown, neither free nor solid.
+// What is far from the cameras is in `coarse`, in larger voxels; each function looks there where the field itself knows
+// nothing.
 #include <Eigen/Geometry>
 #include <array>
 #include <cstdint>
@@ -67,6 +69,7 @@ struct DistanceField {
       seen_from_m;  ///< camera positions at some distance from each other, at most 64; tag frame
   std::vector<std::shared_ptr<const SeenSpace>> seen_space;  ///< of the newest images from there
   BrickMap<FieldBrick> bricks;
+  std::shared_ptr<const DistanceField> coarse;  ///< without a coarser one of its own; null = none
 
   const FieldBrick* brick(const BrickKey& key) const;
   /// Trilinear interpolation; empty unless all 8 voxels around the point are known.
@@ -77,6 +80,8 @@ struct DistanceField {
   std::optional<FieldSlope> slope(const Eigen::Vector3f& position_m) const;
   /// Radiance interpolated over those of the 8 voxels around the point that have colour; empty if none has.
   std::optional<Eigen::Vector3f> radiance(const Eigen::Vector3f& position_m) const;
+  /// Whether there is a brick at the point: surfaces of `coarse` do not count there.
+  bool has_brick_at(const Eigen::Vector3f& position_m) const;
   /// First crossing from free to solid space on the ray from_m + t · direction (unit), t in [near_m, far_m]. The ray
   /// passes through unknown space.
   std::optional<RayHit> raycast(const Eigen::Vector3f& from_m, const Eigen::Vector3f& direction, float near_m,

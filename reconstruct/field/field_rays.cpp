@@ -20,7 +20,8 @@ Eigen::Vector3i nearest_voxel(const Eigen::Vector3f& p) {
 
 }  // namespace
 
-FieldRays::FieldRays(const DistanceField& field) : voxel_m_(field.voxel_m) {
+FieldRays::FieldRays(const DistanceField& field)
+    : voxel_m_(field.voxel_m), coarse_(field.coarse ? std::make_shared<const FieldRays>(*field.coarse) : nullptr) {
   if (field.bricks.empty()) return;
   Eigen::AlignedBox3i box;
   for (const auto& [key, brick] : field.bricks) box.extend(Eigen::Vector3i(key[0], key[1], key[2]));
@@ -103,8 +104,27 @@ std::optional<float> FieldRays::distance_near(const Eigen::Vector3f& position, c
   return weights > 0 ? sum / weights : nearest;
 }
 
+bool FieldRays::has_brick_at(const Eigen::Vector3f& position_m) const {
+  const Eigen::Vector3i voxel = nearest_voxel(position_m / voxel_m_);
+  const int brick = brick_index(voxel.x() >> 3, voxel.y() >> 3, voxel.z() >> 3);
+  return brick != kOutside && table_[static_cast<std::size_t>(brick)];
+}
+
 std::optional<Eigen::Vector3f> FieldRays::first_crossing(const Eigen::Vector3f& from_m,
                                                          const Eigen::Vector3f& direction, float far_m) const {
+  const auto crossing = first_own_crossing(from_m, direction, far_m);
+  if (!coarse_) return crossing;
+  const float end_m = crossing ? (*crossing - from_m).norm() : far_m;
+  float past_m = 0;
+  while (const auto far = coarse_->first_crossing(from_m + past_m * direction, direction, end_m - past_m)) {
+    if (!has_brick_at(*far)) return far;
+    past_m = (*far - from_m).norm() + coarse_->voxel_m_;
+  }
+  return crossing;
+}
+
+std::optional<Eigen::Vector3f> FieldRays::first_own_crossing(const Eigen::Vector3f& from_m,
+                                                             const Eigen::Vector3f& direction, float far_m) const {
   if (table_.empty()) return std::nullopt;
   const Eigen::Vector3f origin = from_m / voxel_m_;
   const float end = far_m / voxel_m_;

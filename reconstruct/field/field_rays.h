@@ -4,6 +4,7 @@
 // unobserved back, since light does not pass there either.
 #include <Eigen/Core>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -15,8 +16,9 @@ class FieldRays {
  public:
   explicit FieldRays(const DistanceField& field);
 
-  /// First crossing of the surface, in either sense, on from_m + t · direction (unit), t in [0, far_m]; metres, tag
-  /// frame. The ray may start inside a solid: crossings count from the first free or unknown point on.
+  /// First crossing of the surface, also of the coarse field's, in either sense, on from_m + t · direction (unit), t in
+  /// [0, far_m]; metres, tag frame. The ray may start inside a solid: crossings count from the first free or unknown
+  /// point on.
   std::optional<Eigen::Vector3f> first_crossing(const Eigen::Vector3f& from_m, const Eigen::Vector3f& direction,
                                                 float far_m) const;
   /// Whether the segment crosses no surface.
@@ -39,6 +41,9 @@ class FieldRays {
     return inside ? x + size_.x() * (y + size_.y() * z) : kOutside;
   }
   void measure_gaps();
+  std::optional<Eigen::Vector3f> first_own_crossing(const Eigen::Vector3f& from_m, const Eigen::Vector3f& direction,
+                                                    float far_m) const;
+  bool has_brick_at(const Eigen::Vector3f& position_m) const;
   std::optional<float> distance_at(const Eigen::Vector3i& voxel) const;  ///< voxels; empty where unknown
   /// Distance in voxels, trilinear near the surface; empty where unknown. `voxel` is the nearest to `position` (voxels)
   /// and lies in `brick`.
@@ -48,8 +53,9 @@ class FieldRays {
   float voxel_m_;
   /// Lowest brick and size of the tables, in bricks.
   Eigen::Vector3i low_ = Eigen::Vector3i::Zero(), size_ = Eigen::Vector3i::Zero();
-  std::vector<const FieldBrick*> table_;  ///< dense grid, so that a look-up needs no hash
-  std::vector<std::uint8_t> gap_;         ///< chessboard distance to the nearest existing brick, up to a limit
+  std::vector<const FieldBrick*> table_;     ///< dense grid, so that a look-up needs no hash
+  std::shared_ptr<const FieldRays> coarse_;  ///< of the coarse field; null if there is none
+  std::vector<std::uint8_t> gap_;            ///< chessboard distance to the nearest existing brick, up to a limit
 };
 
 }  // namespace lumigraft::reconstruct

@@ -6,11 +6,11 @@
 #include <limits>
 
 #include "reconstruct/fusion/parameters.h"
+#include "reconstruct/math/simd8.h"
 
 namespace lumigraft::reconstruct {
 namespace {
 
-using Eigen::Vector2f;
 using Eigen::Vector3f;
 
 /// Brick of a position in voxels; lane 3 is unused.
@@ -20,13 +20,22 @@ Simd4Int brick_of(Simd4 voxel) {
   return toward_zero + (brick < __builtin_convertvector(toward_zero, Simd4));  // a comparison that is true gives −1
 }
 
+[[gnu::always_inline]] inline float min_of(Simd8 x) {
+  const Simd4 four = min(low_half(x), high_half(x));
+  return std::min(std::min(four[0], four[1]), std::min(four[2], four[3]));
+}
+[[gnu::always_inline]] inline float max_of(Simd8 x) {
+  const Simd4 four = max(low_half(x), high_half(x));
+  return std::max(std::max(four[0], four[1]), std::max(four[2], four[3]));
+}
+
 Simd4 four(const Vector3f& v) { return Simd4{v.x(), v.y(), v.z(), 0}; }
 
 }  // namespace
 
 std::vector<BrickKey> bricks_on_surfaces(const PreparedDepth& view, const DepthPreprocessor& preprocessor,
                                          const Eigen::Isometry3f& T_tag_camera, float voxel_m, float truncation_m,
-                                         const ImageSubset& subset, RecentBricks& known) {
+                                         const ImageSubset& subset, const DepthRange& range_m, RecentBricks& known) {
   std::vector<BrickKey> keys;
   const auto add = [&](const BrickKey& key) {
     if (known.insert(key)) keys.push_back(key);
@@ -39,6 +48,7 @@ std::vector<BrickKey> bricks_on_surfaces(const PreparedDepth& view, const DepthP
     const Vector3f in_camera = preprocessor.ray(pixel).homogeneous();
     const Simd4 ray = axes[0] * in_camera.x() + axes[1] * in_camera.y() + axes[2] * in_camera.z();
     const float z = 1 / view.inverse_depth[static_cast<std::size_t>(pixel)];
+    if (z < range_m.from_m || z > range_m.to_m) return;
     const Simd4 surface = origin + z / voxel_m * ray;
     // The cells around the surface need all their voxels.
     const Simd4Int low = brick_of(surface - 1.5f), high = brick_of(surface + 1.5f);
@@ -100,31 +110,52 @@ Vector3f brick_centre(const BrickKey& key, float voxel_m) {
 
 BrickVisibility brick_visibility(const BrickKey& key, const PreparedDepth& view, const PixelMap& map, float focal,
                                  const Eigen::Isometry3f& T_camera_tag, float voxel_m, float truncation_m) {
-  const float radius_m = voxel_m * 0.5f * std::sqrt(3.0f) * (kBrickEdge - 1);
+  constexpr float kHalf = 0.5f * (kBrickEdge - 1);  // voxels, from the centre to the outermost ones
+  constexpr Simd8 kX = {-kHalf, kHalf, -kHalf, kHalf, -kHalf, kHalf, -kHalf, kHalf},
+                  kY = {-kHalf, -kHalf, kHalf, kHalf, -kHalf, -kHalf, kHalf, kHalf},
+                  kZ = {-kHalf, -kHalf, -kHalf, -kHalf, kHalf, kHalf, kHalf, kHalf};
   const Vector3f centre = T_camera_tag * brick_centre(key, voxel_m);
-  const float nearest = centre.z() - radius_m;
-  if (centre.z() + radius_m < kBrickSelection.near_m) return {BrickVisibility::Kind::hidden};
-  if (nearest < radius_m) return {BrickVisibility::Kind::surface, centre.z(), std::numeric_limits<float>::max()};
-  const Vector2f pixel = map.pixel(centre.x() / centre.z(), centre.y() / centre.z());
-  const float radius_px = radius_m / nearest * focal * 1.5f + 1;
-  const auto tile = [](float at) { return static_cast<int>(std::floor(at / PreparedDepth::kTile)); };
-  const int low_u = tile(pixel.x() - radius_px), high_u = tile(pixel.x() + radius_px);
-  const int low_v = tile(pixel.y() - radius_px), high_v = tile(pixel.y() + radius_px);
-  bool complete = low_u >= 0 && low_v >= 0 && high_u < view.tiles_x && high_v < view.tiles_y;
-  float near_m = 1e9f, far_m = 0;
-  for (int y = std::max(low_v, 0); y <= std::min(high_v, view.tiles_y - 1); ++y)
-    for (int x = std::max(low_u, 0); x <= std::min(high_u, view.tiles_x - 1); ++x) {
+  const Eigen::Matrix3f step = voxel_m * T_camera_tag.linear();
+  const auto corners = [&](int axis) __attribute__((always_inline)) {
+    return centre[axis] + step(axis, 0) * kX + step(axis, 1) * kY + step(axis, 2) * kZ;
+  };
+  const Simd8 z = corners(2);
+  const float near_m = min_of(z), far_m = max_of(z);
+  if (far_m < kBrickSelection.near_m) return {BrickVisibility::Kind::hidden};
+  if (near_m < kBrickSelection.near_m)
+    return {BrickVisibility::Kind::surface, centre.z(), std::numeric_limits<float>::max()};
+  const Simd8 across = corners(0) / z, down = corners(1) / z;
+  Simd4 u[2], v[2];
+  map.pixels(low_half(across), low_half(down), u[0], v[0]);
+  map.pixels(high_half(across), high_half(down), u[1], v[1]);
+  // A distorted brick exceeds the box of its corners a little.
+  const float low_u = min_of(join(u[0], u[1])) - 1, high_u = max_of(join(u[0], u[1])) + 1;
+  const float low_v = min_of(join(v[0], v[1])) - 1, high_v = max_of(join(v[0], v[1])) + 1;
+  const float end_u = static_cast<float>(view.width), end_v = static_cast<float>(view.height);
+  // Voxels just outside the image are observed too (DepthLookup::outside_image).
+  const float margin_px = kDepthLookup.rim_voxels * voxel_m * focal / near_m;
+  if (!(high_u + margin_px >= 0 && low_u - margin_px < end_u && high_v + margin_px >= 0 && low_v - margin_px < end_v))
+    return {BrickVisibility::Kind::hidden};
+  const auto clamped = [](float at, int size) { return std::clamp(static_cast<int>(at), 0, size - 1); };
+  BrickVisibility result{BrickVisibility::Kind::hidden, centre.z()};
+  result.first_u = clamped(low_u, view.width);
+  result.last_u = clamped(high_u, view.width);
+  result.first_v = clamped(low_v, view.height);
+  result.last_v = clamped(high_v, view.height);
+  bool complete = low_u >= 0 && low_v >= 0 && high_u < end_u && high_v < end_v;
+  float surface_m = std::numeric_limits<float>::max();
+  for (int y = result.first_v / PreparedDepth::kTile; y <= result.last_v / PreparedDepth::kTile; ++y)
+    for (int x = result.first_u / PreparedDepth::kTile; x <= result.last_u / PreparedDepth::kTile; ++x) {
       const PreparedDepth::Tile& at = view.tiles[static_cast<std::size_t>(y * view.tiles_x + x)];
       complete &= at.complete;
-      if (at.far_m == 0) continue;
-      far_m = std::max(far_m, at.far_m);
-      near_m = std::min(near_m, at.near_m);
+      result.jumps |= at.jumps;
+      result.hidden_m = std::max(result.hidden_m, at.hidden_m);
+      if (at.near_m > 0) surface_m = std::min(surface_m, at.near_m);
     }
-  const float hidden_m = far_m + kDepthLookup.behind_grazing * truncation_m;
-  if (nearest > hidden_m) return {BrickVisibility::Kind::hidden};
-  if (complete && centre.z() + radius_m + kBrickSelection.open_truncations * truncation_m < near_m)
-    return {BrickVisibility::Kind::open, centre.z()};
-  return {BrickVisibility::Kind::surface, centre.z(), hidden_m, pixel, radius_px};
+  if (near_m > result.hidden_m) return result;
+  const bool open = complete && far_m + kBrickSelection.open_truncations * truncation_m < surface_m;
+  result.kind = open ? BrickVisibility::Kind::open : BrickVisibility::Kind::surface;
+  return result;
 }
 
 }  // namespace lumigraft::reconstruct

@@ -73,11 +73,15 @@ class RecentBricks {
   std::vector<BrickKey> far_;
 };
 
-/// Bricks that intersect the truncation band of a surface observed in this subset of the image, sorted, each once.
-/// Omits bricks that are in `known`, and inserts the others there.
+struct DepthRange {
+  float from_m = 0, to_m = 0;
+};
+
+/// Bricks that intersect the truncation band of a surface observed in this subset of the image, at a depth within
+/// `range_m`, sorted, each once. Omits bricks that are in `known`, and inserts the others there.
 std::vector<BrickKey> bricks_on_surfaces(const PreparedDepth& view, const DepthPreprocessor& preprocessor,
                                          const Eigen::Isometry3f& T_tag_camera, float voxel_m, float truncation_m,
-                                         const ImageSubset& subset, RecentBricks& known);
+                                         const ImageSubset& subset, const DepthRange& range_m, RecentBricks& known);
 
 /// Tag frame, metres.
 Eigen::Vector3f brick_centre(const BrickKey& key, float voxel_m);
@@ -85,14 +89,14 @@ Eigen::Vector3f brick_centre(const BrickKey& key, float voxel_m);
 /// Visibility of a brick in a depth image.
 struct BrickVisibility {
   enum class Kind {
-    hidden,   ///< behind every measurement there, behind the camera, or outside the image
+    hidden,   ///< behind what is observed there, behind the camera, or outside the image
     open,     ///< completely in front, with no surface within the truncation distance
     surface,  ///< neither
   } kind;
-  float depth_m = 0;            ///< of its centre
-  float far_m = 0;              ///< depth behind which everything is hidden
-  Eigen::Vector2f pixel{0, 0};  ///< of its centre
-  float radius_px = 0;          ///< around it, that contains the brick
+  float depth_m = 0;                                       ///< of its centre
+  float hidden_m = 0;                                      ///< depth behind which everything is hidden
+  int first_u = 0, last_u = -1, first_v = 0, last_v = -1;  ///< pixels that contain it; none if it is at the camera
+  bool jumps = false;                                      ///< next to these pixels
 };
 BrickVisibility brick_visibility(const BrickKey& key, const PreparedDepth& view, const PixelMap& map, float focal,
                                  const Eigen::Isometry3f& T_camera_tag, float voxel_m, float truncation_m);

@@ -68,15 +68,17 @@ BrickUpdate::BrickUpdate(const PreparedDepth& view, const DepthPreprocessor& pre
       depth_(view, preprocessor, map, sizes.voxel_m, sizes.truncation_m, shell_m_),
       wide_(wide && simd8_supported()) {}
 
-BrickUpdate::Change BrickUpdate::update(WorkingBrick& brick, float hidden_m) const {
-  return wide_ ? update_wide(brick, hidden_m) : update_rows(brick, hidden_m);
+BrickUpdate::Change BrickUpdate::update(WorkingBrick& brick, float hidden_m, const FieldBrickMaker& maker) const {
+  return wide_ ? update_wide(brick, hidden_m, maker) : update_rows(brick, hidden_m, maker);
 }
 
-LUMIGRAFT_SIMD8_TARGET BrickUpdate::Change BrickUpdate::update_wide(WorkingBrick& brick, float hidden_m) const {
-  return update_rows(brick, hidden_m);
+LUMIGRAFT_SIMD8_TARGET BrickUpdate::Change BrickUpdate::update_wide(WorkingBrick& brick, float hidden_m,
+                                                                    const FieldBrickMaker& maker) const {
+  return update_rows(brick, hidden_m, maker);
 }
 
-[[gnu::always_inline]] inline BrickUpdate::Change BrickUpdate::update_rows(WorkingBrick& brick, float hidden_m) const {
+[[gnu::always_inline]] inline BrickUpdate::Change BrickUpdate::update_rows(WorkingBrick& brick, float hidden_m,
+                                                                           const FieldBrickMaker& maker) const {
   const Vector3f corner = T_camera_tag_ * (sizes_.voxel_m * first_voxel(brick.key).cast<float>());
   const Eigen::Matrix3f step = sizes_.voxel_m * T_camera_tag_.linear();
   Change change;
@@ -98,6 +100,7 @@ LUMIGRAFT_SIMD8_TARGET BrickUpdate::Change BrickUpdate::update_wide(WorkingBrick
       at.v = join(v[0], v[1]);
       const Readings readings = read(at);
       if (!any(readings.observed)) continue;
+      if (!change.observed) brick.prepare_change(maker);
       const auto i = static_cast<std::size_t>(kBrickEdge * (y + kBrickEdge * z));
       fuse(*brick.now, i, readings, change, drift);
       if (!colour_) continue;
@@ -126,9 +129,14 @@ LUMIGRAFT_SIMD8_TARGET BrickUpdate::Change BrickUpdate::update_wide(WorkingBrick
   transpose(low[0], low[1], low[2], low[3]);
   transpose(high[0], high[1], high[2], high[3]);
   const Simd8 a = join(low[0], high[0]), b = join(low[1], high[1]), c = join(low[2], high[2]);
+  const auto of_blocks = [&](const std::vector<float>& values) __attribute__((always_inline)) {
+    const auto value = [&](int lane) { return values[static_cast<std::size_t>(block[lane])]; };
+    return Simd8{value(0), value(1), value(2), value(3), value(4), value(5), value(6), value(7)};
+  };
   // Distances are to the plane, not along the ray, so that they are right at grazing angles too.
-  const Simd8 depth_ratio = a * at.x + b * at.y + c * at.z, plane_m = 1 / sqrt(a * a + b * b + c * c);
-  const Simd8 weight = join(low[3], high[3]);
+  const Simd8 depth_ratio = a * at.x + b * at.y + c * at.z, plane_m = join(low[3], high[3]);
+  const Simd8 weight = of_blocks(view_.plane_weights);
+  const Simd8Int needs_jump = weight == PreparedDepth::kJump;
   Readings readings;
   readings.distance = (1 - depth_ratio) * plane_m;
   readings.weight = abs(weight);
@@ -138,8 +146,12 @@ LUMIGRAFT_SIMD8_TARGET BrickUpdate::Change BrickUpdate::update_wide(WorkingBrick
   readings.observed =
       inside & (readings.weight > 0) & (readings.distance >= -sizes_.truncation_m) &
       (readings.distance * at.z >= -kDepthLookup.behind_grazing * sizes_.truncation_m * plane_m * depth_ratio);
-  const Simd8Int at_jump = inside & (weight < 0) &
-                           ((weight == PreparedDepth::kJump) | (readings.observed & (readings.distance <= shell_m_)));
+  Simd8Int at_jump = (weight < 0) & readings.observed & (readings.distance <= shell_m_) & ~needs_jump;
+  if (any(needs_jump)) {
+    at_jump |= needs_jump & (at.z <= of_blocks(view_.jump_depth_m));
+    readings.observed &= ~needs_jump;
+  }
+  at_jump &= inside;
   readings.observed &= ~at_jump;
   readings.may_overrule = readings.observed;
   readings.edge = Simd8Int{};
@@ -239,23 +251,18 @@ void BrickUpdate::prefetch(const WorkingBrick& brick, const BrickVisibility& vis
     for (; from < to; from += kLine) __builtin_prefetch(from);
     __builtin_prefetch(to);
   };
-  const auto within = [](float at, int end) { return std::clamp(static_cast<int>(at), 0, end - 1); };
-  // The brick covers about 0.7 of the radius of the circle around it.
-  const float half_px = 0.7f * visibility.radius_px;
-  const Vector2f low = visibility.pixel - Vector2f::Constant(half_px),
-                 high = visibility.pixel + Vector2f::Constant(half_px);
-  const int low_u = within(low.x(), view_.width), high_u = within(high.x(), view_.width);
-  const int low_v = within(low.y(), view_.height), high_v = within(high.y(), view_.height);
+  const int low_u = visibility.first_u, high_u = visibility.last_u;
   const int low_x = low_u / 2, high_x = std::min(high_u / 2, view_.blocks_x - 1);
-  for (int y = low_v / 2; y <= std::min(high_v / 2, view_.blocks_y - 1); ++y) {
+  for (int y = visibility.first_v / 2; y <= std::min(visibility.last_v / 2, view_.blocks_y - 1); ++y) {
     const auto row = static_cast<std::size_t>(y) * static_cast<std::size_t>(view_.blocks_x);
     const std::size_t first = row + static_cast<std::size_t>(low_x), last = row + static_cast<std::size_t>(high_x);
     prefetch_range(&view_.planes[first], &view_.planes[last]);
-    prefetch_range(&view_.blocks[first], &view_.blocks[last].jump);
+    prefetch_range(&view_.plane_weights[first], &view_.plane_weights[last]);
+    if (visibility.jumps) prefetch_range(&view_.blocks[first], &view_.blocks[last].jump);
   }
-  for (int v = low_v; v <= high_v; ++v) {
+  for (int v = visibility.first_v; v <= visibility.last_v; ++v) {
     const float* row = view_.inverse_depth.data() + std::ptrdiff_t{v} * view_.width;
-    prefetch_range(row + low_u, row + high_u);
+    if (visibility.jumps) prefetch_range(row + low_u, row + high_u);
     if (colour_) colour_.prefetch(low_u, high_u, v);
   }
   if (!brick.now) return;
@@ -283,12 +290,13 @@ void BrickUpdate::prefetch(const WorkingBrick& brick, const BrickVisibility& vis
   brick.radiance_weight[i] = std::min(sum, sizes_.weight_cap);
 }
 
-BrickUpdate::Change BrickUpdate::update_open(WorkingBrick& brick) const {
+BrickUpdate::Change BrickUpdate::update_open(WorkingBrick& brick, const FieldBrickMaker& maker) const {
   if (brick.open) return {};
   const Vector3f centre = T_camera_tag_ * brick_centre(brick.key, sizes_.voxel_m);
   const Vector2f pixel = map_.pixel(centre.x() / centre.z(), centre.y() / centre.z());
   const float weight = view_.block_of(static_cast<int>(pixel.x()), static_cast<int>(pixel.y())).weight;
   if (weight <= 0) return {};
+  brick.prepare_change(maker);
   Change change;
   DriftSum drift;
   Readings readings{};

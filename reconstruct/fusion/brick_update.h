@@ -29,20 +29,21 @@ class BrickUpdate {
     float drift = 0;           ///< RMS change of distance, relative to the allowed drift (PublicationParameters)
     float radiance_drift = 0;  ///< root of the summed squared changes of radiance
   };
-  /// Updates a brick, ready to be changed, of which everything deeper than `hidden_m` is hidden.
-  Change update(WorkingBrick& brick, float hidden_m) const;
+  /// Updates a brick of which everything deeper than `hidden_m` is hidden. If the image shows nothing of it, it stays
+  /// as it is: it is not copied for a change.
+  Change update(WorkingBrick& brick, float hidden_m, const FieldBrickMaker& maker) const;
   /// Prefetches what `update` of this brick reads.
   void prefetch(const WorkingBrick& brick, const BrickVisibility& visibility) const;
   /// Updates a brick in open space: all of it is free. No change if that is known.
-  Change update_open(WorkingBrick& brick) const;
+  Change update_open(WorkingBrick& brick, const FieldBrickMaker& maker) const;
 
  private:
   struct Row;
   struct Readings;
   struct Conflict;
   struct DriftSum;
-  Change update_rows(WorkingBrick& brick, float hidden_m) const;
-  Change update_wide(WorkingBrick& brick, float hidden_m) const;
+  Change update_rows(WorkingBrick& brick, float hidden_m, const FieldBrickMaker& maker) const;
+  Change update_wide(WorkingBrick& brick, float hidden_m, const FieldBrickMaker& maker) const;
   Readings read(const Row& at) const;
   Conflict conflict(const FieldBrick& brick, std::size_t i, const Readings& readings) const;
   void fuse(FieldBrick& brick, std::size_t i, const Readings& readings, Change& change, DriftSum& drift) const;

@@ -13,13 +13,22 @@ namespace lumigraft::reconstruct {
 namespace {
 
 constexpr float kMinVariance = static_cast<float>(kMinDepthSigma_m * kMinDepthSigma_m);
-constexpr int kSlopeBlocks = 2;  // blocks to either side that `slope` may read
+constexpr int kSlopeBlocks = 2;        // blocks to either side that `slope` may read
+constexpr float kToCorner_px = 0.75f;  // from the centre of a block to a pixel's, rounded up
 
 /// 1σ of the second difference of three blocks' inverse depth q: a block's mean has half the noise of a pixel.
 template <typename Value>
 [[gnu::always_inline]] inline Value second_difference_sigma(Value q) {
   constexpr float kRoot6 = 2.44948974f;
   return 0.5f * kRoot6 * inverse_depth_sigma(q);
+}
+
+/// Depth behind which a plane observes nothing: beyond the truncation distance from it, or so far along the ray.
+/// `low_q`: the smallest inverse depth of the block.
+template <typename Value>
+[[gnu::always_inline]] inline Value hidden_behind_plane_m(Value low_q, Value plane_m, float truncation_m) {
+  const Value along_ray = truncation_m / (plane_m * low_q), max = kDepthLookup.behind_grazing * truncation_m + Value{};
+  return 1 / low_q + (along_ray < max ? along_ray : max);
 }
 
 /// Largest difference of inverse depth q over so many pixels on one surface; a jump exceeds it. On a plane 1/z is
@@ -31,13 +40,15 @@ template <typename Value>
 
 }  // namespace
 
-DepthPreprocessor::DepthPreprocessor(const capture::CameraModel& camera, double voxel_m, double far_m, bool wide)
+DepthPreprocessor::DepthPreprocessor(const capture::CameraModel& camera, double voxel_m, double truncation_m,
+                                     double far_m, bool wide)
     : width_(camera.width),
       height_(camera.height),
       blocks_x_(camera.width / 2),
       blocks_y_(camera.height / 2),
       focal_(static_cast<float>((camera.fx + camera.fy) / 2)),
       voxel_m_(static_cast<float>(voxel_m)),
+      truncation_m_(static_cast<float>(truncation_m)),
       far_m_(static_cast<float>(far_m)),
       wide_(wide && simd8_supported()) {
   for (std::size_t i = 0; i < oblique_.size(); ++i) {
@@ -83,6 +94,7 @@ void DepthPreprocessor::prepare(const capture::Image<float>& depth_m, PreparedDe
   discontinuous_.resize(rays_.size());
   block_inverse_.resize(static_cast<std::size_t>(blocks_x_) * blocks_y_);
   block_jumps_.resize(block_inverse_.size());
+  block_hidden_m_.resize(block_inverse_.size());
   // One row of tiles at a time, so that it stays in the cache.
   for (int y = 0; y < view.tiles_y; ++y) {
     const int v = y * PreparedDepth::kTile, end = std::min(v + PreparedDepth::kTile, height_);
@@ -94,6 +106,7 @@ void DepthPreprocessor::prepare(const capture::Image<float>& depth_m, PreparedDe
   measure_noise(view);
   wide_ ? fit_planes_wide(view) : fit_planes(view);
   spread_jumps(view);
+  measure_hidden(view);
   view.behind_cache.assign(view.jumps.size(), PreparedDepth::kNotCached);
 }
 
@@ -206,11 +219,13 @@ float DepthPreprocessor::slope(const float* q, std::ptrdiff_t step, int before, 
   return ahead ? 0.5f * (q[step] - here) : std::numeric_limits<float>::quiet_NaN();
 }
 
-LUMIGRAFT_SIMD8_TARGET void DepthPreprocessor::fit_planes_wide(PreparedDepth& view) const { fit_planes(view); }
+LUMIGRAFT_SIMD8_TARGET void DepthPreprocessor::fit_planes_wide(PreparedDepth& view) { fit_planes(view); }
 
-[[gnu::always_inline]] inline void DepthPreprocessor::fit_planes(PreparedDepth& view) const {
+[[gnu::always_inline]] inline void DepthPreprocessor::fit_planes(PreparedDepth& view) {
   view.blocks.resize(block_inverse_.size());
   view.planes.resize(block_inverse_.size());
+  view.plane_weights.resize(block_inverse_.size());
+  view.jump_depth_m.resize(block_inverse_.size());
   for (int v = 0; v < blocks_y_; ++v) {
     const bool inside = v >= kSlopeBlocks && v + kSlopeBlocks < blocks_y_;
     int u = 0;
@@ -225,11 +240,13 @@ LUMIGRAFT_SIMD8_TARGET void DepthPreprocessor::fit_planes_wide(PreparedDepth& vi
   }
 }
 
-void DepthPreprocessor::fit_plane(PreparedDepth& view, int u, int v) const {
+void DepthPreprocessor::fit_plane(PreparedDepth& view, int u, int v) {
   const std::size_t i = static_cast<std::size_t>(v) * blocks_x_ + u;
   PreparedDepth::Block& block = view.blocks[i];
   block = {};
   view.planes[i] = Simd4{};
+  view.plane_weights[i] = 0;
+  block_hidden_m_[i] = 0;
   const float q = block_inverse_[i];
   if (q == 0) return;
   const float bend = kDepthPreprocess.crease_sigmas * view.noise_scale * second_difference_sigma(q);
@@ -248,11 +265,14 @@ void DepthPreprocessor::fit_plane(PreparedDepth& view, int u, int v) const {
   block.distance_m = distance;
   block.weight = kMinVariance / (sigma * sigma);
   block.facing = facing;
-  view.planes[i] = Simd4{a, b, c, block.weight};
+  view.planes[i] = Simd4{a, b, c, distance};
+  view.plane_weights[i] = block.weight;
+  const float low_q = std::max(q - kToCorner_px * (std::abs(by_u) + std::abs(by_v)), 0.5f * q);
+  block_hidden_m_[i] = hidden_behind_plane_m(low_q, distance, truncation_m_);
 }
 
 /// fit_plane for eight blocks in a row that have kSlopeBlocks more on every side.
-[[gnu::always_inline]] inline void DepthPreprocessor::fit_eight_planes(PreparedDepth& view, int u, int v) const {
+[[gnu::always_inline]] inline void DepthPreprocessor::fit_eight_planes(PreparedDepth& view, int u, int v) {
   const std::size_t i = static_cast<std::size_t>(v) * blocks_x_ + u;
   const Simd8 q = load8(&block_inverse_[i]);
   const Simd8 bend = kDepthPreprocess.crease_sigmas * view.noise_scale * second_difference_sigma(q);
@@ -272,8 +292,9 @@ void DepthPreprocessor::fit_plane(PreparedDepth& view, int u, int v) const {
     }
     return found;
   };
-  Simd8 a = slopes(1) * load8(&block_rays_.per_x[i]);
-  Simd8 b = slopes(blocks_x_) * load8(&block_rays_.per_y[i]);
+  const Simd8 by_u = slopes(1), by_v = slopes(blocks_x_);
+  Simd8 a = by_u * load8(&block_rays_.per_x[i]);
+  Simd8 b = by_v * load8(&block_rays_.per_y[i]);
   Simd8 c = q - a * load8(&block_rays_.x[i]) - b * load8(&block_rays_.y[i]);
   Simd8 distance = 1 / sqrt(a * a + b * b + c * c);
   const Simd8 facing =
@@ -285,7 +306,10 @@ void DepthPreprocessor::fit_plane(PreparedDepth& view, int u, int v) const {
                          oblique_at(4), oblique_at(5), oblique_at(6), oblique_at(7)};
   const Simd8 sigma = axial_sigma_m(1 / q) + 0.0001f * sqrt(q) * oblique;
   const Simd8 weights = select(known, kMinVariance / (sigma * sigma), Simd8{});
+  store(&view.plane_weights[i], weights);
   const Simd8 facings = select(known, facing, Simd8{});
+  const Simd8 low_q = max(q - kToCorner_px * (abs(by_u) + abs(by_v)), 0.5f * q);
+  store(&block_hidden_m_[i], select(known, hidden_behind_plane_m(low_q, distance, truncation_m_), Simd8{}));
   a = select(known, a, Simd8{});
   b = select(known, b, Simd8{});
   c = select(known, c, Simd8{});
@@ -294,7 +318,7 @@ void DepthPreprocessor::fit_plane(PreparedDepth& view, int u, int v) const {
   const auto write = [&](std::size_t from, auto half_of) __attribute__((always_inline)) {
     Simd4 normal[4] = {half_of(x), half_of(y), half_of(z), half_of(distance)};
     transpose(normal[0], normal[1], normal[2], normal[3]);
-    Simd4 planes[4] = {half_of(a), half_of(b), half_of(c), half_of(weights)};
+    Simd4 planes[4] = {half_of(a), half_of(b), half_of(c), half_of(distance)};
     transpose(planes[0], planes[1], planes[2], planes[3]);
     const Simd4 four_weights = half_of(weights), four_facings = half_of(facings);
     for (std::size_t k = 0; k < 4; ++k) {
@@ -364,23 +388,52 @@ void DepthPreprocessor::spread_jumps(PreparedDepth& view) {
     for (int u = 0; u < blocks_x_; ++u) mark_jump(view, u, v);
 }
 
-/// Assigns the jump of a block to it, and to its plane what PreparedDepth::planes says.
-void DepthPreprocessor::mark_jump(PreparedDepth& view, int u, int v) const {
+/// Assigns the jump of a block to it, and what PreparedDepth::plane_weights says.
+void DepthPreprocessor::mark_jump(PreparedDepth& view, int u, int v) {
   const std::size_t i = static_cast<std::size_t>(v) * blocks_x_ + u;
   if (block_jumps_[i] < 0) return;
   PreparedDepth::Block& block = view.blocks[i];
   block.jump = block_jumps_[i];
-  if (block.weight > 0) {
-    constexpr float kCorner_px = 0.75f;  // from the centre of a block to a pixel's, rounded up
-    const PreparedDepth::Jump& jump = view.jumps[static_cast<std::size_t>(block.jump)];
-    const Eigen::Vector2f centre(2 * static_cast<float>(u) + 0.5f, 2 * static_cast<float>(v) + 0.5f);
-    const float reach_px = jump.occlusion_px + kCorner_px;
-    const bool clear = jump.far < 0 || (jump.pixel - centre).squaredNorm() > reach_px * reach_px;
-    view.planes[i][3] = clear ? -block.weight : PreparedDepth::kJump;
-  } else {
-    const float* q = &view.inverse_depth[static_cast<std::size_t>(2 * v) * width_ + 2 * u];
-    if (std::max({q[0], q[1], q[width_], q[width_ + 1]}) > 0) view.planes[i][3] = PreparedDepth::kJump;
+  const float* q = &view.inverse_depth[static_cast<std::size_t>(2 * v) * width_ + 2 * u];
+  constexpr float kNone = std::numeric_limits<float>::max();
+  float low = kNone;  // of the pixels that are measured
+  for (const float pixel : {q[0], q[1], q[width_], q[width_ + 1]})
+    if (pixel > 0) low = std::min(low, pixel);
+  if (low == kNone) return;
+  const PreparedDepth::Jump& jump = view.jumps[static_cast<std::size_t>(block.jump)];
+  const Eigen::Vector2f centre(2 * static_cast<float>(u) + 0.5f, 2 * static_cast<float>(v) + 0.5f);
+  const float reach_px = jump.occlusion_px + kToCorner_px;
+  const bool clear = jump.far < 0 || (jump.pixel - centre).squaredNorm() > reach_px * reach_px;
+  if (block.weight > 0 && clear) {
+    view.plane_weights[i] = -block.weight;
+    return;
   }
+  // Depth up to which a pixel next to a jump observes anything (DepthLookup::near_jump).
+  const auto until_m = [&](float inverse) {
+    return kDepthLookup.deep_ratio / inverse + kDepthLookup.behind_grazing * truncation_m_ +
+           kDepthLookup.deep_voxels * voxel_m_;
+  };
+  float& hidden_m = block_hidden_m_[i];
+  hidden_m = std::max(hidden_m, until_m(low));
+  if (!clear) hidden_m = std::max(hidden_m, until_m(view.inverse_depth[static_cast<std::size_t>(jump.far)]));
+  view.plane_weights[i] = PreparedDepth::kJump;
+  view.jump_depth_m[i] = hidden_m;
+}
+
+/// Depth behind which nothing is observed, and whether there are jumps, per tile.
+void DepthPreprocessor::measure_hidden(PreparedDepth& view) const {
+  constexpr int kBlocks = PreparedDepth::kTile / 2;
+  for (int y = 0; y < view.tiles_y; ++y)
+    for (int v = y * kBlocks; v < std::min((y + 1) * kBlocks, blocks_y_); ++v)
+      for (int x = 0; x < view.tiles_x; ++x) {
+        const float* first = &block_hidden_m_[static_cast<std::size_t>(v) * blocks_x_];
+        const std::int32_t* jumps = &block_jumps_[static_cast<std::size_t>(v) * blocks_x_];
+        PreparedDepth::Tile& tile = view.tiles[static_cast<std::size_t>(y) * view.tiles_x + x];
+        for (int u = x * kBlocks; u < std::min((x + 1) * kBlocks, blocks_x_); ++u) {
+          tile.hidden_m = std::max(tile.hidden_m, first[u]);
+          tile.jumps |= jumps[u] >= 0;
+        }
+      }
 }
 
 /// Second differences along rows vanish on planes: their mean magnitude relative to that expected from the noise model.
@@ -398,34 +451,29 @@ void DepthPreprocessor::measure_noise(PreparedDepth& view) const {
   view.noise_scale = count > 0 ? static_cast<float>(sum / count) : 0.0f;
 }
 
-/// Depth ranges of row y of the tiles.
+/// Smallest depths of row y of the tiles.
 void DepthPreprocessor::measure_tiles(PreparedDepth& view, int y) const {
-  constexpr float kInfinity = std::numeric_limits<float>::max();
   for (int x = 0; x < view.tiles_x; ++x) {
     const int first_u = x * PreparedDepth::kTile, end_u = std::min(first_u + PreparedDepth::kTile, width_),
               end_v = std::min((y + 1) * PreparedDepth::kTile, height_);
-    Simd4 lows = broadcast(kInfinity), highs{};
+    Simd4 highs{};
     Simd4Int measured{-1, -1, -1, -1};
-    float low = kInfinity, high = 0;
+    float high = 0;
     bool complete = true;
     for (int v = y * PreparedDepth::kTile; v < end_v; ++v) {
       const float* row = &view.inverse_depth[static_cast<std::size_t>(v) * width_];
       int u = first_u;
       for (; u + 4 <= end_u; u += 4) {
         const Simd4 q = load(row + u);
-        const Simd4Int seen = q > 0;
         highs = max(highs, q);
-        lows = min(lows, select(seen, q, broadcast(kInfinity)));
-        measured &= seen;
+        measured &= q > 0;
       }
       for (; u < end_u; ++u) {
         high = std::max(high, row[u]);
         complete &= row[u] > 0;
-        low = std::min(low, row[u] > 0 ? row[u] : low);
       }
     }
     for (int k = 0; k < 4; ++k) {
-      low = std::min(low, lows[k]);
       high = std::max(high, highs[k]);
       complete &= measured[k] != 0;
     }
@@ -433,7 +481,6 @@ void DepthPreprocessor::measure_tiles(PreparedDepth& view, int y) const {
     tile.complete = complete;
     if (high == 0) continue;
     tile.near_m = 1 / high;
-    tile.far_m = 1 / low;
   }
 }
 

@@ -31,21 +31,25 @@ struct PreparedDepth {
     Eigen::Vector2f inside;           ///< unit vector in the image, towards that pixel
     float occlusion_px = 0;           ///< so near to it the near surface may hide the far one; 0 = none is there
   };
-  /// Depth range of kTile × kTile pixels.
+  /// What kTile × kTile pixels measured.
   struct Tile {
-    float near_m = 0, far_m = 0;  ///< far_m 0 = nothing measured
-    bool complete = true;         ///< every pixel has a measurement
+    float near_m = 0;      ///< smallest depth; 0 = nothing measured
+    float hidden_m = 0;    ///< depth behind which nothing is observed; 0 = nothing at all is
+    bool complete = true;  ///< every pixel has a measurement
+    bool jumps = false;    ///< some voxels need a jump
   };
-  static constexpr int kTile = 16;
+  static constexpr int kTile = 8;
 
   int width = 0, height = 0, blocks_x = 0, blocks_y = 0, tiles_x = 0, tiles_y = 0;
   std::vector<float> inverse_depth;  ///< per pixel, 1/m; 0 = nothing measured
   std::vector<Block> blocks;
-  /// The same per block in one vector: normal / distance, and the weight. Within reach of a jump the weight is negative
-  /// where what is in front of the plane, beyond its shell, is observed as on any plane; and kJump where the jump
-  /// itself is needed. 0 also where no pixel of the block has a measurement.
-  std::vector<Simd4> planes;
+  std::vector<Simd4> planes;  ///< per block: normal / distance, and the distance
+  /// Per block the weight. Within reach of a jump it is negative where what is in front of the plane, beyond its shell,
+  /// is observed as on any plane; and kJump where the jump itself is needed, up to the depth `jump_depth_m`. 0 also
+  /// where no pixel has a measurement.
+  std::vector<float> plane_weights;
   static constexpr float kJump = -2;
+  std::vector<float> jump_depth_m;
   std::vector<Jump> jumps;
   std::vector<Tile> tiles;
   /// Cache of DepthLookup by pixel: the block whose plane contains a pixel next to a jump; −1 = none.
@@ -69,7 +73,8 @@ struct PreparedDepth {
 class DepthPreprocessor {
  public:
   /// `wide` false: without vectors of eight floats, as on processors that lack them; the result is bit-identical.
-  DepthPreprocessor(const capture::CameraModel& camera, double voxel_m, double far_m, bool wide = true);
+  DepthPreprocessor(const capture::CameraModel& camera, double voxel_m, double truncation_m, double far_m,
+                    bool wide = true);
   /// `depth_m` has the camera's size. Reuses the buffers of `view`.
   void prepare(const capture::Image<float>& depth_m, PreparedDepth& view);
   /// x/z, y/z of a pixel's centre; NaN where the lens model has no ray.
@@ -80,20 +85,21 @@ class DepthPreprocessor {
  private:
   void average_blocks(const PreparedDepth& view, int first_v, int end_v);
   float slope(const float* inverse_depth, std::ptrdiff_t step, int before, int after, float bend) const;
-  void fit_plane(PreparedDepth& view, int u, int v) const;
-  void fit_eight_planes(PreparedDepth& view, int u, int v) const;
+  void fit_plane(PreparedDepth& view, int u, int v);
+  void fit_eight_planes(PreparedDepth& view, int u, int v);
   void invert(const capture::Image<float>& depth_m, PreparedDepth& view, int first_v, int end_v) const;
   void find_jumps(PreparedDepth& view, int first_v, int end_v);
   void add_jump(PreparedDepth& view, int u, int v);
-  void fit_planes(PreparedDepth& view) const;
-  void fit_planes_wide(PreparedDepth& view) const;
+  void fit_planes(PreparedDepth& view);
+  void fit_planes_wide(PreparedDepth& view);
   void spread_jumps(PreparedDepth& view);
-  void mark_jump(PreparedDepth& view, int u, int v) const;
+  void mark_jump(PreparedDepth& view, int u, int v);
+  void measure_hidden(PreparedDepth& view) const;
   void measure_noise(PreparedDepth& view) const;
   void measure_tiles(PreparedDepth& view, int y) const;
 
   int width_, height_, blocks_x_, blocks_y_;
-  float focal_, voxel_m_, far_m_;
+  float focal_, voxel_m_, truncation_m_, far_m_;
   bool wide_;
   static constexpr int kObliqueSteps = 256;
   std::array<float, kObliqueSteps + 1> oblique_{};  ///< angular part of the noise, by cosine of incidence
@@ -104,6 +110,7 @@ class DepthPreprocessor {
     std::vector<float> x, y, per_x, per_y, inverse_length;
   } block_rays_;
   std::vector<float> block_inverse_;         ///< mean inverse depth of a block on one surface; 0 = otherwise
+  std::vector<float> block_hidden_m_;        ///< depth behind which a block observes nothing; 0 = nothing at all
   std::vector<std::uint8_t> discontinuous_;  ///< per pixel: depth jumps between it and its right and lower neighbours
   std::vector<std::int32_t> block_jumps_;    ///< per block: the jump in it, then the closest
   std::vector<Simd4> jump_reach_;            ///< per jump: its pixel, and the square of its reach in pixels

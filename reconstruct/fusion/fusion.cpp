@@ -1,332 +1,85 @@
 #include "reconstruct/fusion/fusion.h"
 
 #include <algorithm>
-#include <cstdint>
-#include <optional>
-#include <set>
-#include <utility>
+#include <limits>
 
-#include "reconstruct/fusion/brick_pages.h"
-#include "reconstruct/fusion/brick_selection.h"
-#include "reconstruct/fusion/brick_update.h"
-#include "reconstruct/fusion/depth_preprocess.h"
-#include "reconstruct/fusion/image_lookup.h"
-#include "reconstruct/fusion/real_surface.h"
-#include "reconstruct/fusion/update_schedule.h"
-#include "reconstruct/fusion/working_brick.h"
+#include "reconstruct/fusion/fusion_level.h"
 
 namespace lumigraft::reconstruct {
 namespace {
 
-using Eigen::Isometry3f;
-using Eigen::Vector3f;
-
-/// Largest change of an element of the pose's matrix (metres for its position) that counts as the same pose.
-constexpr double kSamePose = 1e-5;
-
-/// Camera motion between two poses in units: translation over `unit_m` plus rotation over `unit_rad`.
-float motion(const Isometry3f& from, const Isometry3f& to, float unit_m, float unit_rad) {
-  return (to.translation() - from.translation()).norm() / unit_m +
-         Eigen::AngleAxisf(from.linear().transpose() * to.linear()).angle() / unit_rad;
+/// Whether the image shows so much beyond `far_m` that it is worth a coarse field.
+bool shows_far_surfaces(const capture::Image<float>& depth_m, double far_m) {
+  std::size_t pixels = 0, far = 0;
+  for (std::size_t i = 0; i < depth_m.data.size(); i += kCoarse.pixel_step) {
+    const float depth = depth_m.data[i];
+    ++pixels;
+    far += depth > static_cast<float>(far_m) && depth <= kCoarse.far_m ? 1 : 0;
+  }
+  return static_cast<float>(far) > kCoarse.min_fraction * static_cast<float>(pixels);
 }
 
-bool same_frame(const std::shared_ptr<const capture::Frame>& a, const std::shared_ptr<const capture::Frame>& b) {
-  if (a == b) return true;
-  return a && b && a->exposure == b->exposure && a->encoded.data == b->encoded.data &&
-         a->radiance.data == b->radiance.data;
-}
-
-bool same_depth(const std::shared_ptr<const capture::DepthFrame>& a,
-                const std::shared_ptr<const capture::DepthFrame>& b) {
-  return a == b || (a && b && a->depth_m.data == b->depth_m.data);
+FusionScope fine_scope(const FusionSettings& settings) {
+  return {{0, static_cast<float>(settings.far_m)},
+          std::max(static_cast<float>(settings.far_m), kCoarse.far_m),
+          kUpdateSchedule.max_bricks,
+          true,
+          true};
 }
 
 }  // namespace
 
 struct FusionStage::State {
-  State(const capture::Session& session, const FusionSettings& settings)
-      : camera(session.color.model),
-        response(session.color.response),
-        voxel_m(static_cast<float>(settings.voxel_m)),
-        truncation_m(static_cast<float>(settings.voxel_m * settings.truncation_voxels)),
-        weight_cap(static_cast<float>(settings.weight_cap)),
-        max_copies(static_cast<std::size_t>(1e6 * settings.max_memory_mb) / sizeof(FieldBrick)),
-        map(session.color.model),
-        preprocessor(session.color.model, settings.voxel_m, settings.far_m),
-        surfaces(session, voxel_m) {}
+  State(const capture::Session& in, const FusionSettings& the_settings)
+      : session(in), settings(the_settings), fine(in, the_settings, fine_scope(the_settings)) {}
 
-  void add_viewpoint(const Isometry3f& T_tag_camera);
-  WorkingBrick& brick_at(const BrickKey& key);
-  void evict();
-  void allocate(const Isometry3f& T_tag_camera);
-  void update_models();
-  void queue(WorkingBrick& brick);
-  std::vector<VisibleBrick> bricks_to_update(const Isometry3f& T_tag_camera, const Isometry3f& T_camera_tag);
-  void update_brick(const BrickUpdate& update, const VisibleBrick& visible, bool with_color);
-  void record_change(WorkingBrick& brick, bool open, const BrickUpdate::Change& change);
-  bool publication_due() const { return frames - last_publication >= kPublication.interval_frames || new_viewpoint; }
-  void forget_light(WorkingBrick& brick) const;
-  void relight_unseen(const std::function<Eigen::Array3f(const Vector3f&)>& light_ratio);
-  void copy_drifted(WorkingBrick& brick) const;
-  void publish();
+  void begin_coarse();
+  void share_memory();
+  void fuse_coarse(const capture::FrameSet& frame, const Pose& pose, double light_change,
+                   const std::function<Eigen::Array3f(const Eigen::Vector3f&)>& light_ratio);
 
-  capture::CameraModel camera;
-  capture::Response response;
-  float voxel_m, truncation_m, weight_cap;
-  std::size_t max_copies;  ///< of bricks, working and published
-  PixelMap map;
-  DepthPreprocessor preprocessor;
-  PreparedDepth view;
-  RealSurfaces surfaces;
-
-  std::uint32_t frames = 0, last_publication = 0;
-  RecentBricks found_bricks;                        ///< by earlier searches
-  Isometry3f search_pose = Isometry3f::Identity();  ///< camera at the last search with larger subsets
-  std::vector<WorkingBrick*> publication_queue;
-  bool urgent = false;         ///< one of them is to be published at once
-  bool new_viewpoint = false;  ///< in seen_from_m, not yet published
-  WorkingBricks bricks;
-  std::vector<BrickKey> evicted;  ///< not yet removed from the published field
-  std::size_t evicted_count = 0;
-  bool unfinished = false;  ///< the last frame had more bricks to update than a call may
-  std::size_t free_copies = 0;
-  bool scarce = false;  ///< less memory was free than a frame may need
-  FieldBrickMaker maker;
-  std::shared_ptr<const DistanceField> field;
+  capture::Session session;
+  FusionSettings settings;
+  FusionLevel fine;
+  std::unique_ptr<FusionLevel> coarse;  ///< null until a frame shows far surfaces
   std::shared_ptr<const capture::DepthFrame> last_depth;
-  std::shared_ptr<const capture::Frame> last_color;
-  std::vector<Vector3f> seen_from_m;                         ///< least recently used first
-  std::vector<std::shared_ptr<const SeenSpace>> seen_space;  ///< from there
-  Eigen::Isometry3d last_pose = Eigen::Isometry3d::Identity();
-  double light_variance = 0;  ///< sum of the squared relative changes of light so far
+  std::uint32_t frames = 0;  ///< since there is a coarse level
+  bool due = false;          ///< the last frame is one of those that are fused coarsely
+  std::shared_ptr<const DistanceField> fine_field, coarse_field, field;
 };
 
-/// Adds the camera position to the viewpoints, or marks a near one as most recent. The limit removes positions of wrong
-/// poses in time.
-void FusionStage::State::add_viewpoint(const Isometry3f& T_tag_camera) {
-  const Vector3f camera_m = T_tag_camera.translation();
-  const auto near = std::find_if(seen_from_m.begin(), seen_from_m.end(), [&](const Vector3f& p) {
-    return (p - camera_m).norm() < kPublication.viewpoint_spacing_m;
-  });
-  const auto seen = [&] {
-    return std::make_shared<const SeenSpace>(preprocessor.rays(), view.inverse_depth, view.width, T_tag_camera,
-                                             voxel_m);
-  };
-  if (near != seen_from_m.end()) {
-    const auto space = seen_space.begin() + (near - seen_from_m.begin());
-    if (frames % kPublication.seen_space_frames == 0) *space = seen();
-    std::rotate(near, near + 1, seen_from_m.end());
-    std::rotate(space, space + 1, seen_space.end());
-    return;
+void FusionStage::State::begin_coarse() {
+  capture::Session without_models = session;
+  without_models.real_surfaces.clear();
+  FusionSettings coarser = settings;
+  coarser.voxel_m *= kCoarse.voxels;
+  const FusionScope scope{{static_cast<float>(settings.far_m) - kCoarse.overlap_m, kCoarse.far_m},
+                          kCoarse.far_m,
+                          kCoarse.max_bricks,
+                          false,
+                          false};
+  coarse = std::make_unique<FusionLevel>(without_models, coarser, scope);
+}
+
+/// What the fine bricks in view still take of the coarse share goes first from the coarse level.
+void FusionStage::State::share_memory() {
+  const double share_mb = kCoarse.memory * settings.max_memory_mb;
+  fine.set_max_memory(settings.max_memory_mb - share_mb);
+  coarse->set_max_memory(
+      std::min(share_mb, settings.max_memory_mb - 1e-6 * static_cast<double>(fine.memory().used_bytes)));
+}
+
+void FusionStage::State::fuse_coarse(const capture::FrameSet& frame, const Pose& pose, double light_change,
+                                     const std::function<Eigen::Array3f(const Eigen::Vector3f&)>& light_ratio) {
+  if (frame.depth && frame.depth != last_depth) {
+    last_depth = frame.depth;
+    const bool measured = pose.age_ns == 0;
+    if (!coarse && measured && shows_far_surfaces(frame.depth->depth_m, settings.far_m)) begin_coarse();
+    due = coarse && frames++ % kCoarse.interval_frames == 0;
   }
-  if (seen_from_m.size() == kPublication.max_viewpoints) {
-    seen_from_m.erase(seen_from_m.begin());
-    seen_space.erase(seen_space.begin());
-  }
-  seen_from_m.push_back(camera_m);
-  seen_space.push_back(seen());
-  new_viewpoint = true;
-}
-
-WorkingBrick& FusionStage::State::brick_at(const BrickKey& key) {
-  const std::size_t before = bricks.size();
-  WorkingBrick& brick = bricks.at(key);
-  if (bricks.size() > before) {
-    brick.last_update = frames;
-    brick.light_variance = light_variance;
-  }
-  return brick;
-}
-
-/// Keeps memory free for the bricks that a frame changes, as long as there are bricks to evict.
-void FusionStage::State::evict() {
-  std::size_t copies = 0;
-  bricks.for_each([&](WorkingBrick& brick) {
-    // What has not drifted is not worth a second copy once it is out of view.
-    if (unseen(brick, frames) && brick.published && brick.now != brick.published && !brick.queued && !brick.model)
-      brick.now = brick.published;
-    copies += (brick.now ? 1u : 0u) + (brick.published != brick.now ? 1u : 0u);
-  });
-  free_copies = max_copies - std::min(copies, max_copies);
-  const std::size_t reserve = std::min(kUpdateSchedule.max_bricks, max_copies / 2);
-  scarce = free_copies < reserve;
-  if (!scarce) return;
-  const auto slack = static_cast<std::size_t>(kMemory.slack * static_cast<double>(max_copies));
-  const std::vector<BrickKey> keys = least_needed(bricks, reserve - free_copies + slack, frames, voxel_m);
-  const std::set<BrickKey> gone(keys.begin(), keys.end());
-  bricks.remove_if([&](const WorkingBrick& brick) {
-    const bool never_observed = !brick.now && !brick.model && unseen(brick, frames);
-    if (!never_observed && !gone.contains(brick.key)) return false;
-    found_bricks.erase(brick.key);
-    return true;
-  });
-  evicted.insert(evicted.end(), keys.begin(), keys.end());
-  evicted_count += keys.size();
-}
-
-void FusionStage::State::allocate(const Isometry3f& T_tag_camera) {
-  const float moved = motion(search_pose, T_tag_camera, kSearchSchedule.still_m, kSearchSchedule.still_rad);
-  const int subsets = frames < kSearchSchedule.initial_frames || moved > kSearchSchedule.other_view ? 1
-                      : moved > 1 ? kSearchSchedule.moving_subsets
-                                  : kSearchSchedule.still_subsets;
-  if (subsets < kSearchSchedule.still_subsets) search_pose = T_tag_camera;
-  for (const BrickKey& key : bricks_on_surfaces(view, preprocessor, T_tag_camera, voxel_m, truncation_m,
-                                                {subsets, static_cast<int>(frames) % subsets}, found_bricks)) {
-    brick_at(key);
-  }
-}
-
-/// Assigns the models of real surfaces to bricks, after a surface was found or its pose changed.
-void FusionStage::State::update_models() {
-  for (const auto& brick : bricks) {
-    if (!brick->model) continue;
-    brick->model = nullptr;
-    queue(*brick);
-  }
-  for (const auto& [key, model] : surfaces.bricks()) {
-    WorkingBrick& brick = brick_at(key);
-    brick.model = model;
-    if (!brick.published) brick.urgent = urgent = true;
-    queue(brick);
-  }
-}
-
-void FusionStage::State::queue(WorkingBrick& brick) {
-  if (brick.queued) return;
-  brick.queued = true;
-  publication_queue.push_back(&brick);
-}
-
-std::vector<VisibleBrick> FusionStage::State::bricks_to_update(const Isometry3f& T_tag_camera,
-                                                               const Isometry3f& T_camera_tag) {
-  const float focal = static_cast<float>(std::max(camera.fx, camera.fy));
-  std::vector<VisibleBrick> visible;
-  bricks.for_each([&](WorkingBrick& brick) {
-    if (!update_due(brick, frames, light_variance)) return;
-    const BrickVisibility visibility =
-        brick_visibility(brick.key, view, map, focal, T_camera_tag, voxel_m, truncation_m);
-    if (visibility.kind == BrickVisibility::Kind::hidden ||
-        (visibility.kind == BrickVisibility::Kind::open && brick.open) ||
-        surfaces.behind_mirror(T_tag_camera.translation(), brick_centre(brick.key, voxel_m)))
-      return;
-    visible.push_back({&brick, visibility});
-  });
-  unfinished = limit_work(visible, frames, light_variance);
-  std::size_t free = free_copies;
-  std::erase_if(visible, [&](const VisibleBrick& at) {
-    const bool needs_copy = at.brick->now == at.brick->published;
-    if (needs_copy && free == 0) return true;
-    free -= needs_copy ? 1 : 0;
-    return false;
-  });
-  return visible;
-}
-
-void FusionStage::State::update_brick(const BrickUpdate& update, const VisibleBrick& visible, bool with_color) {
-  WorkingBrick& brick = *visible.brick;
-  const bool open = visible.visibility.kind == BrickVisibility::Kind::open;
-  const bool light_changed = !open && with_color && brick.light_variance < light_variance;
-  const std::shared_ptr<FieldBrick> before = brick.now;
-  brick.prepare_change(maker);
-  if (light_changed) {
-    forget_light(brick);
-    brick.urgent = true;
-  }
-  const BrickUpdate::Change change = open ? update.update_open(brick) : update.update(brick, visible.visibility.far_m);
-  // Of its mean voxel: new ones have none yet.
-  brick.update_count -= brick.update_count * static_cast<std::uint32_t>(change.new_voxels) / kBrickVoxels;
-  ++brick.update_count;
-  brick.last_update = frames;
-  if (change.observed)
-    record_change(brick, open, change);
-  else if (!light_changed)
-    brick.now = before;
-  // Now, while the brick is in the cache.
-  if (brick.queued && (publication_due() || brick.urgent)) copy_drifted(brick);
-}
-
-/// Updates the brick's counters and queues it for publication if it may have drifted.
-void FusionStage::State::record_change(WorkingBrick& brick, bool open, const BrickUpdate::Change& change) {
-  if (!open) {
-    brick.open = false;
-    if (change.moved_voxels > kUpdateSchedule.active_moved_voxels)
-      brick.active_until = brick.update_count + kUpdateSchedule.active_updates;
-  }
-  const int urgent_new_voxels =
-      frames < kSearchSchedule.initial_frames ? kPublication.urgent_moved_voxels : kPublication.urgent_new_voxels;
-  brick.urgent |= !brick.published || change.new_voxels >= urgent_new_voxels ||
-                  change.moved_voxels >= kPublication.urgent_moved_voxels;
-  urgent |= brick.urgent;
-  brick.add_drift(change.new_voxels > 0 || change.new_color, change.drift, change.radiance_drift);
-  if (brick.urgent || brick.model || brick.may_have_drifted()) queue(brick);
-}
-
-/// What was seen under earlier light is less certain now.
-void FusionStage::State::forget_light(WorkingBrick& brick) const {
-  brick.forget_radiance(light_variance - brick.light_variance);
-  brick.light_variance = light_variance;
-}
-
-/// The colours of surface that this frame does not show follow the light, to first order.
-void FusionStage::State::relight_unseen(const std::function<Eigen::Array3f(const Vector3f&)>& light_ratio) {
-  for (const auto& pointer : bricks) {
-    WorkingBrick& brick = *pointer;
-    if (brick.open || !brick.published || !(brick.light_variance < light_variance)) continue;
-    if (!brick.has_color()) {
-      brick.light_variance = light_variance;
-      continue;
-    }
-    const Eigen::Array3f ratio = light_ratio(brick_centre(brick.key, voxel_m));
-    brick.prepare_change(maker);
-    forget_light(brick);
-    for (Vector3f& radiance : brick.now->radiance) radiance = (radiance.array() * ratio).matrix();
-    brick.urgent = urgent = true;
-    queue(brick);
-  }
-}
-
-/// Copies a queued brick for publication if it has drifted.
-void FusionStage::State::copy_drifted(WorkingBrick& brick) const {
-  std::optional<FieldBrick> with_model;
-  if (!brick.now) brick.prepare_change(maker);  // nothing but a model
-  if (brick.model) with_model = merge_model(*brick.now, *brick.model, voxel_m);
-  const FieldBrick& result = with_model ? *with_model : *brick.now;
-  const bool drifted = brick.urgent || brick.drifted(result, voxel_m);
-  brick.queued = brick.urgent = false;
-  if (!drifted) {
-    if (scarce && !brick.model) brick.now = brick.published;
-    return;
-  }
-  brick.published = with_model ? maker.copy(result) : brick.now;
-  brick.drift = WorkingBrick::kDriftUnknown;
-  brick.copied = true;
-}
-
-void FusionStage::State::publish() {
-  const bool due = publication_due();
-  if (!urgent && !(due && (new_viewpoint || !evicted.empty() || !publication_queue.empty()))) return;
-  auto next = std::make_shared<DistanceField>(*field);
-  next->version += 1;
-  next->seen_from_m = seen_from_m;
-  next->seen_space = seen_space;
-  bool changed = new_viewpoint || !evicted.empty();
-  for (const BrickKey& key : std::exchange(evicted, {})) next->bricks.erase(key);
-  std::erase_if(publication_queue, [&](WorkingBrick* brick) {
-    if (brick->queued) {
-      if (!due && !brick->urgent) return false;
-      copy_drifted(*brick);
-    }
-    if (!brick->copied) return true;
-    brick->copied = false;
-    next->bricks[brick->key] = brick->published;
-    changed = true;
-    return true;
-  });
-  urgent = false;
-  if (due) last_publication = frames;
-  if (!changed) return;
-  new_viewpoint = false;
-  field = std::move(next);
+  if (!coarse || !(due || light_change > 0)) return;
+  share_memory();
+  coarse_field = coarse->fuse(frame, pose, light_change, light_ratio);
 }
 
 FusionStage::FusionStage(const capture::Session& session, const FusionSettings& settings)
@@ -338,63 +91,24 @@ std::shared_ptr<const DistanceField> FusionStage::fuse(
     const capture::FrameSet& frame, const Pose& pose, double light_change,
     const std::function<Eigen::Array3f(const Eigen::Vector3f&)>& light_ratio) {
   State& s = *state_;
-  s.light_variance += light_change * light_change;
-  if (!frame.depth || pose.age_ns != 0) {
-    if (s.field && light_change > 0 && light_ratio) {
-      s.relight_unseen(light_ratio);
-      s.publish();
-    }
-    return s.field;
-  }
-  if (frame.depth->depth_m.width != s.camera.width || frame.depth->depth_m.height != s.camera.height) return s.field;
-  const bool same_pose = (pose.T_tag_camera.matrix() - s.last_pose.matrix()).cwiseAbs().maxCoeff() < kSamePose;
-  const bool again =
-      s.field && same_pose && same_depth(frame.depth, s.last_depth) && same_frame(frame.color, s.last_color);
-  if (again && !s.unfinished) return s.field;
-  if (!s.field) {
-    auto empty = std::make_shared<DistanceField>();
-    empty->voxel_m = s.voxel_m;
-    empty->truncation_m = s.truncation_m;
-    s.field = empty;
-  }
-
-  if (again)
-    --s.frames;
-  else
-    s.preprocessor.prepare(frame.depth->depth_m, s.view);
-  const Isometry3f T_tag_camera = pose.T_tag_camera.cast<float>();
-  const Isometry3f T_camera_tag = pose.T_tag_camera.inverse().cast<float>();
-  s.evict();
-  if (!again) {
-    s.add_viewpoint(T_tag_camera);
-    s.allocate(T_tag_camera);
-  }
-  if (!again && s.surfaces.any() && s.surfaces.register_models(frame.depth->depth_m, pose.T_tag_camera))
-    s.update_models();
-  const ColorLookup colour(frame.color_shows_room ? frame.color.get() : nullptr, s.response, s.camera.width,
-                           s.camera.height, Eigen::Array3f::Map(frame.color_gain.data()), frame.color_vignetting.get());
-  const BrickUpdate update(s.view, s.preprocessor, s.map, colour, T_camera_tag,
-                           {s.voxel_m, s.truncation_m, s.weight_cap});
-  const std::vector<VisibleBrick> visible = s.bricks_to_update(T_tag_camera, T_camera_tag);
-  for (std::size_t i = 0; i < visible.size(); ++i) {
-    if (i + 1 < visible.size() && visible[i + 1].visibility.kind == BrickVisibility::Kind::surface)
-      update.prefetch(*visible[i + 1].brick, visible[i + 1].visibility);
-    s.update_brick(update, visible[i], static_cast<bool>(colour));
-  }
-  if (light_change > 0 && light_ratio) s.relight_unseen(light_ratio);
-  s.publish();
-  ++s.frames;
-  s.last_depth = frame.depth;
-  s.last_color = frame.color;
-  s.last_pose = pose.T_tag_camera;
-  return s.field;
+  const std::shared_ptr<const DistanceField> fine_before = s.fine_field, coarse_before = s.coarse_field;
+  s.fine_field = s.fine.fuse(frame, pose, light_change, light_ratio);
+  s.fuse_coarse(frame, pose, light_change, light_ratio);
+  if (!s.fine_field || !s.coarse_field) return s.field = s.fine_field;
+  if (s.fine_field == fine_before && s.coarse_field == coarse_before) return s.field;
+  auto both = std::make_shared<DistanceField>(*s.fine_field);
+  both->version += s.coarse_field->version;
+  both->coarse = s.coarse_field;
+  return s.field = both;
 }
 
 FusionStage::Memory FusionStage::memory() const {
-  const State& s = *state_;
-  return {s.field ? s.field->bricks.size() : 0, s.maker.used_bytes(), s.evicted_count};
+  Memory memory = state_->fine.memory();
+  if (!state_->coarse) return memory;
+  const Memory coarse = state_->coarse->memory();
+  return {memory.bricks + coarse.bricks, memory.used_bytes + coarse.used_bytes, memory.evicted + coarse.evicted};
 }
 
-std::vector<std::string> FusionStage::warnings() const { return state_->surfaces.warnings(); }
+std::vector<std::string> FusionStage::warnings() const { return state_->fine.warnings(); }
 
 }  // namespace lumigraft::reconstruct

@@ -8,6 +8,7 @@
 #include "capture/frame.h"
 #include "capture/session/session.h"
 #include "reconstruct/field/distance_field.h"
+#include "reconstruct/fusion/fusion_memory.h"
 #include "reconstruct/fusion/parameters.h"
 #include "reconstruct/pose/pose.h"
 
@@ -20,6 +21,9 @@ namespace lumigraft::reconstruct {
 /// second. Behind a rim only voxels at a visible surface are solid. Of two sides of a thin object each keeps its own
 /// voxels, although it is hidden from the other side. Colour is fused as radiance, weighted by the cosine of incidence;
 /// clipped pixels do not count.
+///
+/// Surfaces beyond FusionSettings::far_m are fused in coarser voxels, up to 12 m, into DistanceField::coarse
+/// (CoarseParameters). Both levels share the memory.
 ///
 /// Real surfaces that the session names are registered in depth and merged into the field (real_surface.h).
 ///
@@ -43,11 +47,7 @@ class FusionStage {
   std::shared_ptr<const DistanceField> fuse(
       const capture::FrameSet& frame, const Pose& pose, double light_change = 0,
       const std::function<Eigen::Array3f(const Eigen::Vector3f& position_m)>& light_ratio = {});
-  struct Memory {
-    std::size_t bricks = 0;      ///< of the published field
-    std::size_t used_bytes = 0;  ///< of bricks, also those that only earlier fields contain
-    std::size_t evicted = 0;     ///< bricks so far
-  };
+  using Memory = FusionMemory;
   Memory memory() const;
   /// Real surfaces of the session that depth contradicts (real_surface.h).
   std::vector<std::string> warnings() const;

@@ -11,12 +11,26 @@ namespace lumigraft::reconstruct {
 struct FusionSettings {
   double voxel_m = 0.008;
   double truncation_voxels = 4.0;
-  double far_m = 5.0;      ///< depth beyond it is not fused
+  double far_m = 5.0;      ///< surfaces beyond it are fused in coarser voxels (CoarseParameters)
   double weight_cap = 64;  ///< limit of the summed weight of a voxel: bounds the time over which it averages
   /// Memory of bricks. A square metre of surface takes 540 bricks of 12.4 kB (8 mm voxels); what is within far_m of the
-  /// tag in a hall, 110 square metres of floor, wall and furniture, fits.
+  /// tag in a hall, 98 square metres of floor, wall and furniture, fits beside the coarse field.
   double max_memory_mb = 768;
 };
+
+/// The coarse field of surfaces beyond FusionSettings::far_m.
+struct CoarseParameters {
+  int voxels = 6;              ///< edge of a voxel: the truncation distance of 0.19 m is 1σ of depth at 10.5 m
+  float far_m = 12;            ///< depth beyond it is not used
+  float overlap_m = 0.5f;      ///< of depth in which surfaces are fused in both: more than a truncation distance
+  float min_fraction = 0.01f;  ///< of an image that shows surfaces beyond `far_m`, from which a coarse field begins
+  std::size_t pixel_step = 7;  ///< between the pixels that are counted for that; prime to the usual widths
+  std::uint32_t interval_frames = 4;  ///< between those that are fused: far surfaces cover few pixels and change little
+  std::size_t max_bricks = 600;       ///< updated in one of those, 10 to 15 us each
+  /// Fraction of FusionSettings::max_memory_mb. 400 square metres, a hall of 12 m, take 6000 bricks, 73 MB.
+  double memory = 0.15;
+};
+inline constexpr CoarseParameters kCoarse;
 
 /// How often a brick is updated: an update adds about 1/n of what n updates gave, so that the interval grows with n. A
 /// visitor must disappear within a second, and six frames must be averaged completely. On 1000 frames of a kitchen half
@@ -28,8 +42,8 @@ struct UpdateSchedule {
   int active_moved_voxels = 24;      ///< voxels of 512 far from their old distance that count as content that moved
   /// Bricks updated in one frame after the first, 10 to 15 us each, and 20 more for the memory of a new one; the others
   /// wait. With 1500 more than 3 % of the orbit's bricks are published per frame, since they drift more between
-  /// updates.
-  std::size_t max_bricks = 2000;
+  /// updates; with 1600 a hundredth less of a kitchen is known, with 2000 half a hundredth more, in a tenth more time.
+  std::size_t max_bricks = 1800;
 };
 inline constexpr UpdateSchedule kUpdateSchedule;
 

@@ -13,12 +13,14 @@ bool outdated(const WorkingBrick& brick, double light_variance) {
   return brick.update_count < brick.active_until || brick.light_variance < light_variance;
 }
 
-/// Relative gain of information since the last update, per metre of depth: near bricks cover more of the image.
+/// Relative gain of information since the last update, per metre of depth: near bricks cover more of the image. What
+/// was hidden lately, although it is in the image, probably still is.
 float gain(const VisibleBrick& visible, std::uint32_t frame, double light_variance) {
   const WorkingBrick& brick = *visible.brick;
   const std::uint32_t updates = outdated(brick, light_variance) ? 0 : brick.update_count;
   const auto waited = static_cast<float>(frame - brick.last_update + 1);
-  return waited / (static_cast<float>(updates + 1) * std::max(visible.visibility.depth_m, kBrickSelection.near_m));
+  return waited / (static_cast<float>(updates + 1) * static_cast<float>(brick.misses + 1) *
+                   std::max(visible.visibility.depth_m, kBrickSelection.near_m));
 }
 
 }  // namespace
@@ -32,17 +34,16 @@ bool update_due(const WorkingBrick& brick, std::uint32_t frame, double light_var
   return frame - brick.last_update >= 1u << kSettled.size() || (frame + brick.turn) % interval == 0;
 }
 
-bool limit_work(std::vector<VisibleBrick>& bricks, std::uint32_t frame, double light_variance) {
-  // Lamps and albedo are first solved from the first frame alone.
-  if (frame == 0 || bricks.size() <= kUpdateSchedule.max_bricks) return false;
+bool limit_work(std::vector<VisibleBrick>& bricks, std::uint32_t frame, double light_variance, std::size_t max_bricks) {
+  if (bricks.size() <= max_bricks) return false;
   std::vector<std::pair<float, std::size_t>> order;  // negative gain; then the order of creation
   order.reserve(bricks.size());
   for (std::size_t i = 0; i < bricks.size(); ++i) order.emplace_back(-gain(bricks[i], frame, light_variance), i);
-  const auto end = order.begin() + static_cast<std::ptrdiff_t>(kUpdateSchedule.max_bricks);
+  const auto end = order.begin() + static_cast<std::ptrdiff_t>(max_bricks);
   std::nth_element(order.begin(), end, order.end());
   std::sort(order.begin(), end, [](const auto& a, const auto& b) { return a.second < b.second; });
   std::vector<VisibleBrick> kept;
-  kept.reserve(kUpdateSchedule.max_bricks);
+  kept.reserve(max_bricks);
   for (auto chosen = order.begin(); chosen != end; ++chosen) kept.push_back(bricks[chosen->second]);
   bricks = std::move(kept);
   return true;

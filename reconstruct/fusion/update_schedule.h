@@ -17,9 +17,9 @@ struct VisibleBrick {
 /// light changed. An update adds about 1/n of what n updates gave, so the interval grows with n.
 bool update_due(const WorkingBrick& brick, std::uint32_t frame, double light_variance);
 
-/// Keeps the bricks that one call may update: at most UpdateSchedule::max_bricks, those that gain most and are near
-/// first; in the first frame all. The order of those kept stays. False if all are kept.
-bool limit_work(std::vector<VisibleBrick>& bricks, std::uint32_t frame, double light_variance);
+/// Keeps the bricks that one call may update: at most `max_bricks`, those that gain most and are near first. The order
+/// of those kept stays. False if all are kept.
+bool limit_work(std::vector<VisibleBrick>& bricks, std::uint32_t frame, double light_variance, std::size_t max_bricks);
 
 /// Whether a brick was out of view for so long that it may be evicted.
 bool unseen(const WorkingBrick& brick, std::uint32_t frame);

@@ -17,8 +17,9 @@ struct SurfaceBrick;
 struct WorkingBrick {
   BrickKey key{};
   std::uint32_t turn = 0;          ///< its number in the order of creation, so that not all are due in the same frame
-  std::uint32_t update_count = 0;  ///< frames that observed it
+  std::uint32_t update_count = 0;  ///< frames in which it was updated
   std::uint32_t last_update = 0;   ///< the last of them, or the frame that created it
+  std::uint32_t misses = 0;        ///< the last so many of them observed nothing of it
   std::uint32_t active_until = 0;  ///< update_count up to which it is updated in every frame
   bool open = false;               ///< every voxel is known to be free, far from surfaces
   bool queued = false;             ///< to be published if it has drifted

@@ -159,6 +159,9 @@ std::vector<RoomPoint> room_points(const DistanceField& field) {
       if (const auto normal = field.normal(position_m)) points.push_back({position_m, *normal});
     }
   }
+  if (!field.coarse) return points;
+  for (const RoomPoint& far : room_points(*field.coarse))
+    if (!field.has_brick_at(far.position_m)) points.push_back(far);
   return points;
 }
 

@@ -49,7 +49,7 @@ EnvironmentMap without_near(const EnvironmentMap& picture, const FieldRays& rays
   for (int v = 0; v < from.height; ++v) {
     for (int u = 0; u < from.width; ++u) {
       directions.push_back(environment_direction(u, v, from.width, from.height));
-      const auto hit = rays.first_crossing(probe, directions.back(), kShadingParameters.max_ray_m);
+      const auto hit = rays.first_crossing(probe, directions.back(), kShadingParameters.max_gather_m);
       const auto exit = hit && room ? room->leave(probe, directions.back()) : std::nullopt;
       const bool is_near =
           hit && !(exit && (*hit - probe).norm() > kShadingParameters.on_side_ratio * exit->distance_m);
@@ -205,7 +205,7 @@ IrradianceModel::Gathered IrradianceModel::gather(const Eigen::Vector3f& positio
     const float r = std::sqrt(s);
     const Eigen::Vector3f direction =
         (r * std::cos(phi) * frame.x + r * std::sin(phi) * frame.y + std::sqrt(1 - s) * frame.z).normalized();
-    const auto hit = rays_.first_crossing(from, direction, kShadingParameters.max_ray_m);
+    const auto hit = rays_.first_crossing(from, direction, kShadingParameters.max_gather_m);
     const auto radiance = hit ? field_.radiance(*hit) : std::nullopt;
     metal_hits += hit && metal_.contains(*hit);
     if (radiance) {

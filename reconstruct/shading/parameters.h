@@ -11,7 +11,8 @@ struct ShadingParameters {
   /// this albedo in place of sky, the median error of albedo fell from 6.5 to 5.1 %, mean of six sessions.
   double typical_albedo = 0.35;
 
-  float max_ray_m = 10;             ///< longest ray: longer than a room
+  float max_ray_m = 10;             ///< longest ray to a lamp: longer than a room
+  float max_gather_m = 25;          ///< longest ray that gathers light: a hall of CoarseParameters::far_m both ways
   float lift_voxels = 1.5f;         ///< start of rays above their surface, against self-occlusion
   float lamp_radii_clear = 1.5f;    ///< shadow rays end this far from the lamp, as its body throws no shadow
   float on_side_ratio = 0.97f;      ///< a hit this far along the way to a side of the enclosure is on the side

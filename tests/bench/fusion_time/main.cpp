@@ -19,9 +19,14 @@ namespace {
 /// Signed distance of the cube from -1 to 1 m; the camera sees a table with a ball, and two walls.
 double corner_of_room(const Eigen::Vector3d& p) { return std::min({ball_on_table(p), 1 - p.x(), 1 - p.y()}); }
 
+/// A hall of 12 x 8 x 5 m; the camera, over its middle, sees it in part up to 8 m.
+double hall(const Eigen::Vector3d& p) { return std::min({p.z(), 5 - p.z(), 6 - std::abs(p.x()), 4 - std::abs(p.y())}); }
+
 struct Film {
   const char* name;
   double way_m, turn_rad;  ///< per frame
+  Shape shape = corner_of_room;
+  double tilt_rad = 55 * kDegree, far_m = 6;  ///< of the camera's axis from the vertical; range of the depth camera
 };
 
 void measure(const Film& film) {
@@ -34,11 +39,11 @@ void measure(const Film& film) {
   constexpr int kPictures = 32, kWarmUp = 8, kRuns = 5;
   const auto pose_of = [&](int i) {
     const double azimuth = -2.4 + film.turn_rad * i;
-    return looking_at_tag(1.3 + film.way_m * i, 55 * kDegree, azimuth, {0.1, 0.1, 0});
+    return looking_at_tag(1.3 + film.way_m * i, film.tilt_rad, azimuth, {0.1, 0.1, 0});
   };
   std::vector<capture::FrameSet> frames;
   for (unsigned i = 0; i < kPictures; ++i)
-    frames.push_back(frame_of(corner_of_room, camera, pose_of(static_cast<int>(i)), i, {1, i + 1}));
+    frames.push_back(frame_of(film.shape, camera, pose_of(static_cast<int>(i)), i, {1, i + 1}, nullptr, film.far_m));
   std::vector<double> ms(kPictures, 1e9);
   std::size_t bricks = 0;
   for (int run = 0; run < kRuns; ++run) {
@@ -69,4 +74,6 @@ int main(int count, char** arguments) {
   measure({"camera at rest", 0, 0});
   measure({"hand-held, 5 mm a picture", 0.003, 0.004});
   measure({"walking, 30 mm a picture", 0.01, 0.025});
+  measure({"the same, hall of 12 m", 0.01, 0.025, lumigraft::test::hall, 80 * lumigraft::test::kDegree, 14});
+  measure({"the same, depth up to 5 m", 0.01, 0.025, lumigraft::test::hall, 80 * lumigraft::test::kDegree, 5});
 }

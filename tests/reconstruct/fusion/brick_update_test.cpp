@@ -5,6 +5,7 @@
 
 #include <tuple>
 
+#include "reconstruct/fusion/update_schedule.h"
 #include "tests/reconstruct/fusion/fusion_views.h"
 
 namespace lumigraft::reconstruct {
@@ -32,9 +33,10 @@ WorkingBrick new_brick(const BrickKey& key) {
 TEST(FusionUpdate, IsBitIdenticalWithNarrowVectors) {
   const capture::CameraModel camera = coarse_camera();
   const PixelMap map(camera);
-  DepthPreprocessor preprocessor(camera, kVoxelM, 5), narrow(camera, kVoxelM, 5, false);
+  DepthPreprocessor preprocessor(camera, kVoxelM, kTruncationM, 5), narrow(camera, kVoxelM, kTruncationM, 5, false);
   RecentBricks known;
   std::vector<WorkingBrick> wide_bricks, narrow_bricks;
+  const FieldBrickMaker maker;
   for (unsigned i = 0; i < 3; ++i) {
     const Eigen::Isometry3d T_tag_camera = test::looking_at_tag(0.8 + 0.05 * i, 50 * test::kDegree, -2.4 + 0.1 * i);
     const capture::FrameSet frame = test::frame_of(test::ball_on_table, camera, T_tag_camera, i, {1, i + 1});
@@ -47,11 +49,12 @@ TEST(FusionUpdate, IsBitIdenticalWithNarrowVectors) {
       EXPECT_EQ(a.normal, b.normal);
       EXPECT_EQ(std::tie(a.distance_m, a.weight, a.facing, a.jump), std::tie(b.distance_m, b.weight, b.facing, b.jump));
       for (int c = 0; c < 4; ++c) EXPECT_EQ(view.planes[k][c], narrow_view.planes[k][c]);
+      EXPECT_EQ(view.plane_weights[k], narrow_view.plane_weights[k]);
     }
     const Eigen::Isometry3f T_camera_tag = T_tag_camera.inverse().cast<float>();
     const ColorLookup colour(frame.color.get(), capture::Response::srgb(), camera.width, camera.height);
     for (const BrickKey& key : bricks_on_surfaces(view, preprocessor, T_tag_camera.cast<float>(), kVoxelM, kTruncationM,
-                                                  ImageSubset{}, known)) {
+                                                  ImageSubset{}, {0, 5}, known)) {
       wide_bricks.push_back(new_brick(key));
       narrow_bricks.push_back(new_brick(key));
     }
@@ -59,8 +62,8 @@ TEST(FusionUpdate, IsBitIdenticalWithNarrowVectors) {
     const BrickUpdate by_eight(view, preprocessor, map, colour, T_camera_tag, sizes);
     const BrickUpdate by_four(view, preprocessor, map, colour, T_camera_tag, sizes, false);
     for (std::size_t k = 0; k < wide_bricks.size(); ++k) {
-      const auto a = by_eight.update(wide_bricks[k], 5);
-      const auto b = by_four.update(narrow_bricks[k], 5);
+      const auto a = by_eight.update(wide_bricks[k], 5, maker);
+      const auto b = by_four.update(narrow_bricks[k], 5, maker);
       EXPECT_EQ(a.new_voxels, b.new_voxels);
       EXPECT_EQ(a.moved_voxels, b.moved_voxels);
       EXPECT_EQ(wide_bricks[k].now->distance_m, narrow_bricks[k].now->distance_m);
@@ -69,6 +72,78 @@ TEST(FusionUpdate, IsBitIdenticalWithNarrowVectors) {
     }
   }
   EXPECT_GT(wide_bricks.size(), 100u);
+}
+
+// What counts as hidden is not observed, at jumps and outside the image too, and little else is updated in vain.
+TEST(FusionUpdate, NothingThatIsObservedCountsAsHidden) {
+  const capture::CameraModel camera = coarse_camera();
+  const PixelMap map(camera);
+  DepthPreprocessor preprocessor(camera, kVoxelM, kTruncationM, 5);
+  RecentBricks known;
+  std::vector<BrickKey> keys;
+  const FieldBrickMaker maker;
+  int hidden = 0, observed = 0, in_vain = 0, lost_voxels = 0, voxels = 0;
+  for (unsigned i = 0; i < 4; ++i) {
+    const Eigen::Isometry3d T_tag_camera = test::looking_at_tag(0.8, (30 + 15 * i) * test::kDegree, -2.4 + 0.7 * i);
+    const capture::FrameSet frame = test::frame_of(test::ball_on_table, camera, T_tag_camera, i, {1, i + 1});
+    PreparedDepth view;
+    preprocessor.prepare(frame.depth->depth_m, view);
+    const Eigen::Isometry3f T_camera_tag = T_tag_camera.inverse().cast<float>();
+    const ColorLookup colour(nullptr, capture::Response::srgb(), camera.width, camera.height);
+    const BrickUpdate update(view, preprocessor, map, colour, T_camera_tag, {kVoxelM, kTruncationM, 64});
+    for (const BrickKey& key : bricks_on_surfaces(view, preprocessor, T_tag_camera.cast<float>(), kVoxelM, kTruncationM,
+                                                  ImageSubset{}, {0, 5}, known))
+      keys.push_back(key);
+    for (const BrickKey& key : keys) {
+      const BrickVisibility visibility =
+          brick_visibility(key, view, map, static_cast<float>(camera.fx), T_camera_tag, kVoxelM, kTruncationM);
+      WorkingBrick all = new_brick(key), visible = new_brick(key);
+      const int all_voxels = update.update(all, 1e9f, maker).new_voxels;
+      const bool is_hidden = visibility.kind == BrickVisibility::Kind::hidden;
+      const int seen_voxels = is_hidden ? 0 : update.update(visible, visibility.hidden_m, maker).new_voxels;
+      voxels += all_voxels;
+      lost_voxels += all_voxels - seen_voxels;
+      ++(is_hidden ? hidden : seen_voxels > 0 ? observed : in_vain);
+    }
+  }
+  EXPECT_LE(lost_voxels, voxels / 10000);
+  EXPECT_GT(hidden, in_vain) << "bricks that are recognized as hidden, and those that are updated without need";
+  EXPECT_GT(observed, hidden + in_vain);
+}
+
+TEST(FusionUpdate, ABrickOfWhichNothingIsObservedIsNotCopied) {
+  const capture::CameraModel camera = coarse_camera();
+  const PixelMap map(camera);
+  DepthPreprocessor preprocessor(camera, kVoxelM, kTruncationM, 5);
+  const Eigen::Isometry3d T_tag_camera = test::looking_at_tag(0.8, 50 * test::kDegree, -2.4);
+  const capture::FrameSet frame = test::frame_of(test::ball_on_table, camera, T_tag_camera, 0, {1, 1});
+  PreparedDepth view;
+  preprocessor.prepare(frame.depth->depth_m, view);
+  const Eigen::Isometry3f T_camera_tag = T_tag_camera.inverse().cast<float>();
+  const ColorLookup colour(frame.color.get(), capture::Response::srgb(), camera.width, camera.height);
+  const BrickUpdate update(view, preprocessor, map, colour, T_camera_tag, {kVoxelM, kTruncationM, 64});
+  const FieldBrickMaker maker;
+  WorkingBrick below_table = new_brick({0, 0, -4}), on_table = new_brick({0, 0, 0});
+  below_table.published = below_table.now;
+  on_table.published = on_table.now;
+  EXPECT_FALSE(update.update(below_table, 1e9f, maker).observed);
+  EXPECT_EQ(below_table.now, below_table.published);
+  EXPECT_TRUE(update.update(on_table, 1e9f, maker).observed);
+  EXPECT_NE(on_table.now, on_table.published) << "a published brick never changes";
+}
+
+// When a frame has more bricks than it may update, those wait that lately were hidden where the image should show them.
+TEST(FusionUpdate, WhatWasHiddenLatelyWaits) {
+  std::vector<WorkingBrick> bricks(kUpdateSchedule.max_bricks + 1);
+  std::vector<VisibleBrick> visible;
+  for (WorkingBrick& brick : bricks) {
+    brick.update_count = 3;
+    visible.push_back({&brick, {BrickVisibility::Kind::surface, 1}});
+  }
+  bricks[7].misses = 1;
+  EXPECT_TRUE(limit_work(visible, 8, 0, kUpdateSchedule.max_bricks));
+  EXPECT_EQ(visible.size(), kUpdateSchedule.max_bricks);
+  for (const VisibleBrick& kept : visible) EXPECT_NE(kept.brick, &bricks[7]);
 }
 
 TEST(RecentBricks, EachIsInsertedOnceNearAndFar) {
@@ -108,9 +183,10 @@ TEST(RecentBricks, ContainsAllOnlyAfterEachWasInserted) {
 TEST(FusionUpdate, TheBoundOfDriftHolds) {
   const capture::CameraModel camera = coarse_camera();
   const PixelMap map(camera);
-  DepthPreprocessor preprocessor(camera, kVoxelM, 5);
+  DepthPreprocessor preprocessor(camera, kVoxelM, kTruncationM, 5);
   RecentBricks known;
   std::vector<WorkingBrick> bricks;
+  const FieldBrickMaker maker;
   int skipped = 0, compared = 0, published = 0;
   for (unsigned i = 0; i < 32; ++i) {
     // A lamp becomes brighter after everything has settled.
@@ -126,11 +202,11 @@ TEST(FusionUpdate, TheBoundOfDriftHolds) {
     const Eigen::Isometry3f T_camera_tag = T_tag_camera.inverse().cast<float>();
     const ColorLookup colour(frame.color.get(), capture::Response::srgb(), camera.width, camera.height);
     for (const BrickKey& key : bricks_on_surfaces(view, preprocessor, T_tag_camera.cast<float>(), kVoxelM, kTruncationM,
-                                                  ImageSubset{}, known))
+                                                  ImageSubset{}, {0, 5}, known))
       bricks.push_back(new_brick(key));
     const BrickUpdate update(view, preprocessor, map, colour, T_camera_tag, {kVoxelM, kTruncationM, 64});
     for (WorkingBrick& brick : bricks) {
-      const BrickUpdate::Change change = update.update(brick, 5);
+      const BrickUpdate::Change change = update.update(brick, 5, maker);
       brick.add_drift(change.new_voxels > 0 || change.new_color, change.drift, change.radiance_drift);
       if (!brick.may_have_drifted()) {
         ++skipped;

@@ -24,15 +24,16 @@ inline constexpr double kBallRadius = 0.1;
 inline double ball(const Eigen::Vector3d& p) { return (p - kBall).norm() - kBallRadius; }
 inline double ball_on_table(const Eigen::Vector3d& p) { return std::min(table(p), ball(p)); }
 
-/// Distance along the ray to the shape, within 6 m.
-inline std::optional<double> march(const Shape& shape, const Eigen::Vector3d& from, const Eigen::Vector3d& direction) {
+/// Distance along the ray to the shape, within `far_m`.
+inline std::optional<double> march(const Shape& shape, const Eigen::Vector3d& from, const Eigen::Vector3d& direction,
+                                   double far_m = 6) {
   double along = 0;
-  for (int i = 0; i < 500 && along < 6; ++i) {
+  for (int i = 0; i < 500 && along < far_m; ++i) {
     const double free = shape(from + along * direction);
     if (free < 1e-7) break;
     along += free;
   }
-  if (along >= 6) return std::nullopt;
+  if (along >= far_m) return std::nullopt;
   return along;
 }
 
@@ -59,7 +60,8 @@ struct Noise {
 inline capture::FrameSet frame_of(const Shape& shape, const capture::CameraModel& camera,
                                   const Eigen::Isometry3d& T_tag_camera, std::uint64_t index = 0,
                                   const Noise& noise = {},
-                                  const std::function<double(const Eigen::Vector3d&)>& radiance = nullptr) {
+                                  const std::function<double(const Eigen::Vector3d&)>& radiance = nullptr,
+                                  double far_m = 6) {
   auto depth = std::make_shared<capture::DepthFrame>();
   depth->depth_m = capture::Image<float>(camera.width, camera.height, 1);
   auto color = std::make_shared<capture::Frame>();
@@ -72,7 +74,7 @@ inline capture::FrameSet frame_of(const Shape& shape, const capture::CameraModel
       const auto ray = camera.unproject({static_cast<double>(u), static_cast<double>(v)});
       if (!ray) continue;
       const Eigen::Vector3d direction = T_tag_camera.linear() * *ray;
-      const auto along = march(shape, T_tag_camera.translation(), direction);
+      const auto along = march(shape, T_tag_camera.translation(), direction, far_m);
       if (!along) continue;
       const double z = *along * ray->z();
       double incidence_rad = 0;
