@@ -47,7 +47,7 @@ struct AlbedoParameters {
 
   /// Irradiance and its uncertainty, relative unless stated.
   struct Lighting {
-    int sample_rays = 8, point_rays = 4;  ///< to a lamp's disk; twice as many make no difference
+    int sample_rays = 8, point_rays = 4;  ///< to the disk of a lamp of half the light; twice as many change nothing
     float neighbour_reach = 2.5f;         ///< in edges of a sample's cell
     float model_error = 0.08f;            ///< 1σ of modelled irradiance of a sample, away from shadow edges
     float scale_error = 0.01f;            ///< 1σ of the two cameras' scale, which no misfit shows

@@ -158,12 +158,22 @@ std::vector<SampleAlbedo> solve_albedo(const std::vector<SurfaceSample>& samples
   for (std::size_t i = 0; i < open; ++i) {
     for (std::size_t c = 0; c < 3; ++c)
       result[i].albedo[static_cast<Eigen::Index>(c)] = static_cast<float>(albedo[i][c]);
-    const double misfit = (result[i].albedo.array() - direct(samples[i], light[i], noise_floor)).abs().mean() *
-                          std::min(1.0, kSolver.trusted_error / std::max(light[i].relative_sigma, 0.01f));
-    const double sigma = std::hypot(1 / std::sqrt(std::max(information[i], 1e-9)), kSolver.misfit_sigma * misfit);
+    const double sigma = std::hypot(1 / std::sqrt(std::max(information[i], 1e-9)),
+                                    misfit_sigma(samples[i], light[i], result[i].albedo, noise_floor));
     result[i].sigma = sigma < kSolver.max_sigma ? static_cast<float>(sigma) : -1;
   }
   return result;
+}
+
+float misfit_sigma(const SurfaceSample& sample, const SampleLight& light, const Eigen::Vector3f& albedo,
+                   float noise_floor) {
+  const float misfit = (albedo.array() - direct(sample, light, noise_floor)).abs().mean();
+  const double trust = std::min(1.0, kSolver.trusted_error / std::max(light.relative_sigma, 0.01f));
+  return static_cast<float>(kSolver.misfit_sigma * trust) * misfit;
+}
+
+float noise_in_data(const SurfaceSample& sample, const SampleLight& light, float noise_floor) {
+  return (std::pow(noise_floor_sigma(noise_floor), 2.0f) / data_sigma(sample, light, noise_floor).square()).mean();
 }
 
 }  // namespace lumigraft::reconstruct

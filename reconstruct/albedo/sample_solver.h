@@ -22,4 +22,10 @@ std::vector<SampleAlbedo> solve_albedo(const std::vector<SurfaceSample>& samples
                                        const std::vector<std::vector<int>>& neighbours, float noise_floor,
                                        const std::vector<SampleAlbedo>& held = {});
 
+/// 1σ of a sample's albedo by smoothing: from the difference of what was solved and measured.
+float misfit_sigma(const SurfaceSample& sample, const SampleLight& light, const Eigen::Vector3f& albedo,
+                   float noise_floor);
+/// Fraction of the variance of the sample's measurement that noise causes, not the model of light.
+float noise_in_data(const SurfaceSample& sample, const SampleLight& light, float noise_floor);
+
 }  // namespace lumigraft::reconstruct

@@ -1,6 +1,7 @@
 #include "reconstruct/albedo/surface_lighting.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <unordered_map>
@@ -117,53 +118,63 @@ SurfaceLighting::SurfaceLighting(const Surface& surface, const IrradianceModel& 
       neighbours_(lumigraft::reconstruct::neighbours(surface.samples, kLighting.neighbour_reach)) {
   const std::vector<SurfaceSample>& samples = surface.samples;
   for (std::size_t i = 0; i < samples.size(); ++i) sample_light_.push_back({gathered[i], 0});
-  std::vector<Eigen::Vector3f> edge_error(samples.size(), Eigen::Vector3f::Zero());
-  for (std::size_t lamp = 0; lamp < illumination.lights.size(); ++lamp) {
-    const PointLight& light = illumination.lights[lamp];
-    const float distance = lamp_distance(lamp);
-    std::vector<float> visible(samples.size());
+  const auto lamps = static_cast<Eigen::Index>(illumination.lights.size()),
+             count = static_cast<Eigen::Index>(samples.size());
+  Eigen::ArrayXXf unoccluded(lamps, count);  // irradiance if nothing occludes the lamps
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const SurfaceSample& sample = samples[static_cast<std::size_t>(i)];
+    for (Eigen::Index lamp = 0; lamp < lamps; ++lamp)
+      unoccluded(lamp, i) =
+          unoccluded_irradiance(static_cast<std::size_t>(lamp), sample.position, sample.normal).mean();
+  }
+  const Eigen::ArrayXf of_all = unoccluded.colwise().sum().cwiseMax(1e-9f).transpose();
+  visible_.resize(lamps, count);
+  for (Eigen::Index lamp = 0; lamp < lamps; ++lamp) {
+    const auto own = static_cast<std::size_t>(lamp);
     std::vector<Eigen::Vector3f> irradiance(samples.size());
-    for (std::size_t i = 0; i < samples.size(); ++i) {
-      visible[i] = room.visibility(light, distance, samples[i].position, samples[i].normal, kLighting.sample_rays);
-      irradiance[i] = lamp_irradiance(lamp, samples[i].position, samples[i].normal, visible[i]);
+    for (Eigen::Index k = 0; k < count; ++k) {
+      const auto i = static_cast<std::size_t>(k);
+      const SurfaceSample& sample = samples[i];
+      const int rays = IrradianceModel::rays_for(unoccluded(lamp, k) / of_all[k], kLighting.sample_rays);
+      visible_(lamp, k) =
+          room.visibility(illumination.lights[own], lamp_distance(own), sample.position, sample.normal, rays);
+      irradiance[i] = visible_(lamp, k) * unoccluded_irradiance(own, sample.position, sample.normal);
       sample_light_[i].irradiance += irradiance[i];
     }
-    visible_.push_back(std::move(visible));
     from_lamp_.push_back(std::move(irradiance));
   }
   left_ = unobserved_shadows(samples, room, illumination.lights, sample_light_, from_lamp_, noise_floor, held);
-  for (std::size_t lamp = 0; lamp < illumination.lights.size(); ++lamp) {
-    const PointLight& light = illumination.lights[lamp];
-    const float distance = lamp_distance(lamp);
-    std::vector<float>& visible = visible_[lamp];
-    std::vector<float> contrast(samples.size(), 0.0f);
+  for (Eigen::Index lamp = 0; lamp < lamps; ++lamp) {
+    const auto own = static_cast<std::size_t>(lamp);
     for (std::size_t i = 0; i < samples.size(); ++i) {
-      visible[i] *= left_[lamp][i];
-      sample_light_[i].irradiance -= (1 - left_[lamp][i]) * from_lamp_[lamp][i];
+      visible_(lamp, static_cast<Eigen::Index>(i)) *= left_[own][i];
+      sample_light_[i].irradiance -= (1 - left_[own][i]) * from_lamp_[own][i];
     }
-    for (std::size_t i = 0; i < samples.size(); ++i) {
-      contrast[i] = std::min(visible[i], 1 - visible[i]);
-      for (const Eigen::Vector3f& position : unmeasured_positions_around(i)) {
-        const float visibility = left_[lamp][i] * room.visibility(light, distance, position, samples[i].normal, 1);
-        contrast[i] = std::max(contrast[i], std::abs(visible[i] - visibility));
-      }
-      for (const int j : neighbours_[i]) {
-        contrast[i] = std::max(contrast[i], std::abs(visible[i] - visible[static_cast<std::size_t>(j)]));
-      }
-      edge_error[i] +=
-          kLighting.edge_error * contrast[i] * lamp_irradiance(lamp, samples[i].position, samples[i].normal, 1);
-    }
-    contrast_.push_back(std::move(contrast));
   }
-  for (std::size_t i = 0; i < samples.size(); ++i) {
-    const float total = std::max(sample_light_[i].irradiance.mean(), 1e-9f);
-    sample_light_[i].relative_sigma = std::hypot(kLighting.model_error, edge_error[i].mean() / total);
-    const float negligible = kLighting.negligible_edge / std::sqrt(static_cast<float>(contrast_.size())) * total;
-    for (std::size_t lamp = 0; lamp < contrast_.size(); ++lamp) {
-      const float edge = kLighting.edge_error * contrast_[lamp][i] *
-                         lamp_irradiance(lamp, samples[i].position, samples[i].normal, 1).mean();
-      edges_.push_back(edge > negligible);
+  contrast_.resize(lamps, count);
+  point_rays_.resize(lamps, count);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    const std::vector<Eigen::Vector3f> unmeasured = unmeasured_positions_around(i);
+    for (Eigen::Index lamp = 0; lamp < lamps; ++lamp) {
+      const auto own = static_cast<std::size_t>(lamp);
+      float contrast = std::min(visible_(lamp, k), 1 - visible_(lamp, k));
+      for (const int j : neighbours_[i]) contrast = std::max(contrast, std::abs(visible_(lamp, k) - visible_(lamp, j)));
+      for (const Eigen::Vector3f& position : unmeasured) {
+        const float visibility = left_[own][i] * room.visibility(illumination.lights[own], lamp_distance(own), position,
+                                                                 samples[i].normal, 1);
+        contrast = std::max(contrast, std::abs(visible_(lamp, k) - visibility));
+      }
+      contrast_(lamp, k) = contrast;
     }
+    const Eigen::ArrayXf edges = kLighting.edge_error * contrast_.col(k) * unoccluded.col(k);
+    const float total = std::max(sample_light_[i].irradiance.mean(), 1e-9f);
+    sample_light_[i].relative_sigma = std::hypot(kLighting.model_error, edges.sum() / total);
+    const float negligible = kLighting.negligible_edge / std::sqrt(static_cast<float>(lamps)) * total;
+    for (Eigen::Index lamp = 0; lamp < lamps; ++lamp)
+      point_rays_(lamp, k) = edges[lamp] > negligible
+                                 ? IrradianceModel::rays_for(unoccluded(lamp, k) / of_all[k], kLighting.point_rays)
+                                 : 0;
   }
 }
 
@@ -197,46 +208,85 @@ std::vector<ObservedShadow> SurfaceLighting::shadows() const {
       // A lamp that hardly contributes may be occluded without anybody noticing.
       const bool matters = from_lamp_[lamp][i].sum() >
                            kAlbedoParameters.unobserved.min_lamp_fraction * sample_light_[i].irradiance.sum();
-      shadow.samples.push_back(left_[lamp][i] < kCarving.max_left                    ? ObservedShadow::State::dark
-                               : matters && visible_[lamp][i] > kCarving.min_visible ? ObservedShadow::State::lit
-                                                                                     : ObservedShadow::State::unknown);
+      shadow.samples.push_back(left_[lamp][i] < kCarving.max_left ? ObservedShadow::State::dark
+                               : matters && visible_(static_cast<Eigen::Index>(lamp), static_cast<Eigen::Index>(i)) >
+                                                kCarving.min_visible
+                                   ? ObservedShadow::State::lit
+                                   : ObservedShadow::State::unknown);
     }
     result.push_back(std::move(shadow));
   }
   return result;
 }
 
-Eigen::Vector3f SurfaceLighting::lamp_irradiance(std::size_t lamp, const Eigen::Vector3f& position,
-                                                 const Eigen::Vector3f& normal, float visible) const {
+Eigen::Vector3f SurfaceLighting::unoccluded_irradiance(std::size_t lamp, const Eigen::Vector3f& position,
+                                                       const Eigen::Vector3f& normal) const {
   const PointLight& light = illumination_.lights[lamp];
-  if (!light.distance_known) return visible * std::max(0.0f, normal.dot(light.direction)) * light.irradiance;
+  if (!light.distance_known) return std::max(0.0f, normal.dot(light.direction)) * light.irradiance;
   const Eigen::Vector3f offset = light.position_m - position;
   const float squared = offset.squaredNorm(), length = std::sqrt(squared);
-  return visible * light.emission(-offset / length) * std::max(0.0f, normal.dot(offset) / length) / squared *
-         light.intensity;
+  return light.emission(-offset / length) * std::max(0.0f, normal.dot(offset) / length) / squared * light.intensity;
 }
 
-float SurfaceLighting::visibility(std::size_t lamp, const SurfacePoint& point, const Interpolated& around) const {
-  const auto sample = static_cast<std::size_t>(point.sample);
-  if (!edges_[sample * contrast_.size() + lamp]) return around.visible[static_cast<Eigen::Index>(lamp)];
-  return left_[lamp][sample] * room_.visibility(illumination_.lights[lamp], lamp_distance(lamp), point.position,
-                                                point.normal, kLighting.point_rays);
+/// Visibility of lamps at points, by rays where a shadow's edge matters. The points of one sample in a cell of 2³
+/// voxels share their rays: by about 2 voxels the field and the poses may be off (FieldParameters::SeenSpace).
+class SurfaceLighting::EdgeTracer {
+ public:
+  explicit EdgeTracer(const SurfaceLighting& lighting)
+      : lighting_(lighting), shared_(lighting.visible_.rows(), kCells) {
+    sample_.fill(-1);
+  }
+
+  /// Points come in the order of Surface::points.
+  void at_shadow_edges(const SurfacePoint& point, Eigen::ArrayXf& visible) {
+    const auto rays = lighting_.point_rays_.col(point.sample);
+    if ((rays == 0).all()) return;
+    if (point.brick != brick_) sample_.fill(-1);
+    brick_ = point.brick;
+    const int cell = (point.index >> 1 & 3) | (point.index >> 4 & 3) << 2 | (point.index >> 7 & 3) << 4;
+    int& sample = sample_[static_cast<std::size_t>(cell)];
+    if (sample != point.sample) {
+      sample = point.sample;
+      for (Eigen::Index lamp = 0; lamp < rays.size(); ++lamp)
+        if (rays[lamp] > 0) shared_(lamp, cell) = trace(static_cast<std::size_t>(lamp), point, rays[lamp]);
+    }
+    visible = (rays > 0).select(shared_.col(cell), visible);
+  }
+
+ private:
+  static constexpr int kCells = kBrickVoxels / 8;
+
+  float trace(std::size_t lamp, const SurfacePoint& point, int rays) const {
+    return lighting_.left_[lamp][static_cast<std::size_t>(point.sample)] *
+           lighting_.room_.visibility(lighting_.illumination_.lights[lamp], lighting_.lamp_distance(lamp),
+                                      point.position, point.normal, rays);
+  }
+
+  const SurfaceLighting& lighting_;
+  BrickKey brick_{};
+  std::array<int, kCells> sample_{};  ///< whose points share each cell of the brick; at first of none
+  Eigen::ArrayXXf shared_;            ///< visibility of each lamp, per cell
+};
+
+float SurfaceLighting::sigma_without_model(std::size_t i, const SampleAlbedo& sample) const {
+  const float misfit = misfit_sigma(surface_.samples[i], sample_light_[i], sample.albedo, noise_floor_);
+  const float noise_fraction = noise_in_data(surface_.samples[i], sample_light_[i], noise_floor_);
+  return std::sqrt(misfit * misfit + noise_fraction * std::max(0.0f, sample.sigma * sample.sigma - misfit * misfit));
 }
 
 SurfaceLighting::Interpolated SurfaceLighting::interpolate(const SurfacePoint& point,
                                                            const std::vector<SampleAlbedo>& samples) const {
   Interpolated result;
   Eigen::Vector3f gathered = Eigen::Vector3f::Zero(), around = Eigen::Vector3f::Zero();
-  result.visible = Eigen::ArrayXf::Zero(static_cast<Eigen::Index>(visible_.size()));
-  float weights = 0, known_weights = 0, sigma = 0, spread = 0, texture = 0;
+  result.visible = Eigen::ArrayXf::Zero(visible_.rows());
+  float weights = 0, known_weights = 0, sigma = 0, own_sigma = 0, spread = 0, texture = 0;
   const auto add = [&](std::size_t j) {
     const SurfaceSample& sample = surface_.samples[j];
     const float facing = std::max(0.0f, point.normal.dot(sample.normal));
     const float squared = (point.position - sample.position).squaredNorm() / (sample.size_m * sample.size_m);
     const float w = facing * facing * facing * facing / (kLighting.weight_softening + squared) + 1e-6f;
     gathered += w * gathered_[j];
-    for (std::size_t lamp = 0; lamp < visible_.size(); ++lamp)
-      result.visible[static_cast<Eigen::Index>(lamp)] += w * visible_[lamp][j];
+    result.visible += w * visible_.col(static_cast<Eigen::Index>(j));
     weights += w;
     if (samples[j].sigma < 0) return;
     around += w * samples[j].albedo;
@@ -245,6 +295,7 @@ SurfaceLighting::Interpolated SurfaceLighting::interpolate(const SurfacePoint& p
                                  lambertian_albedo(sample.radiance, sample_light_[j].irradiance, noise_floor_))
                                     .log();
     sigma += w * samples[j].sigma;
+    own_sigma += w * sigma_without_model(j, samples[j]);
     spread += w * sample.spread;
     texture += w * sample.texture;
     known_weights += w;
@@ -260,7 +311,9 @@ SurfaceLighting::Interpolated SurfaceLighting::interpolate(const SurfacePoint& p
   result.known_ratio /= known_weights;
   result.texture = texture / known_weights;
   // With texture the surroundings say less about a point.
-  result.sigma = std::hypot(sigma / known_weights, spread / known_weights * result.albedo.mean());
+  const float of_texture = spread / known_weights * result.albedo.mean();
+  result.sigma = std::hypot(sigma / known_weights, of_texture);
+  result.own_sigma = std::hypot(own_sigma / known_weights, of_texture);
   return result;
 }
 
@@ -270,6 +323,7 @@ std::vector<PointAlbedo> SurfaceLighting::albedo(const std::vector<SampleAlbedo>
   const std::vector<PointLight>& lights = illumination_.lights;
   std::vector<std::size_t> first_piece(lights.size());
   std::vector<float> power_error(lights.size()), distance_error(lights.size());
+  EdgeTracer trace(*this);
   for (std::size_t lamp = 0; lamp < lights.size(); ++lamp) {
     std::size_t first = lamp;
     for (std::size_t other = lamp; other-- > 0;)
@@ -283,14 +337,16 @@ std::vector<PointAlbedo> SurfaceLighting::albedo(const std::vector<SampleAlbedo>
       continue;
     }
     const auto own = static_cast<std::size_t>(point.sample);
-    const Interpolated around = interpolate(point, samples);
+    Interpolated around = interpolate(point, samples);
+    trace.at_shadow_edges(point, around.visible);
     Eigen::Vector3f irradiance = around.gathered;
-    float edge_error = 0;
+    float edge_squares = 0;  // the lamps' shadows have different edges
     std::fill(power_error.begin(), power_error.end(), 0.0f);
     std::fill(distance_error.begin(), distance_error.end(), 0.0f);
     for (std::size_t lamp = 0; lamp < illumination_.lights.size(); ++lamp) {
-      const Eigen::Vector3f from_lamp =
-          lamp_irradiance(lamp, point.position, point.normal, visibility(lamp, point, around));
+      const Eigen::Vector3f unoccluded = unoccluded_irradiance(lamp, point.position, point.normal);
+      if (unoccluded.isZero()) continue;
+      const Eigen::Vector3f from_lamp = around.visible[static_cast<Eigen::Index>(lamp)] * unoccluded;
       irradiance += from_lamp;
       const PointLight& light = lights[lamp];
       power_error[first_piece[lamp]] += light.power_log_sigma * from_lamp.mean();
@@ -299,8 +355,9 @@ std::vector<PointAlbedo> SurfaceLighting::albedo(const std::vector<SampleAlbedo>
             light.distance_log_sigma * from_lamp.mean() *
             distance_slope(light, illumination_.probe_position_m, point.position, point.normal);
       }
-      edge_error +=
-          kLighting.edge_error * contrast_[lamp][own] * lamp_irradiance(lamp, point.position, point.normal, 1).mean();
+      const float edge =
+          kLighting.edge_error * contrast_(static_cast<Eigen::Index>(lamp), point.sample) * unoccluded.mean();
+      edge_squares += edge * edge;
     }
     float lamp_error = 0;
     for (std::size_t lamp = 0; lamp < lights.size(); ++lamp)
@@ -312,17 +369,20 @@ std::vector<PointAlbedo> SurfaceLighting::albedo(const std::vector<SampleAlbedo>
     const float direct_albedo = direct.mean();
     // Half the noise floor, but no less than what it moves albedo towards 1.
     const float noise = noise_floor_sigma(noise_floor_) * std::max(1.0f, 2 * (1 - direct_albedo));
+    const float edge_error = std::sqrt(edge_squares);
     const float direct_sigma = std::hypot(edge_error * direct_albedo, noise) / total;
     const float w_direct = 1 / (direct_sigma * direct_sigma + 1e-8f);
     const float w_around = 1 / (around.sigma * around.sigma + 1e-8f);
     result[i].albedo = ((w_direct * direct + w_around * around.albedo.array()) / (w_direct + w_around)).matrix();
-    // Errors of the model, of lamps and of the unseen floor are common to the point and its surroundings: averaging
-    // does not reduce them. Texture within a voxel is as strong as between the voxels of a patch.
+    // Errors of the model, of lamps, of shadow edges and of the unseen floor are common to the point and its
+    // surroundings: averaging does not reduce them, and they count once, not in the errors of its own, too. Texture
+    // within a voxel is as strong as between the voxels of a patch.
     const float floor_error =
         static_cast<float>(kLampParameters.posterior.room_log_sigma) * surface_.samples[own].floor_light;
     const float common = std::hypot(std::hypot(model_error_, kLighting.scale_error),
                                     std::hypot(lamp_error, floor_error, edge_error) / total, around.texture);
-    result[i].sigma = std::hypot(1 / std::sqrt(w_direct + w_around), common * result[i].albedo.mean());
+    const float own_sigma = std::hypot(w_direct * noise / total, w_around * around.own_sigma) / (w_direct + w_around);
+    result[i].sigma = std::hypot(own_sigma, common * result[i].albedo.mean());
   }
   return result;
 }

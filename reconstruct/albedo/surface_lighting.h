@@ -71,6 +71,7 @@ class SurfaceLighting {
     bool known = false;      ///< albedo of at least one sample is known; else the rest is not set
     Eigen::Vector3f albedo;
     float sigma = 0;                                      ///< absolute,
+    float own_sigma = 0;                                  ///< without errors of modelled light,
     Eigen::Array3f known_ratio = Eigen::Array3f::Zero();  ///< log of it over π B / E, where earlier light changed it
     float texture = 0;                                    ///< relative 1σ
   };
@@ -78,11 +79,12 @@ class SurfaceLighting {
   /// Positions one sample size away from a sample without another sample near them: the surface there is clipped in all
   /// frames, or a rim. It may contain a shadow edge.
   std::vector<Eigen::Vector3f> unmeasured_positions_around(std::size_t sample) const;
+  /// 1σ of a sample's albedo by noise, texture and smoothing alone.
+  float sigma_without_model(std::size_t sample, const SampleAlbedo& albedo) const;
   Interpolated interpolate(const SurfacePoint& point, const std::vector<SampleAlbedo>& samples) const;
-  Eigen::Vector3f lamp_irradiance(std::size_t lamp, const Eigen::Vector3f& position, const Eigen::Vector3f& normal,
-                                  float visible) const;
-  /// Visibility of a lamp at a point: by rays at edges of shadows that matter, else that of the samples around it.
-  float visibility(std::size_t lamp, const SurfacePoint& point, const Interpolated& around) const;
+  Eigen::Vector3f unoccluded_irradiance(std::size_t lamp, const Eigen::Vector3f& position,
+                                        const Eigen::Vector3f& normal) const;
+  class EdgeTracer;
 
   const Surface& surface_;
   const IrradianceModel& room_;
@@ -91,10 +93,11 @@ class SurfaceLighting {
   float noise_floor_, model_error_;
   std::vector<std::vector<int>> neighbours_;
   std::vector<std::vector<Eigen::Vector3f>> from_lamp_;  ///< irradiance if only known surface occludes it
-  std::vector<std::vector<float>> visible_;              ///< per lamp, per sample
-  std::vector<std::vector<float>> left_;                 ///< the part that unobserved_shadows leaves
-  std::vector<std::vector<float>> contrast_;             ///< variation of visibility around the sample
-  std::vector<bool> edges_;                              ///< whether rays are cast; per sample, per lamp
+  std::vector<std::vector<float>> left_;                 ///< the part of a lamp that unobserved_shadows leaves
+  // A row per lamp, a column per sample.
+  Eigen::ArrayXXf visible_;     ///< fraction of the lamp
+  Eigen::ArrayXXf contrast_;    ///< variation of visibility around the sample
+  Eigen::ArrayXXi point_rays_;  ///< cast from each of its points; 0: the samples' visibility is interpolated
   std::vector<SampleLight> sample_light_;
 };
 

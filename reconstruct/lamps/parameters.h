@@ -10,6 +10,9 @@ namespace lumigraft::reconstruct {
 struct LampParameters {
   /// Where the direction of a panel that faces the tag needs a distance, and centre of the prior without a fish-eye.
   double usual_distance_m = kShadingParameters.surroundings.lamp_distance_m;
+  /// 1/m, over which a lamp that is fully visible, or occluded, at both ends is so between: the shadow of an edge 0.3 m
+  /// above a table moves by no more than a sample's cell.
+  double max_visibility_span = 0.3;
 
   struct Pairs {
     int neighbours = 4;             ///< nearest samples, of any orientation

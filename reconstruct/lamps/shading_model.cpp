@@ -58,13 +58,29 @@ void ShadingModel::tabulate(std::size_t lamp, std::vector<double> inverse_distan
   Table& table = tables_[lamp];
   table.inverse_distances = std::move(inverse_distances);
   table.visibility.assign(table.inverse_distances.size(), std::vector<float>(samples_.size(), 0.0f));
-  for (std::size_t k = 0; k < table.inverse_distances.size(); ++k) {
-    const double inverse = table.inverse_distances[k];
-    const float distance = inverse > 0 ? static_cast<float>(1 / inverse) : kInfinitelyFar;
-    for (std::size_t i = 0; i < samples_.size(); ++i) {
-      if (!samples_[i].usable) continue;
-      table.visibility[k][i] =
-          room_.visibility(lights_[lamp], distance, samples_[i].position, samples_[i].normal, rays);
+  const std::size_t last = table.inverse_distances.size() - 1;
+  const double range = table.inverse_distances.back() - table.inverse_distances.front();
+  const auto spans = static_cast<std::size_t>(std::ceil(range / kLampParameters.max_visibility_span));
+  const std::size_t step = std::max<std::size_t>(1, last / std::max<std::size_t>(spans, 1));
+  for (std::size_t i = 0; i < samples_.size(); ++i) {
+    if (!samples_[i].usable) continue;
+    const auto trace = [&](std::size_t k) {
+      const double inverse = table.inverse_distances[k];
+      const float distance = inverse > 0 ? static_cast<float>(1 / inverse) : kInfinitelyFar;
+      return table.visibility[k][i] =
+                 room_.visibility(lights_[lamp], distance, samples_[i].position, samples_[i].normal, rays);
+    };
+    float before = trace(0);
+    for (std::size_t low = 0, high; low < last; low = high) {
+      high = std::min(low + step, last);
+      const float after = trace(high);
+      const bool constant = before == after && (after == 0 || after == 1);
+      for (std::size_t k = low + 1; k < high; ++k)
+        if (constant)
+          table.visibility[k][i] = after;
+        else
+          trace(k);
+      before = after;
     }
   }
 }

@@ -1,7 +1,9 @@
 #include "reconstruct/light/extrinsics_check.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <vector>
 
@@ -40,7 +42,6 @@ class ExtrinsicsCheck {
     axis_ = camera.T_tag_fisheye.linear().cast<float>().col(2);
     end_ = std::cos(std::min(std::numbers::pi_v<float>,
                              0.5f * static_cast<float>(camera.model.fov_rad) - kExtrinsicsCheck.margin_deg * kDegree));
-    sample_field(Vector3f::Zero());
   }
 
   std::optional<ExtrinsicsError> find() {
@@ -83,18 +84,17 @@ class ExtrinsicsCheck {
            kExtrinsicsCheck.min_likelihood_ratio;
   }
 
-  /// Samples the field's radiance as seen from the shifted probe.
-  void sample_field(const Vector3f& shift_m) {
-    if (sampled_ && shift_m == shift_m_) return;
-    sampled_ = true;
-    shift_m_ = shift_m;
-    known_.clear();
+  /// The field's radiance as seen from the shifted probe. Searches from several starts come to the same shifts.
+  const std::vector<FieldSample>& sample_field(const Vector3f& shift_m) {
+    const auto [at, is_new] = sampled_.try_emplace({shift_m.x(), shift_m.y(), shift_m.z()});
+    if (!is_new) return at->second;
     const Vector3f from = light_.probe_position_m + shift_m;
     for (int i = 0; i < kExtrinsicsCheck.directions; ++i) {
       const Vector3f direction = spiral(i);
       const auto here = log_radiance(from, direction);
-      if (here && even_around(from, direction, *here)) known_.push_back({direction, *here});
+      if (here && even_around(from, direction, *here)) at->second.push_back({direction, *here});
     }
+    return at->second;
   }
 
   std::optional<float> log_radiance(const Vector3f& from, const Vector3f& direction) const {
@@ -124,9 +124,8 @@ class ExtrinsicsCheck {
 
   /// Mean difference of log radiance up to one factor; empty where too few directions are known to both.
   std::optional<float> cost(const PoseOffset& offset) {
-    sample_field(offset.shift_m);
     differences_.clear();
-    for (const FieldSample& known : known_) {
+    for (const FieldSample& known : sample_field(offset.shift_m)) {
       const Vector3f seen_at = offset.turn.transpose() * known.direction;
       if (!usable(seen_at)) continue;
       differences_.push_back(std::log(std::max(light_.environment.sample(seen_at).mean(), 1e-6f)) - known.log_radiance);
@@ -225,9 +224,7 @@ class ExtrinsicsCheck {
   const Illumination& light_;
   Vector3f axis_;
   float end_;
-  bool sampled_ = false;
-  Vector3f shift_m_ = Vector3f::Zero();
-  std::vector<FieldSample> known_;
+  std::map<std::array<float, 3>, std::vector<FieldSample>> sampled_;  ///< by shift
   std::vector<float> differences_;
   std::size_t first_common_ = 0;  ///< directions measured by both at the configured pose
 };

@@ -16,6 +16,8 @@ struct TagSearchParameters {
   std::int64_t interval_ns = 1'000'000'000;      ///< between searches of the whole image while tags are tracked
   std::int64_t short_interval_ns = 250'000'000;  ///< the same while a tag is hidden or not located yet
   std::int64_t mirrored_ns = 2'000'000'000;      ///< between searches for mirrored tags while a tag is not seen at all
+  /// Between searches for their reflections while all are seen: mirrors stay, and a search takes as long as for tags.
+  std::int64_t reflected_ns = 10'000'000'000;
 };
 inline constexpr TagSearchParameters kTagSearch;
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "capture/message_text.h"
 #include "reconstruct/pose/depth_plane.h"
 #include "reconstruct/pose/depth_tracking.h"
 #include "reconstruct/pose/filter.h"
@@ -68,6 +69,7 @@ struct PoseStage::State {
   std::vector<TagSighting> find_expected(const capture::FrameSet& frame);
   std::vector<TagSighting> search_image(const capture::FrameSet& frame);
   void search_mirrored(const capture::FrameSet& frame);
+  void search_reflected(const capture::FrameSet& frame);
   std::vector<TagReading> read_tags(const capture::FrameSet& frame);
   void check_size(const capture::FrameSet& frame, const TagReading& reading, const PoseCandidate& candidate);
   void update_tag_map(const std::vector<TagReading>& readings, const std::optional<MultiTagPose>& pose);
@@ -106,7 +108,9 @@ struct PoseStage::State {
   std::int64_t seen_ns = 0;                 ///< when a tag was last seen
   std::optional<std::int64_t> searched_ns;  ///< last search of the whole image
   std::optional<std::int64_t> mirror_searched_ns;
-  std::vector<int> mirrored;                     ///< tags that were seen mirrored in that search
+  std::vector<TagSighting> mirrored;  ///< tags that were seen mirrored in that search
+  std::optional<std::int64_t> reflection_searched_ns;
+  std::vector<TagSighting> reflected;            ///< tags that a mirror showed in that search
   std::optional<std::int64_t> compared_ns;       ///< last comparison with all kept views
   int measured = 0;                              ///< frames with a tag
   double sharp_sigma_m = 0;                      ///< running mean of the position's 1σ while the print was sharp
@@ -187,6 +191,17 @@ void PoseStage::State::search_mirrored(const capture::FrameSet& frame) {
   mirrored = search.mirrored_in_image(*frame.color);
 }
 
+/// A tag that is seen as it is printed, and mirrored elsewhere in the image, shows a mirror.
+void PoseStage::State::search_reflected(const capture::FrameSet& frame) {
+  const bool seen = last && seen_ns == frame.time_ns;
+  if (!seen || !frame.color || !search.fits(*frame.color) || has_unlocated_tag()) return;
+  const bool recently = reflection_searched_ns && frame.time_ns >= *reflection_searched_ns &&
+                        frame.time_ns - *reflection_searched_ns < kTagSearch.reflected_ns;
+  if (recently) return;
+  reflection_searched_ns = frame.time_ns;
+  reflected = search.mirrored_in_image(*frame.color);
+}
+
 /// Candidates from each tag in the image. Of several sightings of one id the nearest to the last position is used.
 std::vector<TagReading> PoseStage::State::read_tags(const capture::FrameSet& frame) {
   const std::vector<TagSighting> sightings = find(frame);
@@ -249,9 +264,16 @@ void PoseStage::State::update_tag_map(const std::vector<TagReading>& readings,
 }
 
 void PoseStage::State::add_tag_warnings(std::vector<std::string>& warnings) const {
-  for (const int id : mirrored)
-    warnings.push_back("tag " + std::to_string(id) + ": is seen mirrored, and not used: print it as it is, or keep " +
-                       "mirrors out of view");
+  for (const TagSighting& image : reflected) {
+    const Vector2d at = centre_of(image.corners);
+    warnings.push_back(capture::formatted(
+        "a mirror shows tag %d at pixel (%.0f, %.0f): unless it is configured as a [[real_surface]], lamps that it "
+        "shows are taken for real ones and light is wrong",
+        image.id, at.x(), at.y()));
+  }
+  for (const TagSighting& image : mirrored)
+    warnings.push_back("tag " + std::to_string(image.id) +
+                       ": is seen mirrored, and not used: print it as it is, or keep " + "mirrors out of view");
   for (std::size_t t = 0; t < tags.size(); ++t) {
     if (tags[t].copies > 1)
       warnings.push_back("tag " + std::to_string(tags[t].id) + ": seen " + std::to_string(tags[t].copies) +
@@ -501,6 +523,7 @@ PoseStage::Result PoseStage::locate(const capture::FrameSet& frame, const Distan
   };
   const bool measured = s.measure(frame, field, result.warnings);
   s.search_mirrored(frame);
+  s.search_reflected(frame);
   s.add_tag_warnings(result.warnings);
   if (measured) {
     result.pose = s.last;

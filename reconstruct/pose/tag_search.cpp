@@ -78,14 +78,16 @@ std::vector<TagSighting> TagSearch::in_image(const capture::Frame& picture, Reso
   return found;
 }
 
-std::vector<int> TagSearch::mirrored_in_image(const capture::Frame& picture) {
+std::vector<TagSighting> TagSearch::mirrored_in_image(const capture::Frame& picture) {
   capture::Image<std::uint8_t> grey = detector_codes(picture, {0, 0, camera_.width, camera_.height}, gain_);
   for (int v = 0; v < grey.height; ++v) std::reverse(&grey.at(0, v), &grey.at(0, v) + grey.width);
-  std::vector<int> ids;
-  for (const TagSighting& sighting : finder_.find(grey, min_decimation(camera_.width))) ids.push_back(sighting.id);
-  std::ranges::sort(ids);
-  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
-  return ids;
+  std::vector<TagSighting> found = finder_.find(grey, min_decimation(camera_.width));
+  std::ranges::stable_sort(found, {}, &TagSighting::id);
+  const auto repeated = std::ranges::unique(found, {}, &TagSighting::id);
+  found.erase(repeated.begin(), repeated.end());
+  for (TagSighting& sighting : found)
+    for (Vector2d& corner : sighting.corners) corner.x() = grey.width - 1 - corner.x();
+  return found;
 }
 
 }  // namespace lumigraft::reconstruct

@@ -27,8 +27,9 @@ class TagSearch {
   enum class Resolution { half, half_then_full, full };
   /// All tags in the image. Corners are measured in a region around each tag, so that tracking gives the same values.
   std::vector<TagSighting> in_image(const capture::Frame& picture, Resolution resolution);
-  /// Numbers of the tags that are seen mirrored. At the detector's full resolution.
-  std::vector<int> mirrored_in_image(const capture::Frame& picture);
+  /// Tags that are seen mirrored, each once, with the corners where they are in the image. At the detector's full
+  /// resolution.
+  std::vector<TagSighting> mirrored_in_image(const capture::Frame& picture);
 
  private:
   capture::CameraModel camera_;

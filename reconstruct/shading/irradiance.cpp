@@ -240,6 +240,10 @@ float IrradianceModel::visibility(const PointLight& light, float distance_m, con
   return static_cast<float>(lit) / rays;
 }
 
+int IrradianceModel::rays_for(float share, int rays) {
+  return std::clamp(static_cast<int>(std::ceil(2 * share * static_cast<float>(rays))), 1, rays);
+}
+
 bool IrradianceModel::passes_unobserved_space(const PointLight& light, const Eigen::Vector3f& position_m,
                                               const Eigen::Vector3f& normal) const {
   const Eigen::Vector3f from = position_m + lift_m_ * normal;

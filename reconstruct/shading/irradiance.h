@@ -53,6 +53,10 @@ class IrradianceModel {
   float visibility(const PointLight& light, float distance_m, const Eigen::Vector3f& position_m,
                    const Eigen::Vector3f& normal, int rays) const;
 
+  /// As many rays to a lamp's disk as its share of all lamps' light needs, where `rays` are enough for half of it. With
+  /// rays in proportion to the share their errors add up to the same variance for any number of lamps.
+  static int rays_for(float share, int rays);
+
   /// Whether the ray from a point to a lamp passes space that is occluded from all camera positions, where an
   /// unobserved object may be.
   bool passes_unobserved_space(const PointLight& light, const Eigen::Vector3f& position_m,

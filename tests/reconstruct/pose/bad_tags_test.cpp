@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 
 #include "reconstruct/pose/pose.h"
@@ -43,6 +44,30 @@ TEST(BadTags, ATagThatIsPrintedMirroredIsNamed) {
   const auto result = stage.locate(table.seen_from(test::above_the_table(0), 121));
   ASSERT_TRUE(result.pose);
   EXPECT_TRUE(result.warnings.empty()) << result.warnings.front();
+}
+
+// A wall that is a mirror: the tag lies in one half of the picture, its reflection in the other.
+TEST(BadTags, AMirrorThatShowsTheTagIsNamed) {
+  const capture::CameraModel camera = test::small_camera();
+  PoseStage stage({"tag36h11", 2, 0.16}, camera);
+  test::TagTable table;
+  table.second = false;
+  const Isometry3d truth = test::looking_at_tag(0.9, 45 * test::kDegree, -90 * test::kDegree, {0.15, 0, 0});
+  const capture::FrameSet seen = table.seen_from(truth, 0), reflection = mirrored(seen);
+  const double tag_px = camera.project(truth.inverse().translation())->x();
+  ASSERT_GT(std::abs(tag_px - camera.cx), 30);
+  capture::Frame picture = *seen.color;
+  for (int v = 0; v < camera.height; ++v)
+    for (int u = 0; u < camera.width; ++u)
+      if ((u < camera.cx) != (tag_px < camera.cx))
+        std::copy_n(&reflection.color->encoded.at(u, v), 3, &picture.encoded.at(u, v));
+  capture::FrameSet frame = seen;
+  frame.color = std::make_shared<capture::Frame>(std::move(picture));
+  const auto result = stage.locate(frame);
+  ASSERT_TRUE(result.pose);
+  EXPECT_LT(test::millimetres_apart(result.pose->T_tag_camera, truth), 5);
+  const std::string pixel = std::to_string(static_cast<int>(std::lround(camera.width - 1 - tag_px)));
+  EXPECT_TRUE(names(result, "a mirror shows tag 2 at pixel (" + pixel)) << result.warnings.size();
 }
 
 // The right one of two tags with one number is covered: depth shows that the camera rests.

@@ -34,6 +34,19 @@ Illumination seen_above(const TestRoom& room) {
   return light;
 }
 
+// n lamps with independent errors of their visibility ~ 1/√rays: their sum has the error of two lamps, at most.
+TEST(IrradianceModel, RaysFollowALampsShareOfTheLight) {
+  constexpr int kEnough = 8;
+  for (const int lamps : {2, 3, 4, 8, 16}) {
+    const float share = 1 / static_cast<float>(lamps);
+    const int rays = IrradianceModel::rays_for(share, kEnough);
+    EXPECT_LE(static_cast<float>(lamps) * share * share / static_cast<float>(rays), 2 * 0.25f / kEnough + 1e-6f);
+    EXPECT_LE(lamps * rays, 2 * kEnough + lamps) << "the number of rays does not grow with that of lamps";
+  }
+  EXPECT_EQ(IrradianceModel::rays_for(1, kEnough), kEnough);
+  EXPECT_EQ(IrradianceModel::rays_for(0, kEnough), 1);
+}
+
 TEST(IrradianceModel, UnseenFloorReflectsTheSky) {
   const TestRoom room = wall();
   const DistanceField field = room.field();
