@@ -132,6 +132,12 @@ Array3f environment_irradiance(const Illumination& light, const Vector3f& normal
   return sh_irradiance(light.environment_sh, normal).array().max(0.0f);
 }
 
+Dimming as_in_image(const Illumination& light) {
+  Dimming result{.since_ns = light.time_ns, .lamps = {}, .environment = Array3f::Ones()};
+  for (const PointLight& lamp : light.lights) result.lamps[lamp.id] = Array3f::Ones();
+  return result;
+}
+
 std::string gain_warning(const Array3f& gain) {
   const Array3f logs = gain.log();
   const float level = logs.mean(), hue = (logs - level).abs().maxCoeff();
@@ -175,6 +181,7 @@ struct ColorGainStage::State {
   std::optional<Measurement> measured(const std::vector<Place>& places,
                                       const std::shared_ptr<const Illumination>& light) const;
   std::optional<Dimming> dimming(const std::vector<Place>& places) const;
+  bool is_bright_again(const std::vector<Place>& places) const;
   bool darkened(const std::vector<Place>& places) const;
   std::vector<Vector3f> find_moved(const std::vector<Place>& places, std::int64_t time_ns);
   std::shared_ptr<const LampShadows> shadows(const std::vector<Place>& places, const std::vector<Vector3f>& moved_m,
@@ -363,6 +370,13 @@ std::optional<Dimming> ColorGainStage::State::dimming(const std::vector<Place>& 
   return fit_dimming(seen_again, *agreed);
 }
 
+/// Whether the places agree with the fish-eye's image, at the gain that they had, once more.
+bool ColorGainStage::State::is_bright_again(const std::vector<Place>& places) const {
+  const auto measurement = measured(places, agreed);
+  return measurement && measurement->agrees &&
+         ((measurement->log_gain - gain.log()).abs() < kExposure.inlier_log).all();
+}
+
 /// Whether places that were bright enough to be measured are no more.
 bool ColorGainStage::State::darkened(const std::vector<Place>& places) const {
   std::size_t seen_again = 0, dark = 0;
@@ -537,11 +551,22 @@ void ColorGainStage::State::update(const capture::FrameSet& frame, const Pose& p
   const bool outdated = light && (light->dimmed || contradicted == light->version) &&
                         frame.time_ns - light->time_ns > kExposure.stale_light_ns;
   if (agrees && light && !light->dimmed) agreed = shining;
-  if (!agrees && light && agreed && agreed->time_ns == light->time_ns) result.light.dimming = dimming(places);
+  if (light && agreed && agreed->time_ns == light->time_ns) {
+    if (light->dimmed && is_bright_again(places))
+      result.light.dimming = as_in_image(*agreed);
+    else if (!agrees)
+      result.light.dimming = dimming(places);
+  }
   const bool same_light =
       light && agreed && !light->dimmed &&
       (agreed->time_ns == light->time_ns || relative_change(*light, *agreed) < kExposure.same_light);
-  const bool unexplained = measurement && !agrees && same_light && !result.light.dimming;
+  // Gain and shadows need places to the centimetre. What went dark, such as the tag in a room whose lamps are off, does
+  // not.
+  if (pose.age_ns == 0) {
+    const std::vector<Vector3f> moved_m = find_moved(places, frame.time_ns);
+    if (shining && !shining->dimmed && !outdated) result.shadows = shadows(places, moved_m, shining);
+  }
+  const bool unexplained = measurement && !agrees && same_light && !result.light.dimming && !result.shadows;
   unexplained_frames = unexplained ? unexplained_frames + 1 : 0;
   result.shows_room = !darkened(places) && (!unexplained || unexplained_frames > kExposure.replaced_after);
   if (outdated)
@@ -549,11 +574,9 @@ void ColorGainStage::State::update(const capture::FrameSet& frame, const Pose& p
         std::string("the light in the colour frames changes and the fish-eye delivers no new frame, or the same one "
                     "again: ") +
         (light->dimmed ? "its lamps are as bright as the colour frames show" : "the last light is kept"));
-  // Gain needs places to the centimetre. What went dark, such as the tag in a room whose lamps are off, does not.
-  if (pose.age_ns > 0) return;
+  // Light that is not that of `light` is known from the next frame on.
+  if (pose.age_ns > 0 || !result.shows_room || result.light.dimming) return;
   if (agrees) follow(*measurement);
-  const std::vector<Vector3f> moved_m = find_moved(places, frame.time_ns);
-  if (shining && !shining->dimmed && !outdated) result.shadows = shadows(places, moved_m, shining);
   // Only a frame whose own gain is known can be compared with the fish-eye.
   const bool gain_is_known = agrees || cells.empty();
   if (light && !light->dimmed && gain_is_known &&
@@ -563,8 +586,7 @@ void ColorGainStage::State::update(const capture::FrameSet& frame, const Pose& p
     if (result.correction > 0) places = places_of(frame, T_tag_camera);
   }
   ++frames;
-  // Light that is not that of `light` is known from the next frame on.
-  if (result.shows_room && !result.light.dimming) learn(places, outdated && !light->dimmed ? nullptr : shining);
+  learn(places, outdated && !light->dimmed ? nullptr : shining);
 }
 
 std::vector<std::string> ColorGainStage::State::warnings() const {

@@ -128,7 +128,8 @@ void filter_normals(const DistanceField& field, SurfaceMesh& mesh) {
     for (std::size_t i = 0; i < normals.size(); ++i) {
       if (passes[i] <= pass) continue;
       const Simd4 sum = means.sum(i, 1);
-      normals[i] = sum / std::sqrt(squared_length(sum));
+      const float length = std::sqrt(squared_length(sum));
+      if (length > 0) normals[i] = sum / length;
     }
   }
   for (std::size_t i = 0; i < normals.size(); ++i) {

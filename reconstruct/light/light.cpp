@@ -145,6 +145,11 @@ std::string clipped_warning(const Illumination& illumination) {
                             100 * illumination.clipped_fraction);
 }
 
+bool changes_anything(const Dimming& dimming) {
+  return !dimming.environment.isOnes(0) || std::any_of(dimming.lamps.begin(), dimming.lamps.end(),
+                                                       [](const auto& lamp) { return !lamp.second.isOnes(0); });
+}
+
 /// Lamps without power are removed.
 void dim(const Dimming& dimming, Illumination& light) {
   light.dimmed = true;
@@ -256,7 +261,7 @@ void LightStage::State::place(const std::vector<LampTagPose>& tags, bool fresh) 
 void LightStage::resolve(const SeenByColor& light) {
   State& s = *state_;
   if (light.dimming) {
-    s.dimming = light.dimming;
+    s.dimming = changes_anything(*light.dimming) ? light.dimming : std::nullopt;
     s.dimming_is_new = true;
   }
   const auto among = [](const std::vector<int>& ids, const PointLight& lamp) {
