@@ -14,6 +14,7 @@
 #include "capture/message_text.h"
 #include "reconstruct/exposure/camera_match.h"
 #include "reconstruct/exposure/dimming.h"
+#include "reconstruct/exposure/new_surface.h"
 #include "reconstruct/exposure/observed_shadows.h"
 #include "reconstruct/exposure/parameters.h"
 #include "reconstruct/light/fluence.h"
@@ -44,13 +45,6 @@ struct CellKeyHash {
   std::size_t operator()(const CellKey& k) const {
     return BrickKeyHash()(BrickKey{k[0], k[1], k[2]}) ^ static_cast<std::size_t>(k[3]) * 50331653u;
   }
-};
-
-constexpr std::int64_t kForgotten_ns = 60'000'000'000;  ///< space that was not seen for a minute is new
-
-/// When a piece of space was filled.
-struct Filled {
-  std::int64_t since_ns = 0, last_ns = 0;
 };
 
 /// A place of this frame.
@@ -183,7 +177,6 @@ struct ColorGainStage::State {
   std::optional<Dimming> dimming(const std::vector<Place>& places) const;
   bool is_bright_again(const std::vector<Place>& places) const;
   bool darkened(const std::vector<Place>& places) const;
-  std::vector<Vector3f> find_moved(const std::vector<Place>& places, std::int64_t time_ns);
   std::shared_ptr<const LampShadows> shadows(const std::vector<Place>& places, const std::vector<Vector3f>& moved_m,
                                              const std::shared_ptr<const Illumination>& light) const;
   bool may_be_in_shadow(const Cell& cell, const Array3f& error, const std::shared_ptr<const Illumination>& light) const;
@@ -202,8 +195,7 @@ struct ColorGainStage::State {
   float corner_rad;  ///< θ_corner
   DepthSampler sampler;
   std::unordered_map<CellKey, Cell, CellKeyHash> cells;
-  std::unordered_map<BrickKey, Filled, BrickKeyHash> filled;  ///< space, in cells of shadows.moved_cell_m
-  std::int64_t first_ns = -1;
+  NewSurface new_surface;
   Array3f gain = Array3f::Ones();                   ///< over that of the first frames
   Array3f base = Array3f::Ones();                   ///< of the first frames, against the fish-eye
   Eigen::Array2f falloff = Eigen::Array2f::Zero();  ///< CameraMatch::falloff; zero if the session states vignetting
@@ -389,36 +381,6 @@ bool ColorGainStage::State::darkened(const std::vector<Place>& places) const {
          static_cast<float>(dark) > kExposure.max_dark_fraction * static_cast<float>(seen_again);
 }
 
-/// Places on surface that was not there some seconds ago.
-std::vector<Vector3f> ColorGainStage::State::find_moved(const std::vector<Place>& places, std::int64_t time_ns) {
-  if (first_ns < 0) first_ns = time_ns;
-  std::vector<Vector3f> moved_m;
-  for (const Place& place : places) {
-    const Eigen::Vector3i at = (place.position_m / kExposure.shadows.moved_cell_m).array().floor().cast<int>();
-    Filled& space = filled.try_emplace({at.x(), at.y(), at.z()}, Filled{time_ns, time_ns}).first->second;
-    if (time_ns - space.last_ns > kExposure.shadows.moved_ns) space.since_ns = time_ns;
-    space.last_ns = time_ns;
-    const auto is_old = [&](const Filled& other) {
-      return other.since_ns <= first_ns || time_ns - other.since_ns >= kExposure.shadows.moved_ns;
-    };
-    if (is_old(space)) continue;
-    bool noise = false;  // of the surface next to it
-    for (int axis = 0; axis < 3; ++axis)
-      for (const int step : {-1, 1}) {
-        Eigen::Vector3i beside = at;
-        beside[axis] += step;
-        const auto found = filled.find({beside.x(), beside.y(), beside.z()});
-        noise |= found != filled.end() && is_old(found->second);
-      }
-    if (!noise) moved_m.push_back(place.position_m);
-  }
-  std::erase_if(filled, [&](const auto& entry) { return time_ns - entry.second.last_ns > kForgotten_ns; });
-  const std::size_t step = moved_m.size() / kExposure.shadows.max_moved + 1;
-  std::vector<Vector3f> some_m;
-  for (std::size_t i = 0; i < moved_m.size(); i += step) some_m.push_back(moved_m[i]);
-  return some_m;
-}
-
 std::shared_ptr<const LampShadows> ColorGainStage::State::shadows(
     const std::vector<Place>& places, const std::vector<Vector3f>& moved_m,
     const std::shared_ptr<const Illumination>& light) const {
@@ -563,7 +525,9 @@ void ColorGainStage::State::update(const capture::FrameSet& frame, const Pose& p
   // Gain and shadows need places to the centimetre. What went dark, such as the tag in a room whose lamps are off, does
   // not.
   if (pose.age_ns == 0) {
-    const std::vector<Vector3f> moved_m = find_moved(places, frame.time_ns);
+    std::vector<Vector3f> points_m;
+    for (const Place& place : places) points_m.push_back(place.position_m);
+    const std::vector<Vector3f> moved_m = new_surface.find(points_m, frame.time_ns);
     if (shining && !shining->dimmed && !outdated) result.shadows = shadows(places, moved_m, shining);
   }
   const bool unexplained = measurement && !agrees && same_light && !result.light.dimming && !result.shadows;

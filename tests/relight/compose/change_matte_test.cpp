@@ -8,7 +8,7 @@
 #include "relight/compose/rgb_image.h"
 #include "tests/relight/closed_form/closed_scene.h"
 
-namespace lumigraft::test {
+namespace lumigraft::test::change_matte_tests {
 namespace {
 
 using relight::Rgb;
@@ -96,4 +96,4 @@ TEST(ChangeMatte, EqualChangesStay) {
 }
 
 }  // namespace
-}  // namespace lumigraft::test
+}  // namespace lumigraft::test::change_matte_tests

@@ -8,7 +8,7 @@
 
 #include "tests/relight/closed_form/closed_scene.h"
 
-namespace lumigraft::test {
+namespace lumigraft::test::depth_shell_tests {
 namespace {
 
 constexpr int kWidth = 160, kHeight = 120;
@@ -123,4 +123,4 @@ TEST(DepthShell, UsesFewerVerticesForLargeParts) {
 }
 
 }  // namespace
-}  // namespace lumigraft::test
+}  // namespace lumigraft::test::depth_shell_tests

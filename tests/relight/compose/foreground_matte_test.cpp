@@ -8,7 +8,7 @@
 #include "relight/compose/rgb_image.h"
 #include "tests/relight/closed_form/closed_scene.h"
 
-namespace lumigraft::test {
+namespace lumigraft::test::foreground_matte_tests {
 namespace {
 
 using relight::Rgb;
@@ -129,4 +129,4 @@ TEST(ForegroundMatte, WithoutDepthNothingIsHidden) {
 }
 
 }  // namespace
-}  // namespace lumigraft::test
+}  // namespace lumigraft::test::foreground_matte_tests

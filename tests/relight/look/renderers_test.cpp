@@ -9,7 +9,7 @@
 namespace lumigraft::test {
 namespace {
 
-constexpr int kFrames = 12, kCompared = 7;
+constexpr int kShown = 12, kCompared = 7;
 constexpr double kBlur = 2.2;  // of the tag's edges; 1 is that of pixels alone
 
 capture::FrameSet frame_with(const capture::FrameSet& base, const std::shared_ptr<const Codes>& codes, int index) {
@@ -50,10 +50,10 @@ void objects_look_like_the_camera(const Make& make, relight::Plan plan) {
     const auto renderer = make();
     std::vector<double> sum(inside.size()), squares(inside.size());
     double floor_sum = 0, floor_squares = 0;
-    for (int i = 0; i < kFrames; ++i) {
+    for (int i = 0; i < kShown; ++i) {
       const capture::FrameSet frame = frame_with(base, camera.picture(light), i);
       const relight::RelitPicture picture = renderer->relight(frame, room, scene.exhibit, plan, false);
-      if (i < kFrames - kCompared) continue;
+      if (i < kShown - kCompared) continue;
       for (std::size_t k = 0; k < inside.size(); ++k) {
         sum[k] += picture.srgb.data[inside[k]];
         squares[k] += std::pow(picture.srgb.data[inside[k]], 2);
