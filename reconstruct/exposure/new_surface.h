@@ -19,11 +19,12 @@ class NewSurface {
   struct Filled {
     std::int64_t since_ns, last_ns;
   };
-  bool is_old(const Filled& space, std::int64_t time_ns) const;
-  bool is_old_around(const Eigen::Vector3i& cell, std::int64_t time_ns) const;
+  bool is_old(const Filled& space) const;
+  bool is_old_around(const Eigen::Vector3i& cell) const;
 
   std::unordered_map<BrickKey, Filled, BrickKeyHash> filled_;  ///< space, in cells of kExposure.shadows.moved_cell_m
-  std::int64_t first_ns_ = -1;
+  std::int64_t last_frame_ns_ = -1;
+  std::int64_t watched_ns_ = 0;  ///< time without gaps between frames; that of `filled_`
 };
 
 }  // namespace lumigraft::reconstruct

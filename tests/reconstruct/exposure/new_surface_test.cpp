@@ -34,7 +34,8 @@ TEST(NewSurface, WhoComesIsNewForSomeSeconds) {
   for (int i = 0; i < 10; ++i) surface.find(with_visitor(), now_ns += kFrame_ns);
   EXPECT_TRUE(surface.find(with_visitor(), now_ns += kFrame_ns).empty()) << "part of the room";
   now_ns += 10 * 1'000'000'000LL;
-  surface.find(wall(0.05f), now_ns);
+  EXPECT_TRUE(surface.find(with_visitor(), now_ns).empty()) << "nobody looked";
+  for (int i = 0; i < 35; ++i) EXPECT_TRUE(surface.find(wall(0.05f), now_ns += kFrame_ns).empty());
   EXPECT_EQ(surface.find(with_visitor(), now_ns += kFrame_ns).size(), 1u) << "another one";
 }
 
