@@ -139,6 +139,8 @@ std::shared_ptr<const reconstruct::LampShadows> shadow_over_all(const reconstruc
   shadow.projection.origin_m = lamp.position_m;
   shadow.projection.axes << Eigen::Vector3f::UnitX().transpose(), -Eigen::Vector3f::UnitY().transpose(),
       -Eigen::Vector3f::UnitZ().transpose();
+  shadow.min.setConstant(-3);
+  shadow.cell = 6;
   shadow.open = capture::Image<float>(2, 2, 1, open);
   return std::make_shared<const reconstruct::LampShadows>(reconstruct::LampShadows{{shadow}});
 }
