@@ -83,8 +83,8 @@ std::vector<TagSighting> TagSearch::mirrored_in_image(const capture::Frame& pict
   for (int v = 0; v < grey.height; ++v) std::reverse(&grey.at(0, v), &grey.at(0, v) + grey.width);
   std::vector<TagSighting> found = finder_.find(grey, min_decimation(camera_.width));
   std::ranges::stable_sort(found, {}, &TagSighting::id);
-  const auto repeated = std::ranges::unique(found, {}, &TagSighting::id);
-  found.erase(repeated.begin(), repeated.end());
+  const auto same_id = [](const TagSighting& a, const TagSighting& b) { return a.id == b.id; };
+  found.erase(std::unique(found.begin(), found.end(), same_id), found.end());
   for (TagSighting& sighting : found)
     for (Vector2d& corner : sighting.corners) corner.x() = grey.width - 1 - corner.x();
   return found;
