@@ -5,14 +5,8 @@
 #include "reconstruct/exposure/parameters.h"
 
 namespace lumigraft::reconstruct {
-namespace {
 
 using Eigen::Vector3f;
-
-constexpr std::int64_t kForgotten_ns = 60'000'000'000;  ///< space that was not seen for a minute is new
-constexpr std::int64_t kGap_ns = 500'000'000;           ///< between frames: in a longer one nobody knows what moved
-
-}  // namespace
 
 bool NewSurface::is_old(const Filled& space) const {
   return space.since_ns == 0 || watched_ns_ - space.since_ns >= kExposure.shadows.moved_ns;
@@ -30,7 +24,8 @@ bool NewSurface::is_old_around(const Eigen::Vector3i& cell) const {
 }
 
 std::vector<Vector3f> NewSurface::find(const std::vector<Vector3f>& points_m, std::int64_t time_ns) {
-  if (last_frame_ns_ >= 0) watched_ns_ += std::clamp<std::int64_t>(time_ns - last_frame_ns_, 0, kGap_ns);
+  if (last_frame_ns_ >= 0)
+    watched_ns_ += std::clamp<std::int64_t>(time_ns - last_frame_ns_, 0, kExposure.shadows.max_gap_ns);
   last_frame_ns_ = time_ns;
   const std::int64_t now_ns = watched_ns_;
   std::vector<Vector3f> all_m;
@@ -41,7 +36,8 @@ std::vector<Vector3f> NewSurface::find(const std::vector<Vector3f>& points_m, st
     space.last_ns = now_ns;
     if (!is_old(space) && !is_old_around(cell)) all_m.push_back(p_m);
   }
-  std::erase_if(filled_, [&](const auto& entry) { return now_ns - entry.second.last_ns > kForgotten_ns; });
+  std::erase_if(filled_,
+                [&](const auto& entry) { return now_ns - entry.second.last_ns > kExposure.shadows.forgotten_ns; });
   const std::size_t step = all_m.size() / kExposure.shadows.max_moved + 1;
   std::vector<Vector3f> some_m;
   for (std::size_t i = 0; i < all_m.size(); i += step) some_m.push_back(all_m[i]);

@@ -23,9 +23,9 @@ struct ShadowedPlace {
   std::vector<float> parts;    ///< f_k of each lamp of the light
 };
 
-/// Shadows of the lamps that are covered from the fish-eye: someone stands before them. Those of hands are narrower
-/// than the distances of places; depth shows them better. `moved_m`: points on surface that was not there before, tag
-/// frame. Null if the places show no shadow.
+/// Shadows of the lamps that a person occludes from the fish-eye (PointLight::covered). Those of hands are narrower
+/// than the distances between places; depth measures them better. `moved_m`: points on surface that was not there
+/// before, tag frame. Null if the places show no shadow.
 std::shared_ptr<const LampShadows> observe_shadows(const std::vector<ShadowedPlace>& places,
                                                    const std::vector<Eigen::Vector3f>& moved_m,
                                                    const Illumination& light);

@@ -50,10 +50,12 @@ struct ExposureParameters {
     std::size_t min_dark_places = 8;  ///< in the shadow of one lamp
     float margin = 0.15f;             ///< of a map around its shadow
     float other_prior = 0.2f, covered_prior = 0.5f, rest_prior = 0.1f;  ///< w_k, w
-    float moved_reach_m = 0.3f;             ///< around what moved: what belongs to it and no camera sees
-    float moved_cell_m = 0.1f;              ///< edge of space that is remembered as filled
-    std::int64_t moved_ns = 3'000'000'000;  ///< after which what moved belongs to the room
-    std::size_t max_moved = 500;            ///< points of what moved that are used
+    float moved_reach_m = 0.3f;                  ///< around what moved: what belongs to it and no camera sees
+    float moved_cell_m = 0.1f;                   ///< edge of space that is remembered as filled
+    std::int64_t moved_ns = 3'000'000'000;       ///< after which what moved belongs to the room
+    std::size_t max_moved = 500;                 ///< points of what moved that are used
+    std::int64_t max_gap_ns = 500'000'000;       ///< between frames: surface that appears after a longer one may be old
+    std::int64_t forgotten_ns = 60'000'000'000;  ///< space that was not seen for so long is new
   } shadows;
 
   /// Against the fish-eye. Measured: ten path-traced rooms, gain within 1 %, and within 3 % of a wrong white balance.

@@ -6,8 +6,8 @@
 // holds voxels 8a..8a+7, 8b..8b+7, 8c..8c+7; inside a brick the index is x + 8 (y + 8 z).
 // distance_m is positive in front of surfaces (in free space), negative behind, clamped to ± truncation_m.
 // A voxel with weight 0 was never observed: it is unknown, neither free nor solid.
-// What is far from the cameras is in `coarse`, in larger voxels; each function looks there where the field itself knows
-// nothing.
+// Surface far from the cameras is in `coarse`, in larger voxels; each function uses it where the field itself is
+// unknown.
 #include <Eigen/Geometry>
 #include <array>
 #include <cstdint>

@@ -19,7 +19,7 @@ struct LampProjection {
   bool far = false;
 
   /// Two coordinates across the light, metres at 1 m from the lamp (if far: metres), and the distance along it. Empty
-  /// beside and behind the lamp.
+  /// behind the lamp and outside the projection.
   std::optional<Eigen::Vector3f> operator()(const Eigen::Vector3f& p_m) const;
 };
 

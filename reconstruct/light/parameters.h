@@ -69,7 +69,7 @@ struct LightParameters {
     double min_missing_fraction = 0.5;   ///< of a lamp's energy missing in the frame, for the lamp to count as covered
     int held_frames = 3, fade_frames = 4;  ///< of a covered lamp: steps of a quarter (sweep light-covered)
 
-    /// A lamp that stands still and whose image is cut, not dimmed, is covered.
+    /// A fixed lamp whose image is cut, not dimmed, is covered.
     struct Covered {
       int settled_images = 3;      ///< at one place with one size, until a lamp counts as fixed
       float min_fraction = 0.05f;  ///< of its solid angle: outlines are as uncertain

@@ -11,7 +11,7 @@ namespace {
 
 using Eigen::Vector3f;
 
-/// Two lamps above a table of 1.2 m, and a board that stands between it and the first.
+/// Two lamps above a table of 1.2 m, and a board between it and the first.
 class BoardBeforeALamp : public testing::Test {
  protected:
   BoardBeforeALamp() {

@@ -16,36 +16,61 @@ namespace {
 
 using Eigen::Vector3f;
 
+/// A box on a floor, under a lamp, with samples of the floor around the box's shadow.
+struct ShadowOfABox {
+  TestRoom room;
+  DistanceField field;
+  FieldRays rays;
+  MetalMask metal{capture::Session()};
+  Illumination light;
+  IrradianceModel room_light;
+  std::vector<SurfaceSample> samples;
+  std::vector<Vector3f> gathered;
+  ShadingModel model;
+
+  explicit ShadowOfABox(float sample_m)
+      : room(box_under_lamp()),
+        field(room.field()),
+        rays(field),
+        light(room.illumination()),
+        room_light(field, rays, metal, light),
+        samples(floor_samples(sample_m)),
+        gathered(samples.size(), Vector3f::Zero()),
+        model(room_light, light, samples, gathered) {}
+
+ private:
+  static TestRoom box_under_lamp() {
+    TestRoom room;
+    room.boxes = {{{0.0f, 0.0f, 0.0f}, {0.1f, 0.1f, 0.25f}}};
+    room.lamps = {{{0.9f, -0.7f, 0.8f}, {1, 1, 1}, 0.02f}};
+    return room;
+  }
+  static std::vector<SurfaceSample> floor_samples(float step_m) {
+    std::vector<SurfaceSample> samples;
+    for (float x = -0.5f; x < 0.2f; x += step_m) {
+      for (float y = -0.1f; y < 0.5f; y += step_m)
+        samples.push_back({Vector3f(x, y, 0), Vector3f::UnitZ(), Vector3f::Ones(), step_m});
+    }
+    return samples;
+  }
+};
+
 // If shadows were sharper at the tabulated distances they would fit best there and attract the search.
 TEST(ShadingModel, ShadowsMoveSmoothlyWithDistance) {
-  TestRoom room;
-  room.boxes = {{{0.0f, 0.0f, 0.0f}, {0.1f, 0.1f, 0.25f}}};
-  room.lamps = {{{0.9f, -0.7f, 0.8f}, {1, 1, 1}, 0.02f}};
-  const DistanceField field = room.field();
-  const FieldRays rays(field);
-  const MetalMask metal{capture::Session()};
-  const Illumination light = room.illumination();
-  const IrradianceModel room_light(field, rays, metal, light);
-  std::vector<SurfaceSample> samples;
-  for (float x = -0.5f; x < 0.2f; x += 0.01f) {
-    for (float y = -0.1f; y < 0.5f; y += 0.01f)
-      samples.push_back({Vector3f(x, y, 0), Vector3f::UnitZ(), Vector3f::Ones(), 0.01f});
-  }
-  const std::vector<Vector3f> gathered(samples.size(), Vector3f::Zero());
-  ShadingModel model(room_light, light, samples, gathered);
+  ShadowOfABox scene(0.01f);
   const std::vector<double> knots{0.6, 0.67, 0.74, 0.81, 0.88, 0.95, 1.02};
-  model.tabulate(0, knots, kLampParameters.search.fine_rays);
+  scene.model.tabulate(0, knots, kLampParameters.search.fine_rays);
 
   const auto at = [&](double inverse_distance) {
     std::vector<float> factors;
-    model.factors(0, {.inverse_distance = inverse_distance}, factors);
+    scene.model.factors(0, {.inverse_distance = inverse_distance}, factors);
     return factors;
   };
   constexpr double kStep = 0.01;
   int moving = 0;
   for (std::size_t k = 2; k + 2 < knots.size(); ++k) {
     const std::vector<float> before = at(knots[k] - kStep), here = at(knots[k]), after = at(knots[k] + kStep);
-    for (std::size_t i = 0; i < samples.size(); ++i) {
+    for (std::size_t i = 0; i < scene.samples.size(); ++i) {
       if (std::abs(after[i] - before[i]) < 0.02f) continue;
       ++moving;
       EXPECT_LT(std::abs(after[i] - 2 * here[i] + before[i]), 0.5f * std::abs(after[i] - before[i]) + 0.03f);
@@ -56,42 +81,29 @@ TEST(ShadingModel, ShadowsMoveSmoothlyWithDistance) {
 
 // Rays at a few distances decide where visibility is constant; elsewhere all distances are traced.
 TEST(ShadingModel, VisibilityBetweenTracedDistances) {
-  TestRoom room;
-  room.boxes = {{{0.0f, 0.0f, 0.0f}, {0.1f, 0.1f, 0.25f}}};
-  room.lamps = {{{0.9f, -0.7f, 0.8f}, {1, 1, 1}, 0.02f}};
-  const DistanceField field = room.field();
-  const FieldRays rays(field);
-  const MetalMask metal{capture::Session()};
-  const Illumination light = room.illumination();
-  const IrradianceModel room_light(field, rays, metal, light);
-  std::vector<SurfaceSample> samples;
-  for (float x = -0.5f; x < 0.2f; x += 0.02f) {
-    for (float y = -0.1f; y < 0.5f; y += 0.02f)
-      samples.push_back({Vector3f(x, y, 0), Vector3f::UnitZ(), Vector3f::Ones(), 0.02f});
-  }
-  const std::vector<Vector3f> gathered(samples.size(), Vector3f::Zero());
-  ShadingModel model(room_light, light, samples, gathered);
+  ShadowOfABox scene(0.02f);
   std::vector<double> knots;
   for (int k = 0; k < 11; ++k) knots.push_back(0.6 + 0.044 * k);
-  model.tabulate(0, knots, kLampParameters.search.fine_rays);
+  scene.model.tabulate(0, knots, kLampParameters.search.fine_rays);
 
   int different = 0, penumbra = 0;
   for (std::size_t k = 1; k + 1 < knots.size(); ++k) {
     std::vector<float> factors;
-    model.factors(0, {.inverse_distance = knots[k]}, factors);
-    for (std::size_t i = 0; i < samples.size(); ++i) {
+    scene.model.factors(0, {.inverse_distance = knots[k]}, factors);
+    for (std::size_t i = 0; i < scene.samples.size(); ++i) {
       const auto visible = [&](std::size_t at) {
-        return room_light.visibility(light.lights[0], static_cast<float>(1 / knots[at]), samples[i].position,
-                                     samples[i].normal, kLampParameters.search.fine_rays);
+        return scene.room_light.visibility(scene.light.lights[0], static_cast<float>(1 / knots[at]),
+                                           scene.samples[i].position, scene.samples[i].normal,
+                                           kLampParameters.search.fine_rays);
       };
       const float blended = (visible(k - 1) + 4 * visible(k) + visible(k + 1)) / 6;  // cubic B-spline
-      const Vector3f offset =
-          light.lights[0].direction + static_cast<float>(knots[k]) * (light.probe_position_m - samples[i].position);
+      const Vector3f offset = scene.light.lights[0].direction +
+                              static_cast<float>(knots[k]) * (scene.light.probe_position_m - scene.samples[i].position);
       different += std::abs(factors[i] - blended * offset.z() / std::pow(offset.norm(), 3.0f)) > 0.01f;
       penumbra += blended > 0.01f && blended < 0.99f;
     }
   }
-  const int all = static_cast<int>(samples.size() * (knots.size() - 2));
+  const int all = static_cast<int>(scene.samples.size() * (knots.size() - 2));
   EXPECT_GT(penumbra, all / 50) << "shadows are in the picture";
   EXPECT_LT(different, all / 200);
 }
