@@ -455,6 +455,21 @@ TEST(Fusion, RadianceFollowsTheLight) {
   EXPECT_NEAR(radiance_after(kRadianceMemory.log_sigma), 0.25, 0.04);
 }
 
+TEST(Fusion, ColoursOfACoveredLensAreNotFused) {
+  const capture::CameraModel camera = test::small_camera();
+  const Isometry3d pose = test::looking_at_tag(0.9, 0.8, -1.5);
+  FusionStage stage(test::session_with(camera), FusionSettings{});
+  const auto lit = [](double radiance) { return [radiance](const Vector3d&) { return radiance; }; };
+  stage.fuse(test::frame_of(test::table, camera, pose, 0, {}, lit(0.4)), test::pose_at(pose));
+  std::shared_ptr<const DistanceField> field;
+  for (std::uint64_t i = 1; i < 10; ++i) {
+    capture::FrameSet covered = test::frame_of(test::table, camera, pose, i, {}, lit(0.01));
+    covered.color_shows_room = false;
+    field = stage.fuse(covered, test::pose_at(pose));
+  }
+  EXPECT_NEAR(field->radiance(Vector3f(0.05f, 0.01f, 0))->x(), 0.4, 0.01);
+}
+
 // A camera that looked at the table looks elsewhere, and half of the light goes out.
 TEST(Fusion, UnseenRadianceFollowsTheLight) {
   const capture::CameraModel camera = test::small_camera();
