@@ -98,9 +98,9 @@ struct SceneBuilder::State {
   std::atomic<bool> color_shows_room = true;
   std::atomic<float> color_correction = 0;  ///< ColorGainStage::Result::correction, since radiance was last fused
   FusionStage fusion;
-  /// When the light last changed while radiance was fused: as measured, and with what is known of its lamps.
-  std::shared_ptr<const Illumination> fused_light, lit_then;
-  float brightest = 1e-9f;  ///< mean irradiance at the fish-eye so far, W/m²
+  std::shared_ptr<const Illumination> fused_light;  ///< as measured when it last changed while radiance was fused
+  std::shared_ptr<const Illumination> lit_then;     ///< the same light, with what is known of its lamps now
+  float brightest = 1e-9f;                          ///< mean irradiance at the fish-eye so far, W/m²
   AlbedoStage albedo;
   EnclosureStage enclosure;
   LightFromShading light_from_shading;
@@ -246,7 +246,7 @@ void SceneBuilder::fuse_depth(const capture::FrameSet& frame, const Pose& pose) 
   const bool follow = light_change > 0 && now && then;
   if (now) s.brightest = std::max(s.brightest, mean_irradiance(*now, now->probe_position_m).mean());
   s.store.publish_field(follow ? s.fusion.fuse(frame, pose, change, light_ratio) : s.fusion.fuse(frame, pose, change));
-  if (follow || !then) s.lit_then = now;
+  if (follow || !then || s.store.measured_light() == s.fused_light) s.lit_then = now;
   if (s.first_fused_ns < 0) s.first_fused_ns = frame.time_ns;
   s.fused_span_ns = frame.time_ns - s.first_fused_ns;
   s.store.publish_warnings("geometry", s.fusion.warnings());

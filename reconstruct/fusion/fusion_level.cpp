@@ -72,7 +72,7 @@ struct FusionLevel::State {
   void record_change(WorkingBrick& brick, bool open, const BrickUpdate::Change& change);
   bool publication_due() const { return frames - last_publication >= kPublication.interval_frames || new_viewpoint; }
   void forget_light(WorkingBrick& brick) const;
-  void relight_unseen(const std::function<Eigen::Array3f(const Vector3f&)>& light_ratio);
+  void follow_light(const std::function<Eigen::Array3f(const Vector3f&)>& light_ratio);
   void copy_drifted(WorkingBrick& brick) const;
   void publish();
 
@@ -102,6 +102,7 @@ struct FusionLevel::State {
   std::shared_ptr<const DistanceField> field;
   std::shared_ptr<const capture::DepthFrame> last_depth;
   std::shared_ptr<const capture::Frame> last_color;
+  bool only_predicted = false;                               ///< colours, in the light of the last call
   std::vector<Vector3f> seen_from_m;                         ///< least recently used first
   std::vector<std::shared_ptr<const SeenSpace>> seen_space;  ///< from there
   Eigen::Isometry3d last_pose = Eigen::Isometry3d::Identity();
@@ -277,8 +278,8 @@ void FusionLevel::State::forget_light(WorkingBrick& brick) const {
   brick.light_variance = light_variance;
 }
 
-/// The colours of surface that this frame does not show follow the light, to first order.
-void FusionLevel::State::relight_unseen(const std::function<Eigen::Array3f(const Vector3f&)>& light_ratio) {
+/// The colours of bricks that were not measured in the light of now follow it, to first order.
+void FusionLevel::State::follow_light(const std::function<Eigen::Array3f(const Vector3f&)>& light_ratio) {
   for (const auto& pointer : bricks) {
     WorkingBrick& brick = *pointer;
     if (brick.open || !brick.published || !(brick.light_variance < light_variance)) continue;
@@ -353,7 +354,8 @@ std::shared_ptr<const DistanceField> FusionLevel::fuse(
   s.light_variance += light_change * light_change;
   if (!frame.depth || pose.age_ns != 0) {
     if (s.field && light_change > 0 && light_ratio) {
-      s.relight_unseen(light_ratio);
+      s.only_predicted = true;
+      s.follow_light(light_ratio);
       s.publish();
     }
     return s.field;
@@ -387,17 +389,21 @@ std::shared_ptr<const DistanceField> FusionLevel::fuse(
                            s.camera.height, Eigen::Array3f::Map(frame.color_gain.data()), frame.color_vignetting.get());
   const BrickUpdate update(s.view, s.preprocessor, s.map, colour, T_camera_tag,
                            {s.voxel_m, s.truncation_m, s.weight_cap});
+  // Colours that were only predicted since they were measured, while the lens was covered or no light was left, are
+  // predicted back before they are measured again: a frame does not show all voxels of a brick.
+  if (light_change > 0 && light_ratio && s.only_predicted) s.follow_light(light_ratio);
   const std::vector<VisibleBrick> visible = s.bricks_to_update(T_tag_camera, T_camera_tag);
   for (std::size_t i = 0; i < visible.size(); ++i) {
     if (i + 1 < visible.size() && visible[i + 1].visibility.kind == BrickVisibility::Kind::surface)
       update.prefetch(*visible[i + 1].brick, visible[i + 1].visibility);
     s.update_brick(update, visible[i], static_cast<bool>(colour));
   }
-  if (light_change > 0 && light_ratio) s.relight_unseen(light_ratio);
+  if (light_change > 0 && light_ratio) s.follow_light(light_ratio);
   s.publish();
   ++s.frames;
   s.last_depth = frame.depth;
   s.last_color = frame.color;
+  s.only_predicted = !colour;
   s.last_pose = pose.T_tag_camera;
   return s.field;
 }

@@ -61,6 +61,51 @@ TEST(SceneBuilder, ItsStagesByThemselvesGiveTheSameScene) {
   EXPECT_FALSE(at_once.learning());
 }
 
+capture::FrameSet with_covered_lens(const capture::FrameSet& frame) {
+  capture::FrameSet covered = frame;
+  auto color = std::make_shared<capture::Frame>(*frame.color);
+  for (std::size_t i = 0; i < color->encoded.data.size(); ++i) color->encoded.data[i] = i % 3 == 0 ? 60 : 5;
+  covered.color = color;
+  return covered;
+}
+
+// Light through a finger is red. Depth, and the fish-eye's one image, are as before.
+TEST(SceneBuilder, AHandOnTheColourLensChangesNeitherLightNorAlbedo) {
+  const capture::Session session = tabletop();
+  SceneBuilder builder(session);
+  std::vector<capture::FrameSet> frames = first_frames(session, 12);
+  for (std::size_t i = 1; i < frames.size(); ++i) frames[i].fisheye = frames[0].fisheye;
+  Scene before;
+  for (std::size_t i = 0; i < 6; ++i) before = builder.build(frames[i]).scene;
+  for (std::size_t i = 6; i < 10; ++i) {
+    const BuildResult built = builder.build(with_covered_lens(frames[i]));
+    ASSERT_TRUE(built.scene.pose) << "depth tracks the camera";
+    EXPECT_FALSE(built.frame.color_shows_room) << i;
+    EXPECT_FALSE(built.stages.contains("albedo")) << i;
+    EXPECT_EQ(built.scene.albedo, before.albedo) << i;
+  }
+  for (std::size_t i = 10; i < 12; ++i) EXPECT_TRUE(builder.build(frames[i]).frame.color_shows_room) << i;
+  const Scene after = builder.store().newest();
+  EXPECT_FALSE(after.illumination->dimmed);
+  ASSERT_EQ(after.illumination->lights.size(), before.illumination->lights.size());
+  for (const PointLight& lamp : before.illumination->lights) {
+    const PointLight* now = lamp_with_id(after.illumination->lights, lamp.id);
+    ASSERT_TRUE(now);
+    EXPECT_NEAR(now->irradiance.sum() / lamp.irradiance.sum(), 1, 0.03);
+  }
+  double change = 0, all = 0;
+  for (const auto& [key, brick] : before.field->bricks) {
+    const FieldBrick* now = after.field->brick(key);
+    if (!now) continue;
+    for (std::size_t i = 0; i < brick->radiance.size(); ++i) {
+      if (!(brick->radiance_weight[i] > 0 && now->radiance_weight[i] > 0)) continue;
+      change += static_cast<double>((now->radiance[i] - brick->radiance[i]).cwiseAbs().sum());
+      all += static_cast<double>(brick->radiance[i].sum());
+    }
+  }
+  EXPECT_LT(change, 0.05 * all);
+}
+
 TEST(SceneBuilder, MemoryOfTheFieldIsSet) {
   const capture::Session session = tabletop();
   FusionSettings small;
