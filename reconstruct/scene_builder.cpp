@@ -103,6 +103,7 @@ struct SceneBuilder::State {
   float brightest = 1e-9f;                          ///< mean irradiance at the fish-eye so far, W/m²
   AlbedoStage albedo;
   EnclosureStage enclosure;
+  const MetalMask metal;
   LightFromShading light_from_shading;
   const std::int64_t fisheye_awaited_ns;
   std::int64_t first_fused_ns = -1;
@@ -131,6 +132,7 @@ struct SceneBuilder::State {
         color_gain(session),
         fusion(session, fusion_settings),
         albedo(session),
+        metal(session),
         light_from_shading(session),
         fisheye_awaited_ns(session.fisheye ? kFisheyeAwaited_ns : 0),
         schedule(std::move(pace)) {}
@@ -292,7 +294,7 @@ void SceneBuilder::State::publish(AlbedoStage::Result solution, const DistanceFi
     const std::shared_ptr<const Enclosure> known = overrides.enclosure ? overrides.enclosure(lit) : nullptr;
     const std::vector<RoomPoint> points = room_points(field);
     store.publish_enclosure(known ? known : enclosure.close(field, points, lit));
-    store.publish_warnings("mirrors", mirror_warnings(points, field));
+    store.publish_warnings("mirrors", mirror_warnings(points, field, metal));
   }
   store.publish_solution(std::move(solution), field.version, measured);
 }

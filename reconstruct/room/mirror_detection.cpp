@@ -1,6 +1,5 @@
 #include "reconstruct/room/mirror_detection.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -9,6 +8,8 @@
 
 #include "capture/message_text.h"
 #include "reconstruct/room/parameters.h"
+#include "reconstruct/room/reflected_colors.h"
+#include "reconstruct/room/room_planes.h"
 
 namespace lumigraft::reconstruct {
 namespace {
@@ -18,62 +19,8 @@ using Eigen::Vector3f;
 constexpr const RoomParameters::Mirrors& kMirrors = kRoomParameters.mirrors;
 constexpr int kSectors = 8;  // of the circle around a hole
 
-struct Plane {
-  Vector3f normal;
-  float offset_m;
-  float height(const Vector3f& p) const { return normal.dot(p) + offset_m; }
-  bool holds(const RoomPoint& p) const {
-    return p.normal.dot(normal) > kMirrors.same_plane_cosine &&
-           std::abs(height(p.position_m)) < kMirrors.plane_tolerance_m;
-  }
-  Vector3f reflected(const Vector3f& p) const { return p - 2 * height(p) * normal; }
-};
-
-/// Least-squares fit of the plane to the points on it; returns their number, 0 if too few.
-std::size_t fit_plane(Plane& plane, const std::vector<RoomPoint>& points) {
-  std::size_t count = 0;
-  for (int round = 0; round < kMirrors.fit_rounds; ++round) {
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
-    count = 0;
-    for (const RoomPoint& p : points) {
-      if (!plane.holds(p)) continue;
-      const Eigen::Vector3d position = p.position_m.cast<double>();
-      sum += position;
-      squares += position * position.transpose();
-      ++count;
-    }
-    if (count < kMirrors.min_points_on_plane) return 0;
-    const Eigen::Vector3d middle = sum / static_cast<double>(count);
-    const Eigen::Matrix3d spread = squares / static_cast<double>(count) - middle * middle.transpose();
-    const Vector3f across = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors().col(0).cast<float>();
-    plane.normal = across.dot(plane.normal) < 0 ? -across : across;
-    plane.offset_m = -plane.normal.dot(middle.cast<float>());
-  }
-  return count;
-}
-
-/// Planes in the order of their first point.
-std::vector<Plane> planes_of(const std::vector<RoomPoint>& points) {
-  std::vector<Plane> planes;
-  const std::size_t step = std::max<std::size_t>(points.size() / kMirrors.seeds, 1);
-  for (std::size_t seed = 0; seed < points.size(); seed += step) {
-    const RoomPoint& p = points[seed];
-    const bool known = std::any_of(planes.begin(), planes.end(), [&](const Plane& plane) { return plane.holds(p); });
-    if (known) continue;
-    Plane plane{p.normal, -p.normal.dot(p.position_m)};
-    if (fit_plane(plane, points) == 0) continue;
-    const bool same = std::any_of(planes.begin(), planes.end(), [&](const Plane& other) {
-      return other.normal.dot(plane.normal) > kMirrors.duplicate_cosine &&
-             std::abs(other.offset_m - plane.offset_m) < kMirrors.plane_tolerance_m;
-    });
-    if (!same) planes.push_back(plane);
-  }
-  return planes;
-}
-
 /// Whether a point of the plane is surrounded by the plane's surface: a view through it is a view through a hole.
-bool surrounded(const Vector3f& point, const std::vector<Vector3f>& surface, const Plane& plane) {
+bool surrounded(const Vector3f& point, const std::vector<Vector3f>& surface, const RoomPlane& plane) {
   const Vector3f x = plane.normal.unitOrthogonal(), y = plane.normal.cross(x);
   unsigned sectors = 0;
   for (const Vector3f& p : surface) {
@@ -86,11 +33,11 @@ bool surrounded(const Vector3f& point, const std::vector<Vector3f>& surface, con
 }
 
 /// Where a ray from a camera that saw the point crosses the plane; empty if no camera saw it through the plane.
-std::optional<Vector3f> crossing_of_view(const RoomPoint& p, const Plane& plane, const DistanceField& field) {
-  const float depth_m = -plane.height(p.position_m);
+std::optional<Vector3f> crossing_of_view(const RoomPoint& p, const RoomPlane& plane, const DistanceField& field) {
+  const float depth_m = -plane.height_m(p.position_m);
   for (const Vector3f& camera : field.seen_from_m) {
     const Vector3f offset = p.position_m - camera;
-    const float before_m = plane.height(camera), distance_m = offset.norm();
+    const float before_m = plane.height_m(camera), distance_m = offset.norm();
     if (before_m <= 0 || p.normal.dot(offset) >= 0) continue;
     const auto hit =
         field.raycast(camera, offset / distance_m, kMirrors.first_ray_m, distance_m + kMirrors.tolerance_m);
@@ -103,10 +50,10 @@ std::optional<Vector3f> crossing_of_view(const RoomPoint& p, const Plane& plane,
 enum class Evidence { confirms, contradicts, none };
 
 /// Whether a point behind the plane is the reflection of something in front of it.
-Evidence evidence_of(const RoomPoint& p, const Plane& plane, const DistanceField& field) {
+Evidence evidence_of(const RoomPoint& p, const RoomPlane& plane, const DistanceField& field) {
   const Vector3f reflected = plane.reflected(p.position_m);
   const Vector3f normal = p.normal - 2 * plane.normal.dot(p.normal) * plane.normal;
-  const float off_m = kMirrors.tolerance_m + kMirrors.tolerance_ratio * std::abs(plane.height(p.position_m));
+  const float off_m = kMirrors.tolerance_m + kMirrors.tolerance_ratio * std::abs(plane.height_m(p.position_m));
   if (const auto sample = field.sample(reflected)) {
     const auto there = field.normal(reflected);
     if (std::abs(sample->distance_m) < off_m && there && there->dot(normal) > kMirrors.same_normal_cosine)
@@ -123,13 +70,13 @@ Evidence evidence_of(const RoomPoint& p, const Plane& plane, const DistanceField
   return Evidence::none;
 }
 
-std::optional<DetectedMirror> mirror_in(const Plane& plane, const std::vector<RoomPoint>& points,
+std::optional<DetectedMirror> mirror_in(const RoomPlane& plane, const std::vector<RoomPoint>& points,
                                         const DistanceField& field) {
   std::vector<RoomPoint> behind;
   std::vector<Vector3f> surface;
   for (const RoomPoint& p : points) {
     if (plane.holds(p)) surface.push_back(p.position_m);
-    if (plane.height(p.position_m) < -kMirrors.min_depth_m) behind.push_back(p);
+    if (plane.height_m(p.position_m) < -kMirrors.min_depth_m) behind.push_back(p);
   }
   DetectedMirror mirror;
   mirror.normal = plane.normal;
@@ -156,20 +103,26 @@ std::optional<DetectedMirror> mirror_in(const Plane& plane, const std::vector<Ro
 
 std::vector<DetectedMirror> find_mirrors(const std::vector<RoomPoint>& points, const DistanceField& field) {
   std::vector<DetectedMirror> mirrors;
-  for (const Plane& plane : planes_of(points))
+  for (const RoomPlane& plane : planes_of(points))
     if (const auto mirror = mirror_in(plane, points, field)) mirrors.push_back(*mirror);
   std::stable_sort(mirrors.begin(), mirrors.end(),
                    [](const DetectedMirror& a, const DetectedMirror& b) { return a.confirmed > b.confirmed; });
   return mirrors;
 }
 
-std::vector<std::string> mirror_warnings(const std::vector<RoomPoint>& points, const DistanceField& field) {
+std::vector<std::string> mirror_warnings(const std::vector<RoomPoint>& points, const DistanceField& field,
+                                         const MetalMask& metal) {
   std::vector<std::string> lines;
   for (const DetectedMirror& mirror : find_mirrors(points, field))
     lines.push_back(capture::formatted(
         "depth behind the wall at (%.2f, %.2f, %.2f) m repeats what is in front of it: if there is a mirror, "
         "configure it as a [[real_surface]]",
         mirror.middle_m.x(), mirror.middle_m.y(), mirror.middle_m.z()));
+  for (const ReflectingPlane& plane : find_reflecting_planes(points, field, metal))
+    lines.push_back(capture::formatted(
+        "the surface at (%.2f, %.2f, %.2f) m shows what is in front of it as a mirror does: if it is one, configure it "
+        "as a [[real_surface]]",
+        plane.middle_m.x(), plane.middle_m.y(), plane.middle_m.z()));
   return lines;
 }
 

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "reconstruct/field/real_surface_mesh.h"
 #include "reconstruct/room/enclosure.h"
 
 namespace lumigraft::reconstruct {
@@ -22,7 +23,8 @@ struct DetectedMirror {
 /// `points`: room_points(field). Mirrors with the most confirmed points first.
 std::vector<DetectedMirror> find_mirrors(const std::vector<RoomPoint>& points, const DistanceField& field);
 
-/// One line per mirror.
-std::vector<std::string> mirror_warnings(const std::vector<RoomPoint>& points, const DistanceField& field);
+/// One line per mirror, of these and of find_reflecting_planes (reflected_colors.h).
+std::vector<std::string> mirror_warnings(const std::vector<RoomPoint>& points, const DistanceField& field,
+                                         const MetalMask& metal);
 
 }  // namespace lumigraft::reconstruct

@@ -1,6 +1,7 @@
 #pragma once
 // Every number that decides something in this folder. Where no reason is given the value was chosen by hand and not
 // swept. Measured: tests/bench/results/scene.md (unobserved walls), sweep fusion-mirror.
+#include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
 
@@ -47,6 +48,15 @@ struct RoomParameters {
     int min_confirmed = 20;                              ///< points
     float max_contradicted = 0.15f;                      ///< of the points that are confirmed or contradicted
   } mirrors;
+
+  /// Mirrors whose surface is measured as depth; rays and planes as of `mirrors`.
+  struct ReflectedColors {
+    std::size_t max_points = 1000, max_cameras = 4;  ///< of a plane, with two rays each: up to 20 ms
+    Eigen::Index min_points = 100;                   ///< at which known surface is reflected
+    /// Of luminance and of hue. In rooms without a mirror hue has a slope of at most 0.1 and a correlation of at most
+    /// 0.26; noise of the colours lowers the slope of a true mirror to a half.
+    float min_reflectance = 0.25f, min_correlation = 0.3f;
+  } reflected_colors;
 
   /// Depth where no camera measures it. Chosen on images of rooms with truth: below 1 % of the depth is wrong in six of
   /// seven, 10 % in the seventh, where wall and floor are of one colour; without the limits it is 22 to 48 %.
