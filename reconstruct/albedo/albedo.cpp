@@ -271,6 +271,8 @@ void AlbedoStage::State::check_extrinsics(const DistanceField& field, const Fiel
 AlbedoStage::AlbedoStage(const capture::Session& session) : state_(std::make_unique<State>(session)) {}
 AlbedoStage::~AlbedoStage() = default;
 
+void AlbedoStage::set_mirrors(std::vector<MirrorPlane> planes) { state_->metal.set_mirrors(std::move(planes)); }
+
 void AlbedoStage::hold(bool hold) { state_->held = hold; }
 
 std::optional<AlbedoStage::Result> AlbedoStage::State::solve_incremental(const DistanceField& field,

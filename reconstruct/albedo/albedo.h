@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "reconstruct/field/distance_field.h"
+#include "reconstruct/field/real_surface_mesh.h"
 #include "reconstruct/light/light.h"
 
 namespace lumigraft::reconstruct {
@@ -38,6 +39,8 @@ class AlbedoStage {
   /// While shadows move the room shows neither where its lamps are nor albedo: lamps that stay keep their estimates,
   /// and only new surface is solved.
   void hold(bool hold);
+  /// Planes that show the room as mirrors do: no albedo is solved for them from the next complete solution on.
+  void set_mirrors(std::vector<MirrorPlane> planes);
   struct Result {
     std::shared_ptr<const AlbedoField> albedo = {};
     std::shared_ptr<const Illumination> illumination = {};  ///< the input with lamp distances filled in

@@ -14,9 +14,10 @@ struct FieldParameters {
   float min_triangle_cosine = 0.6f;  ///< direction to the voxel to normal; next to a corner of a cube: 0.577, unknown
   float equal_distance_m = 1e-5f;    ///< triangles whose distances differ by less count as equally near
   // Metal (metal_mask).
-  float min_metallic = 0.5f;    ///< `metallic` of a real surface from which it counts as metal
-  float metal_cell_m = 0.012f;  ///< 1.5 voxels of 8 mm: by so much the field's surface may be off the mesh
-  float tag_slack_m = 0.015f;   ///< distance from the tag's plane that counts as tag; chosen by hand
+  float min_metallic = 0.5f;         ///< `metallic` of a real surface from which it counts as metal
+  float mirror_thickness_m = 0.03f;  ///< distance from a plane found to be a mirror: its fit and depth noise
+  float metal_cell_m = 0.012f;       ///< 1.5 voxels of 8 mm: by so much the field's surface may be off the mesh
+  float tag_slack_m = 0.015f;        ///< distance from the tag's plane that counts as tag; chosen by hand
   /// Normals of meshes (normal_filter).
   struct NormalFilter {
     float max_noise = 0.2f;  ///< slope per noise of a distance over a voxel: fusion leaves half of it, as measured, and

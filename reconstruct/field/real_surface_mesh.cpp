@@ -150,10 +150,12 @@ BrickKey MetalMask::cell(const Eigen::Vector3f& position_m) const {
 }
 
 bool MetalMask::contains(const Eigen::Vector3f& position_m) const {
-  if (cells_.empty()) return false;
+  if (cells_.empty() && mirrors_.empty()) return false;
   if (std::abs(position_m.x()) < tag_reach_m_ && std::abs(position_m.y()) < tag_reach_m_ &&
       std::abs(position_m.z()) < kFieldParameters.tag_slack_m)
     return false;
+  for (const MirrorPlane& mirror : mirrors_)
+    if (std::abs(mirror.normal.dot(position_m) + mirror.offset_m) < kFieldParameters.mirror_thickness_m) return true;
   const BrickKey centre = cell(position_m);
   for (int i = 0; i < 27; ++i)
     if (cells_.count({centre[0] + i % 3 - 1, centre[1] + i / 3 % 3 - 1, centre[2] + i / 9 - 1})) return true;

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <unordered_set>
+#include <utility>
 #include <vector>
 
 #include "capture/session/session.h"
@@ -24,12 +25,21 @@ DistanceField field_of(const std::vector<SurfaceTriangle>& triangles, float voxe
 /// (Ericson 2005, "Real-Time Collision Detection", §5.1.5).
 Eigen::Vector3f nearest_to_origin(const Eigen::Vector3f& a, const Eigen::Vector3f& b, const Eigen::Vector3f& c);
 
-/// Surfaces that the session declares as metal: they have no diffuse albedo, and their radiance depends on the camera
-/// position.
+/// Points p of the tag frame with normal · p + offset_m = 0.
+struct MirrorPlane {
+  Eigen::Vector3f normal;  ///< unit
+  float offset_m = 0;
+};
+
+/// Surfaces that the session declares as metal, and planes that were found to be mirrors: they have no diffuse albedo,
+/// and their radiance depends on the camera position.
 class MetalMask {
  public:
   /// Reads the meshes of real surfaces with metallic >= 0.5. Throws InputError.
   explicit MetalMask(const capture::Session& session);
+
+  /// In place of the earlier ones.
+  void set_mirrors(std::vector<MirrorPlane> planes) { mirrors_ = std::move(planes); }
 
   /// Whether metal is within about 1.5 voxels of the point (tag frame). The area of the tag is paper, never metal.
   bool contains(const Eigen::Vector3f& position_m) const;
@@ -39,6 +49,7 @@ class MetalMask {
 
   double tag_reach_m_;                                ///< half the edge of the tag's paper
   std::unordered_set<BrickKey, BrickKeyHash> cells_;  ///< cells that contain metal
+  std::vector<MirrorPlane> mirrors_;
 };
 
 }  // namespace lumigraft::reconstruct

@@ -8,7 +8,6 @@
 
 #include "capture/message_text.h"
 #include "reconstruct/room/parameters.h"
-#include "reconstruct/room/reflected_colors.h"
 #include "reconstruct/room/room_planes.h"
 
 namespace lumigraft::reconstruct {
@@ -111,14 +110,14 @@ std::vector<DetectedMirror> find_mirrors(const std::vector<RoomPoint>& points, c
 }
 
 std::vector<std::string> mirror_warnings(const std::vector<RoomPoint>& points, const DistanceField& field,
-                                         const MetalMask& metal) {
+                                         const std::vector<ReflectingPlane>& reflecting) {
   std::vector<std::string> lines;
   for (const DetectedMirror& mirror : find_mirrors(points, field))
     lines.push_back(capture::formatted(
         "depth behind the wall at (%.2f, %.2f, %.2f) m repeats what is in front of it: if there is a mirror, "
         "configure it as a [[real_surface]]",
         mirror.middle_m.x(), mirror.middle_m.y(), mirror.middle_m.z()));
-  for (const ReflectingPlane& plane : find_reflecting_planes(points, field, metal))
+  for (const ReflectingPlane& plane : reflecting)
     lines.push_back(capture::formatted(
         "the surface at (%.2f, %.2f, %.2f) m shows what is in front of it as a mirror does: if it is one, configure it "
         "as a [[real_surface]]",

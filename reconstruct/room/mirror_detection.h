@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "reconstruct/field/real_surface_mesh.h"
 #include "reconstruct/room/enclosure.h"
+#include "reconstruct/room/reflected_colors.h"
 
 namespace lumigraft::reconstruct {
 
@@ -23,8 +23,8 @@ struct DetectedMirror {
 /// `points`: room_points(field). Mirrors with the most confirmed points first.
 std::vector<DetectedMirror> find_mirrors(const std::vector<RoomPoint>& points, const DistanceField& field);
 
-/// One line per mirror, of these and of find_reflecting_planes (reflected_colors.h).
+/// One line per mirror, found in depth and of `reflecting`.
 std::vector<std::string> mirror_warnings(const std::vector<RoomPoint>& points, const DistanceField& field,
-                                         const MetalMask& metal);
+                                         const std::vector<ReflectingPlane>& reflecting);
 
 }  // namespace lumigraft::reconstruct

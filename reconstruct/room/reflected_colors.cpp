@@ -113,7 +113,7 @@ std::optional<ReflectingPlane> reflection_in(const RoomPlane& plane, const std::
   const MatrixXf luminance = o.observed.rowwise().mean();
   trend_and_luminance << trend, luminance;
   ReflectingPlane found;
-  found.normal = plane.normal;
+  found.plane = plane;
   found.middle_m = o.middle_m;
   found.points = static_cast<int>(n);
   found.luminance = regress(residuals(trend, luminance), residuals(trend, o.reflected.rowwise().mean()));

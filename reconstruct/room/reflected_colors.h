@@ -22,7 +22,7 @@ struct Regression {
 };
 
 struct ReflectingPlane {
-  Eigen::Vector3f normal = Eigen::Vector3f::UnitZ();   ///< unit, towards the cameras; tag frame
+  MirrorPlane plane;                                   ///< its normal towards the cameras
   Eigen::Vector3f middle_m = Eigen::Vector3f::Zero();  ///< mean of the points at which known surface is reflected
   int points = 0;                                      ///< number of these
   Regression luminance, hue;                           ///< observed on reflected; the slopes estimate the reflectance

@@ -3,14 +3,14 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "reconstruct/field/real_surface_mesh.h"
 #include "reconstruct/room/enclosure.h"
 #include "reconstruct/room/parameters.h"
 
 namespace lumigraft::reconstruct {
 
-struct RoomPlane {
-  Eigen::Vector3f normal;  ///< unit, towards free space; tag frame
-  float offset_m = 0;
+/// A plane with its normal towards free space.
+struct RoomPlane : MirrorPlane {
   float height_m(const Eigen::Vector3f& p) const { return normal.dot(p) + offset_m; }
   bool holds(const RoomPoint& p) const {
     return p.normal.dot(normal) > kRoomParameters.mirrors.same_plane_cosine &&

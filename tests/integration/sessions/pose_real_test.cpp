@@ -101,7 +101,8 @@ TEST(PoseReal, AKitchenWithoutATag) {
       "%.1f CPU ms a picture\n",
       way_m, kPictures, off_mm[off_mm.size() / 2], max_mm, max_degrees, 0.1 * max_mm / way_m, surface_mm,
       surface_given_mm, cpu_ms);
-  const auto mirrors = mirror_warnings(room_points(*field), *field, MetalMask({}));
+  const std::vector<RoomPoint> points = room_points(*field);
+  const auto mirrors = mirror_warnings(points, *field, find_reflecting_planes(points, *field, MetalMask({})));
   EXPECT_TRUE(mirrors.empty()) << "doors and windows, no mirror: " << mirrors.front();
   EXPECT_LT(surface_mm, surface_given_mm) << "or the given poses would explain the surface better";
   EXPECT_LT(off_mm[off_mm.size() / 2], 40);

@@ -108,7 +108,8 @@ TEST(MirrorDetection, NoneInRecordedRooms) {
       field = fuse.fuse(*frame, *pose);
     }
     const std::clock_t start = std::clock();
-    const auto warnings = mirror_warnings(room_points(*field), *field, MetalMask(session));
+    const std::vector<RoomPoint> points = room_points(*field);
+    const auto warnings = mirror_warnings(points, *field, find_reflecting_planes(points, *field, MetalMask(session)));
     std::printf("mirrors: %s, %.1f CPU ms\n", folder.filename().c_str(),
                 1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
     EXPECT_TRUE(warnings.empty()) << folder << ": " << warnings.front();

@@ -83,7 +83,7 @@ TEST(ReflectedColors, AMirrorWallIsFound) {
     std::printf("mirror of 0.8, %zu views: luminance %.2f (correlation %.2f), hue %.2f (%.2f), %d points\n",
                 views.size(), wall.luminance.slope, wall.luminance.correlation, wall.hue.slope, wall.hue.correlation,
                 wall.points);
-    EXPECT_LT((wall.normal + Eigen::Vector3f::UnitY()).norm(), 0.05f);
+    EXPECT_LT((wall.plane.normal + Eigen::Vector3f::UnitY()).norm(), 0.05f);
     EXPECT_NEAR(wall.middle_m.y(), kWall_m, 0.02);
     EXPECT_NEAR(wall.luminance.slope, 0.8, views.size() == 1 ? 0.15 : 0.4);
   }
@@ -93,6 +93,17 @@ TEST(ReflectedColors, AMirrorThatIsNamedIsNotReported) {
   auto mirror = test::real_surface("wall", test::box_faces({0, kWall_m + 0.01, 0.5}, {2, 0.01, 0.6}));
   mirror.metallic = 1;
   EXPECT_TRUE(found(mirror_of(0.8, Vector3d::Zero()), kOneView, {mirror}).empty());
+}
+
+// Nothing is taken for albedo or the fish-eye's view there.
+TEST(ReflectedColors, AMirrorThatWasFoundIsMetal) {
+  MetalMask metal{capture::Session()};
+  EXPECT_FALSE(metal.contains({0.3f, 0.5f, 0.2f}));
+  metal.set_mirrors({{-Eigen::Vector3f::UnitY(), 0.5f}});
+  EXPECT_TRUE(metal.contains({0.3f, 0.49f, 0.2f}));
+  EXPECT_FALSE(metal.contains({0.3f, 0.4f, 0.2f}));
+  metal.set_mirrors({});
+  EXPECT_FALSE(metal.contains({0.3f, 0.5f, 0.2f}));
 }
 
 TEST(ReflectedColors, VarnishOnAWallIsNoMirror) {
