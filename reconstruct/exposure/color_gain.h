@@ -26,11 +26,6 @@
 
 namespace lumigraft::reconstruct {
 
-/// What a change of light does to the colours of a room, to first order: W/m² per channel on a surface at `position_m`
-/// with unit normal `normal` (tag frame): all lamps that shine, and the environment. Nothing occludes anything.
-Eigen::Array3f unoccluded_irradiance(const Illumination& light, const Eigen::Vector3f& position_m,
-                                     const Eigen::Vector3f& normal);
-
 class ColorGainStage {
  public:
   explicit ColorGainStage(const capture::Session& session);

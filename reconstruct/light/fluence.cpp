@@ -34,4 +34,15 @@ Eigen::Array3f lamp_irradiance(const PointLight& lamp, const Eigen::Vector3f& po
   return lamp.intensity.array() * (lamp.emission(-direction) * std::max(0.0f, normal.dot(direction)) / squared);
 }
 
+Eigen::Array3f environment_irradiance(const Illumination& light, const Eigen::Vector3f& normal) {
+  return sh_irradiance(light.environment_sh, normal).array().max(0.0f);
+}
+
+Eigen::Array3f unoccluded_irradiance(const Illumination& light, const Eigen::Vector3f& position_m,
+                                     const Eigen::Vector3f& normal) {
+  Eigen::Array3f sum = environment_irradiance(light, normal);
+  for (const PointLight& lamp : light.lights) sum += lamp_irradiance(lamp, position_m, normal);
+  return sum;
+}
+
 }  // namespace lumigraft::reconstruct

@@ -8,6 +8,7 @@
 
 #include "capture/camera/srgb.h"
 #include "capture/camera/vignetting.h"
+#include "reconstruct/light/fluence.h"
 #include "tests/reconstruct/fusion/fusion_views.h"
 
 namespace lumigraft::reconstruct {
