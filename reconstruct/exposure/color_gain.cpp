@@ -45,6 +45,26 @@ std::string gain_warning(const Array3f& gain) {
       gain[0], gain[1], gain[2]);
 }
 
+/// The median of those around it, found from the last log gain on, if there are many around that: shadows darken
+/// others. Else of all.
+float near_gain(const std::vector<float>& logs, float last) {
+  float middle = last;
+  std::vector<float> near;
+  for (int round = 0; round < kExposure.near_rounds; ++round) {
+    near.clear();
+    for (const float value : logs) {
+      if (std::abs(value - middle) < kExposure.near_gain_log) near.push_back(value);
+    }
+    if (static_cast<float>(near.size()) < kExposure.min_near_fraction * static_cast<float>(logs.size())) {
+      std::vector<float> all = logs;
+      return median(all);
+    }
+    const float last_middle = std::exchange(middle, median(near));
+    if (middle == last_middle) break;
+  }
+  return middle;
+}
+
 }  // namespace
 
 struct ColorGainStage::State {
@@ -56,8 +76,9 @@ struct ColorGainStage::State {
   PlacesSeenAgain seen_again(const std::vector<Place>& places) const { return {places, cells, gain}; }
   struct Measurement {
     Array3f log_gain;
-    float log_sigma;
-    bool agrees;  ///< most places do; else light changed in a way that `light` does not show
+    float log_sigma;    ///< 1σ that other frames do not share
+    float light_sigma;  ///< 1σ that frames in the same light share
+    bool agrees;        ///< most places do; else light changed in a way that `light` does not show
   };
   std::optional<Measurement> measured(const std::vector<Place>& places,
                                       const std::shared_ptr<const Illumination>& light) const;
@@ -77,6 +98,7 @@ struct ColorGainStage::State {
   SurfaceCells cells;
   NewSurface new_surface;
   Array3f gain = Array3f::Ones();                   ///< over that of the first frames
+  float gain_light_sigma = 0;                       ///< Measurement::light_sigma of the frame that `gain` is from
   Array3f base = Array3f::Ones();                   ///< of the first frames, against the fish-eye
   Eigen::Array2f falloff = Eigen::Array2f::Zero();  ///< CameraMatch::falloff; zero if the session states vignetting
   std::shared_ptr<const capture::Image<float>> vignetting;  ///< of both; null: none
@@ -86,17 +108,6 @@ struct ColorGainStage::State {
   int unexplained_frames = 0;                 ///< in a row: places contradict light that did not change
   std::optional<std::uint64_t> contradicted;  ///< Illumination::version of light with which places disagreed
 };
-
-/// The median of those around the last log gain, if they are many: shadows darken others. Else of all.
-float near_gain(const std::vector<float>& logs, float last) {
-  std::vector<float> near;
-  for (const float value : logs) {
-    if (std::abs(value - last) < kExposure.near_gain_log) near.push_back(value);
-  }
-  std::vector<float> used =
-      static_cast<float>(near.size()) < kExposure.min_near_fraction * static_cast<float>(logs.size()) ? logs : near;
-  return median(used);
-}
 
 /// Median log gain of the places; empty if too few places match.
 std::optional<ColorGainStage::State::Measurement> ColorGainStage::State::measured(
@@ -113,7 +124,8 @@ std::optional<ColorGainStage::State::Measurement> ColorGainStage::State::measure
     for (int c = 0; c < 3; ++c) logs[static_cast<std::size_t>(c)].push_back(log_ratio[c]);
   }
   if (light_sigmas.size() < kExposure.min_matches) return std::nullopt;
-  Measurement result{.log_gain = {}, .log_sigma = 0, .agrees = true};
+  Measurement result{.log_gain = {}, .log_sigma = 0, .light_sigma = 0, .agrees = true};
+  float spread = 0;  // 1σ
   for (int c = 0; c < 3; ++c) {
     std::vector<float>& values = logs[static_cast<std::size_t>(c)];
     const float middle = near_gain(values, std::log(gain[c]));
@@ -121,10 +133,13 @@ std::optional<ColorGainStage::State::Measurement> ColorGainStage::State::measure
                                        [&](float value) { return std::abs(value - middle) < kExposure.inlier_log; });
     result.agrees &= static_cast<float>(inliers) >= kExposure.min_inlier_fraction * static_cast<float>(values.size());
     result.log_gain[c] = middle;
+    for (float& value : values) value = std::abs(value - middle);
+    spread = std::max(spread, 1.48f * median(values));
   }
   const float count = std::max(1.0f, static_cast<float>(light_sigmas.size()) / kExposure.independent_matches);
-  // Errors of the light are common to all places: they do not average out.
-  result.log_sigma = std::hypot(kExposure.texture_log_sigma / std::sqrt(count), median(light_sigmas));
+  result.log_sigma = kExposure.texture_log_sigma / std::sqrt(count);
+  // Light that is predicted wrongly is so in one place more than in another.
+  result.light_sigma = std::min(median(light_sigmas), spread);
   return result;
 }
 
@@ -147,11 +162,16 @@ bool ColorGainStage::State::darkened(const std::vector<Place>& places) const {
          static_cast<float>(dark) > kExposure.max_dark_fraction * static_cast<float>(seen_again);
 }
 
-/// Changes within the noise are ignored: renderers reuse results as long as the gain is equal.
+/// Changes within the noise are ignored: renderers reuse results as long as the gain is equal. Errors of the light are
+/// common to all places, so they do not average out, and to the measurement that the gain is from, as far as that was
+/// made in the same light: a step contains the difference alone. Otherwise the gain of a camera that adapts to light
+/// that changed much is not followed.
 void ColorGainStage::State::follow(const Measurement& measurement) {
   const Array3f step = (measurement.log_gain - gain.log()).abs();
-  if ((step > std::max(kExposure.step_sigmas * measurement.log_sigma, kExposure.min_log_step)).any())
-    gain = measurement.log_gain.exp();
+  const float sigma = std::hypot(measurement.log_sigma, measurement.light_sigma - gain_light_sigma);
+  if (!(step > std::max(kExposure.step_sigmas * sigma, kExposure.min_log_step)).any()) return;
+  gain = measurement.log_gain.exp();
+  gain_light_sigma = measurement.light_sigma;
 }
 
 void ColorGainStage::State::set_falloff(const Eigen::Array2f& k) {

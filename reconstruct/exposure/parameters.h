@@ -30,7 +30,8 @@ struct ExposureParameters {
   int replaced_after = 8;                     ///< observations in a row that contradict a cell until it is learnt anew
   /// In a row while it is darker than it was, by no more than lamps give it: a shadow passes.
   int shadow_replaced_after = 300;
-  float near_gain_log = 0.06f;      ///< deviation from the last gain of places that still agree with it: their texture
+  float near_gain_log = 0.06f;  ///< deviation from the last gain of places that still agree with it: their texture
+  int near_rounds = 10;         ///< of their median; one alone stays near the last gain when the gain changes slowly
   float min_near_fraction = 0.25f;  ///< of the matches: shadows cover the others, as another exposure changes all
   float warning_log = 0.1f;         ///< mean log gain beyond which a warning reports it
   float hue_warning_log = 0.05f;    ///< the same for the deviation of a channel from the mean

@@ -103,6 +103,39 @@ TEST_F(ColorGain, LightThatTheFisheyeSeesChangeIsNotTheCamera) {
   EXPECT_NEAR(frame(paint, {1, 1, 1}, lamp_above(2 * 3, 3)).gain[1], 0.5, 0.01);
 }
 
+TEST_F(ColorGain, FollowsACameraThatAdaptsToLightThatChanges) {
+  const auto up = [](const std::shared_ptr<const Illumination>& light) {
+    return unoccluded_irradiance(*light, Eigen::Vector3f::Zero(), Eigen::Vector3f::UnitZ())[1];
+  };
+  // The lamp alone dims: the table's light changes more than the mean around the fish-eye.
+  const auto dimmed = [](float power, std::uint64_t version) {
+    auto light = std::make_shared<Illumination>(*lamp_above(3, version));
+    light->lights[0].irradiance *= power;
+    return light;
+  };
+  const float before = up(dimmed(1, 1));
+  for (int i = 0; i < 3; ++i) frame(paint, {1, 1, 1}, dimmed(1, 1));
+  std::uint64_t version = 1;
+  for (const float power : {0.85f, 0.7f, 0.55f, 0.4f, 0.3f, 0.3f, 0.4f, 0.55f, 0.7f, 0.85f, 1.0f}) {
+    const auto light = dimmed(power, ++version);
+    const float fraction = up(light) / before, gain = std::pow(fraction, -0.6f);
+    const auto darker = [&](const Vector3d& p) { return fraction * paint(p); };
+    EXPECT_NEAR(frame(darker, Array3f::Constant(gain), light).gain[1] / gain, 1, 0.02) << power;
+  }
+}
+
+TEST_F(ColorGain, FollowsAGainThatCreeps) {
+  int index = 0;
+  const auto uneven = [&](const Vector3d& p) {
+    return paint(p) * (1 + 0.08 * std::sin(60 * p.x() + 2.1 * index) * std::sin(50 * p.y() + index));
+  };
+  for (; index < 6; ++index) frame(uneven);
+  for (float gain = 1; index < 14; ++index) {
+    gain *= 1.05f;
+    EXPECT_NEAR(frame(uneven, Array3f::Constant(gain)).gain[1] / gain, 1, 0.02) << index;
+  }
+}
+
 TEST_F(ColorGain, TellsALampThatIsOffFromACoveredOne) {
   const auto two_lamps = [](std::uint64_t version, int hidden) {
     auto light = std::make_shared<Illumination>(*lamp_above(2, version));
