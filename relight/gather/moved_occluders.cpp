@@ -3,14 +3,38 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
+#include <opencv2/imgproc.hpp>
 #include <utility>
 #include <vector>
 
 #include "relight/gather/parameters.h"
 
 namespace lumigraft::relight {
+namespace {
 
 using Eigen::Vector3f;
+
+/// The smallest depth around each pixel that has one, as far as fusion displaces edges: a pixel next to a thin surface,
+/// or on one that is seen edge-on, shows what is behind it. 0: none at the pixel itself.
+capture::Image<float> nearest_around(const capture::Image<float>& z_m, float fx, float voxel_m) {
+  float near_m = std::numeric_limits<float>::max();
+  capture::Image<float> nearest_m = z_m;
+  for (float& z : nearest_m.data) {
+    if (!(z > 0)) z = std::numeric_limits<float>::max();
+    near_m = std::min(near_m, z);
+  }
+  const float px = voxel_m * fx / std::max(near_m, static_cast<float>(kGather.min_nearest_m));
+  const int edge = 2 * std::clamp(static_cast<int>(std::ceil(px)), 1, kGather.moved_max_edge_px) + 1;
+  const cv::Mat1f nearest(nearest_m.height, nearest_m.width, nearest_m.data.data());
+  cv::erode(nearest, nearest, cv::getStructuringElement(cv::MORPH_RECT, {edge, edge}));
+  for (std::size_t i = 0; i < z_m.data.size(); ++i) {
+    if (!(z_m.data[i] > 0)) nearest_m.data[i] = 0;
+  }
+  return nearest_m;
+}
+
+}  // namespace
 
 MovedOccluders::MovedOccluders(const CameraRays& eye, const CurrentDepth& depth, const MovedPixels& moved,
                                const MovedPixels& fused, const Meshes& objects, const RecentlyMoved& recent)
@@ -30,7 +54,9 @@ MovedOccluders::MovedOccluders(const CameraRays& eye, const CurrentDepth& depth,
   gone_.extend(recent_.box());
   if (gone_.isEmpty()) return;
   free_z_m_ = hidden_z_m_ = depth.along_z_m();
-  for (float& z : free_z_m_.data) z = z > 0 ? std::max(z - depth.allowed_m(z), 0.0f) : 0;
+  free_around_z_m_ = nearest_around(free_z_m_, static_cast<float>(camera_.model.fx), depth.voxel_m());
+  for (capture::Image<float>* const free : {&free_z_m_, &free_around_z_m_})
+    for (float& z : free->data) z = z > 0 ? std::max(z - depth.allowed_m(z), 0.0f) : 0;
   for (float& z : hidden_z_m_.data) z = z > 0 ? z + kGather.thickness_m : 0;
 }
 
@@ -77,9 +103,9 @@ bool MovedOccluders::is_gone(const Vector3f& p_m) const {
   const auto at = p.z() > 0 ? camera_.model.project(p.cast<double>()) : std::nullopt;
   if (!at || !camera_.model.inside(*at)) return false;
   const int u = static_cast<int>(std::lround(at->x())), v = static_cast<int>(std::lround(at->y()));
-  if (p.z() < free_z_m_.at(u, v)) return true;
+  if (p.z() < free_around_z_m_.at(u, v)) return true;
   const float hidden_m = hidden_z_m_.at(u, v);
-  return hidden_m > 0 && p.z() > hidden_m && recent_.contains(p_m);
+  return (p.z() < free_z_m_.at(u, v) || (hidden_m > 0 && p.z() > hidden_m)) && recent_.contains(p_m);
 }
 
 }  // namespace lumigraft::relight

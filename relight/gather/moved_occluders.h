@@ -33,9 +33,9 @@ class MovedOccluders {
   RecentlyMoved recent_;
   std::unique_ptr<Meshes> surfaces_;  ///< of this frame's depth; null: none
   Eigen::AlignedBox3f gone_;          ///< encloses fused surface that is gone; empty: none is
-  /// If any is gone: nothing is nearer than the first of these depths along z, and nothing behind the second is seen;
-  /// 0: unknown.
-  capture::Image<float> free_z_m_, hidden_z_m_;
+  /// If any is gone: nothing is nearer than the first of these depths along z, nothing around the pixel nearer than the
+  /// second, and nothing behind the third is seen; 0: unknown.
+  capture::Image<float> free_z_m_, free_around_z_m_, hidden_z_m_;
 };
 
 }  // namespace lumigraft::relight
