@@ -8,6 +8,7 @@
 #include "reconstruct/exposure/observed_shadows.h"
 #include "reconstruct/exposure/parameters.h"
 #include "reconstruct/light/fluence.h"
+#include "reconstruct/math/median.h"
 
 namespace lumigraft::reconstruct {
 namespace {
@@ -36,27 +37,63 @@ std::shared_ptr<const Illumination> as_known_in(const std::shared_ptr<const Illu
   return result;
 }
 
-/// How much better the frame fits `off` than `lit`, in σ of what the errors of the places explain.
+/// By how much a light predicts each place too bright, as a log.
+struct PredictionErrors {
+  std::vector<Array3f> log_error;
+  std::vector<bool> upper_bound;  ///< the place is too dark to be measured
+
+  /// Sum over the places of the mean over the channels; a place counts as kExposure.max_hidden_error at most.
+  double sum(const Array3f& log_gain) const {
+    double result = 0;
+    for (std::size_t i = 0; i < log_error.size(); ++i) {
+      const Array3f too_bright = log_error[i] + log_gain;
+      const Array3f wrong = too_bright.max(upper_bound[i] ? Array3f::Zero().eval() : Array3f(-too_bright));
+      result += std::min(wrong.mean(), kExposure.max_hidden_error);
+    }
+    return result;
+  }
+
+  /// Change of gain, per channel, with the least sum of absolute errors; empty if most places do not show one.
+  std::optional<Array3f> log_gain() const {
+    Array3f result;
+    for (int c = 0; c < 3; ++c) {
+      std::vector<float> logs;
+      for (std::size_t i = 0; i < log_error.size(); ++i)
+        if (!upper_bound[i] && std::isfinite(log_error[i][c])) logs.push_back(-log_error[i][c]);
+      if (2 * logs.size() <= log_error.size()) return std::nullopt;
+      result[c] = median(logs);
+    }
+    return result;
+  }
+};
+
+/// How much better the frame fits `off` than `lit`, in σ of what the errors of the places explain. The camera may have
+/// changed its gain in the same frame, as automatic exposure does when a lamp goes off; where the light explains the
+/// frame without that, it is more probable.
 double evidence_for(const PlacesSeenAgain& seen, const Illumination& off, const Illumination& lit) {
-  double lit_minus_off = 0;  // Σ of the places' robust errors
-  int count = 0;
+  PredictionErrors with_off, with_lit;
   for (const Place& place : seen.places) {
     const SurfaceCell* cell = seen.cells.find(place);
     if (!cell || !cell->light) continue;
     const Array3f then = unoccluded_irradiance(*cell->light, cell->position_m, cell->normal);
     const Array3f change = (place.radiance / (seen.gain * cell->radiance)).log();
     const auto error = [&](const Illumination& now) {
-      const Array3f too_bright = (unoccluded_irradiance(now, cell->position_m, cell->normal) / then).log() - change;
-      const Array3f wrong = too_bright.max(place.dark ? Array3f::Zero().eval() : Array3f(-too_bright));
-      return std::min(wrong.mean(), kExposure.max_hidden_error);
+      return Array3f((unoccluded_irradiance(now, cell->position_m, cell->normal) / then).log() - change);
     };
-    const float difference = error(lit) - error(off);
-    if (!std::isfinite(difference)) continue;
-    lit_minus_off += difference;
-    ++count;
+    const Array3f off_error = error(off), lit_error = error(lit);
+    if (off_error.isNaN().any() || lit_error.isNaN().any()) continue;
+    with_off.log_error.push_back(off_error);
+    with_lit.log_error.push_back(lit_error);
+    for (PredictionErrors* errors : {&with_off, &with_lit}) errors->upper_bound.push_back(place.dark);
   }
-  return lit_minus_off / (kExposure.texture_log_sigma *
-                          std::sqrt(std::max(1.0, static_cast<double>(count) * kExposure.independent_matches)));
+  const auto count = static_cast<double>(with_off.log_error.size());
+  const double sigma = kExposure.texture_log_sigma * std::sqrt(std::max(1.0, count * kExposure.independent_matches));
+  const auto cost = [&](const PredictionErrors& errors) {
+    const double same_gain = errors.sum(Array3f::Zero());
+    const auto log_gain = errors.log_gain();
+    return log_gain ? std::min(same_gain, errors.sum(*log_gain) + kExposure.other_gain_sigmas * sigma) : same_gain;
+  };
+  return (cost(with_lit) - cost(with_off)) / sigma;
 }
 
 }  // namespace

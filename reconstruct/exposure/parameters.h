@@ -20,10 +20,13 @@ struct ExposureParameters {
   float independent_matches = 10;    ///< matches per independent one, as neighbours share their errors
   float min_log_step = 0.01f;        ///< a smaller change is not followed: less than one step of 8-bit pixel values
   float step_sigmas = 2;             ///< nor is one below so many σ of the median
-  float max_hidden_error = 1;        ///< log error of a place at most, when a hidden lamp is tried: other things moved
-  int max_average = 16;              ///< observations over which a cell's radiance averages
-  float max_dark_fraction = 0.9f;    ///< of the places
-  double same_light = 0.01;          ///< relative change of light below which what places show is not due to it
+  /// By which another gain must explain a frame better when a hidden lamp is tried: more than `step_sigmas`, so that
+  /// the gain stays where both explain it.
+  float other_gain_sigmas = 4;
+  float max_hidden_error = 1;      ///< log error of a place at most, when a hidden lamp is tried: other things moved
+  int max_average = 16;            ///< observations over which a cell's radiance averages
+  float max_dark_fraction = 0.9f;  ///< of the places
+  double same_light = 0.01;        ///< relative change of light below which what places show is not due to it
   std::int64_t stale_light_ns = 500'000'000;  ///< age of the fish-eye's frame: twice the difference of paired times
   float same_place_rad = 0.02f;               ///< a lamp whose direction changes by less did not move: 2 cm at 1 m
   int dimming_rounds = 20;                    ///< of the fit of powers, and of its solver in each

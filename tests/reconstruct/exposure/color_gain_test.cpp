@@ -160,6 +160,39 @@ TEST_F(ColorGain, TellsALampThatIsOffFromACoveredOne) {
   EXPECT_NEAR(off.gain[1], 1, 0.02) << "not the camera";
 }
 
+// Automatic exposure answers in the frame in which a lamp at one side goes off.
+TEST_F(ColorGain, ALampThatGoesOffWhileTheGainChangesIsOff) {
+  const auto lamp_at = [](int id, float x) {
+    PointLight lamp;
+    lamp.id = id;
+    lamp.position_m = {x, 0, 0.5f};
+    lamp.distance_known = true;
+    lamp.direction = lamp.position_m.normalized();
+    lamp.intensity.setConstant(0.5f);
+    lamp.irradiance.setConstant(2);
+    return lamp;
+  };
+  const auto two_lamps = [&](std::uint64_t version, int hidden) {
+    auto light = std::make_shared<Illumination>(*lamp_above(0.3f, version));
+    light->lights = {lamp_at(3, -0.4f), lamp_at(7, 0.4f)};
+    light->lights[1].hidden = hidden;
+    return light;
+  };
+  const auto lit_by = [](const std::shared_ptr<const Illumination>& light) {
+    return [light](const Vector3d& p) {
+      return paint(p) * unoccluded_irradiance(*light, p.cast<float>(), {0, 0, 1})[1] / 4;
+    };
+  };
+  for (std::uint64_t i = 1; i <= 3; ++i) frame(lit_by(two_lamps(i, 0)), {1, 1, 1}, two_lamps(i, 0));
+  const ColorGainStage::Result covered = frame(lit_by(two_lamps(4, 0)), Array3f::Constant(0.7f), two_lamps(4, 1));
+  EXPECT_EQ(covered.light.lit, std::vector{7});
+  auto one = std::make_shared<Illumination>(*two_lamps(5, 1));
+  one->lights.pop_back();
+  const ColorGainStage::Result off = frame(lit_by(one), Array3f::Constant(1.6f), two_lamps(5, 1));
+  EXPECT_EQ(off.light.off, std::vector{7});
+  EXPECT_NEAR(off.gain[1], 1.6, 0.05);
+}
+
 TEST_F(ColorGain, LampsThatGoOutTogetherAreOff) {
   const auto two_lamps = [](std::uint64_t version, int hidden) {
     auto light = std::make_shared<Illumination>(*lamp_above(2, version));
