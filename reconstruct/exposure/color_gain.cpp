@@ -226,7 +226,7 @@ void ColorGainStage::State::update(const capture::FrameSet& frame, const Pose& p
                                    Result& result) {
   const std::shared_ptr<const Illumination> shining =
       result.light.off.empty() ? light : without_lamps(*light, result.light.off);
-  if (shining) cells.set_around(mean_irradiance(*shining, shining->probe_position_m));
+  cells.set_light(shining);
   const auto measurement = measured(places, shining);
   const bool agrees = measurement && measurement->agrees;
   if (light && measurement && !agrees) contradicted = light->version;
@@ -270,7 +270,7 @@ void ColorGainStage::State::update(const capture::FrameSet& frame, const Pose& p
     if (result.correction > 0) places = places_of(frame, T_tag_camera);
   }
   ++frames;
-  cells.learn(places, gain, outdated && !light->dimmed ? nullptr : shining);
+  cells.learn(places, gain, agrees || !measurement, outdated && !light->dimmed ? nullptr : shining);
 }
 
 std::vector<std::string> ColorGainStage::State::warnings() const {
@@ -300,6 +300,7 @@ ColorGainStage::Result ColorGainStage::estimate(const capture::FrameSet& frame, 
   if (frame.color && frame.depth && pose) {
     const Eigen::Isometry3f T_tag_camera = pose->T_tag_camera.cast<float>();
     std::vector<Place> places = s.places_of(frame, T_tag_camera);
+    s.cells.set_light(light);
     if (light) result.light = check_hidden(s.seen_again(places), *light);
     if (std::count_if(places.begin(), places.end(), [](const Place& place) { return place.dark; }) >
         kExposure.max_dark_fraction * static_cast<float>(places.size()))

@@ -34,9 +34,29 @@ bool may_be_in_shadow(const SurfaceCell& cell, const Array3f& error, const std::
 
 }  // namespace
 
+void SurfaceCells::set_light(const std::shared_ptr<const Illumination>& light) {
+  light_ = light;
+  changes_.clear();
+  if (light) around_ = mean_irradiance(*light, light->probe_position_m);
+}
+
+double SurfaceCells::change_from(const Illumination* other) const {
+  if (!light_ || !other) return light_.get() == other ? 0 : 1;
+  const auto [entry, is_new] = changes_.try_emplace(other, 0);
+  if (is_new) entry->second = relative_change(*light_, *other);
+  return entry->second;
+}
+
+std::size_t SurfaceCells::nearest(const Lights& cell) const {
+  if (cell[1].observations == 0) return 0;
+  const double first = change_from(cell[0].light.get()), second = change_from(cell[1].light.get());
+  if (first == second) return cell[0].last_seen >= cell[1].last_seen ? 0 : 1;
+  return first < second ? 0 : 1;
+}
+
 const SurfaceCell* SurfaceCells::find(const Place& place) const {
   const auto found = cells_.find(place.key);
-  return found == cells_.end() ? nullptr : &found->second;
+  return found == cells_.end() ? nullptr : &found->second[nearest(found->second)];
 }
 
 /// Occlusion and the distances of lamps make the change at a cell uncertain, but not one that is equal everywhere: a
@@ -46,7 +66,9 @@ LightChange SurfaceCells::light_change(const SurfaceCell& cell,
   if (!light || !cell.light || light->version == cell.light->version) return {};
   LightChange change;
   if (known_differently(*light, *cell.light)) {
-    change.log_sigma = std::numeric_limits<float>::infinity();
+    // Both may be the same light, as the fish-eye sees it.
+    const auto difference = static_cast<float>(relative_change(*light, *cell.light));
+    change.log_sigma = difference < kExposure.same_light ? difference : std::numeric_limits<float>::infinity();
     return change;
   }
   change.ratio = unoccluded_irradiance(*light, cell.position_m, cell.normal) /
@@ -55,19 +77,27 @@ LightChange SurfaceCells::light_change(const SurfaceCell& cell,
   return change;
 }
 
-void SurfaceCells::learn(const std::vector<Place>& places, const Array3f& gain,
+void SurfaceCells::learn(const std::vector<Place>& places, const Array3f& gain, bool gain_is_known,
                          const std::shared_ptr<const Illumination>& light) {
   ++frames_;
   for (const Place& place : places) {
     if (place.dark) continue;
-    SurfaceCell& cell = cells_[place.key];
     const Array3f radiance = place.radiance / gain;
+    const SurfaceCell now{place.position_m, place.normal, radiance, light, around_, 1, 0, frames_};
+    const auto found = cells_.find(place.key);
+    if (found == cells_.end()) {
+      if (gain_is_known) cells_.emplace(place.key, Lights{now, {}});
+      continue;
+    }
+    Lights& lights = found->second;
+    const std::size_t index = nearest(lights);
+    SurfaceCell &cell = lights[index], &other = lights[1 - index];
     cell.last_seen = frames_;
-    if (cell.observations > 0 && light && light->dimmed) continue;  // that light follows from the cells
-    const LightChange change = cell.observations == 0 ? LightChange() : light_change(cell, light);
+    if (light && light->dimmed) continue;  // that light follows from the cells
+    const LightChange change = light_change(cell, light);
     const Array3f error = radiance / (cell.radiance * change.ratio);
-    if (cell.observations > 0 && change.log_sigma < kExposure.inlier_log &&
-        (error.log().abs() < kExposure.inlier_log).all()) {
+    const bool same_light = change.log_sigma < kExposure.inlier_log;
+    if (same_light && (error.log().abs() < kExposure.inlier_log).all()) {
       cell.observations = std::min(cell.observations + 1, kExposure.max_average);
       cell.radiance *= (1 + (error - 1) / static_cast<float>(cell.observations));
       cell.contradictions = 0;
@@ -75,10 +105,11 @@ void SurfaceCells::learn(const std::vector<Place>& places, const Array3f& gain,
         cell.light = light;
         cell.around = around_;
       }
-    } else if (cell.observations == 0 || !(change.log_sigma < kExposure.inlier_log) ||
-               ++cell.contradictions >= (may_be_in_shadow(cell, error, light) ? kExposure.shadow_replaced_after
-                                                                              : kExposure.replaced_after)) {
-      cell = {place.position_m, place.normal, radiance, light, around_, 1, 0, frames_};
+    } else if (!same_light && gain_is_known) {
+      other = now;
+    } else if (++cell.contradictions >=
+               (may_be_in_shadow(cell, error, light) ? kExposure.shadow_replaced_after : kExposure.replaced_after)) {
+      lights = {now, {}};
     }
   }
   if (cells_.size() > kExposure.max_cells) forget_oldest();
@@ -88,9 +119,10 @@ void SurfaceCells::learn(const std::vector<Place>& places, const Array3f& gain,
 void SurfaceCells::forget_oldest() {
   std::vector<std::uint64_t> seen;
   seen.reserve(cells_.size());
-  for (const auto& [key, cell] : cells_) seen.push_back(cell.last_seen);
+  const auto last_seen = [](const Lights& cell) { return std::max(cell[0].last_seen, cell[1].last_seen); };
+  for (const auto& [key, cell] : cells_) seen.push_back(last_seen(cell));
   const std::uint64_t middle = median(seen);
-  std::erase_if(cells_, [&](const auto& entry) { return entry.second.last_seen < middle; });
+  std::erase_if(cells_, [&](const auto& entry) { return last_seen(entry.second) < middle; });
 }
 
 }  // namespace lumigraft::reconstruct

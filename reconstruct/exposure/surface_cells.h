@@ -1,6 +1,10 @@
 #pragma once
 // What places of earlier frames sent, by cells: to compare what is seen again.
+//
+// A cell keeps what it sent under two lights. A lamp that is switched on again needs no prediction then: its shadows
+// are in what the cell sent when it was lit before.
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <unordered_map>
@@ -12,7 +16,7 @@
 
 namespace lumigraft::reconstruct {
 
-/// A piece of surface.
+/// A piece of surface under one light.
 struct SurfaceCell {
   Eigen::Vector3f position_m = Eigen::Vector3f::Zero();  ///< tag frame
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();
@@ -32,13 +36,14 @@ struct LightChange {
 
 class SurfaceCells {
  public:
-  /// Before a frame is compared: mean_irradiance of its light at the probe.
-  void set_around(const Eigen::Array3f& mean_irradiance) { around_ = mean_irradiance; }
-  /// Null if the place is not seen again.
+  /// Before a frame is compared: its light; null: unknown.
+  void set_light(const std::shared_ptr<const Illumination>& light);
+  /// What the place sent under the light nearest to that of the frame; null if it is not seen again.
   const SurfaceCell* find(const Place& place) const;
   LightChange light_change(const SurfaceCell& cell, const std::shared_ptr<const Illumination>& light) const;
-  /// Stores or averages the places of a frame; its light may be unknown (null).
-  void learn(const std::vector<Place>& places, const Eigen::Array3f& gain,
+  /// Stores or averages the places of a frame; its light may be unknown (null). If its gain is not known, as places
+  /// contradict the light, what they send is stored only after kExposure.replaced_after frames in a row.
+  void learn(const std::vector<Place>& places, const Eigen::Array3f& gain, bool gain_is_known,
              const std::shared_ptr<const Illumination>& light);
   void clear() { cells_.clear(); }
   bool empty() const { return cells_.empty(); }
@@ -49,10 +54,16 @@ class SurfaceCells {
       return BrickKeyHash()(BrickKey{k[0], k[1], k[2]}) ^ static_cast<std::size_t>(k[3]) * 50331653u;
     }
   };
+  using Lights = std::array<SurfaceCell, 2>;  ///< one without observations is empty; the first never is
+  std::size_t nearest(const Lights& cell) const;
+  /// relative_change between this frame's light and another.
+  double change_from(const Illumination* other) const;
   void forget_oldest();
 
-  std::unordered_map<CellKey, SurfaceCell, KeyHash> cells_;
-  Eigen::Array3f around_ = Eigen::Array3f::Ones();
+  std::unordered_map<CellKey, Lights, KeyHash> cells_;
+  std::shared_ptr<const Illumination> light_;
+  mutable std::unordered_map<const Illumination*, double> changes_;  ///< from `light_`
+  Eigen::Array3f around_ = Eigen::Array3f::Ones();                   ///< mean_irradiance of `light_` at the probe
   std::uint64_t frames_ = 0;
 };
 

@@ -169,7 +169,7 @@ TEST_F(ColorGain, ALampThatGoesOffWhileTheGainChangesIsOff) {
     lamp.distance_known = true;
     lamp.direction = lamp.position_m.normalized();
     lamp.intensity.setConstant(0.5f);
-    lamp.irradiance.setConstant(2);
+    lamp.irradiance = lamp.intensity / lamp.position_m.squaredNorm();
     return lamp;
   };
   const auto two_lamps = [&](std::uint64_t version, int hidden) {
@@ -191,6 +191,22 @@ TEST_F(ColorGain, ALampThatGoesOffWhileTheGainChangesIsOff) {
   const ColorGainStage::Result off = frame(lit_by(one), Array3f::Constant(1.6f), two_lamps(5, 1));
   EXPECT_EQ(off.light.off, std::vector{7});
   EXPECT_NEAR(off.gain[1], 1.6, 0.05);
+
+  // On again, before its distance is known again. What places sent before contains shadows that no light explains.
+  frame(lit_by(one), Array3f::Constant(1.8f), one);
+  auto again = std::make_shared<Illumination>(*two_lamps(7, 0));
+  again->lights[1].distance_known = false;
+  EXPECT_NEAR(frame(lit_by(two_lamps(1, 0)), Array3f::Constant(0.8f), again).gain[1], 0.8, 0.01);
+}
+
+// A frame whose gain is not known, as places contradict its light, changes nothing that is remembered.
+TEST_F(ColorGain, PlacesAreNotLearntWithAnUnknownGain) {
+  const auto lit_by_half = [&](double fraction) {
+    return [=](const Vector3d& p) { return paint(p) * (p.x() > 0.02 ? fraction : p.x() > -0.1 ? 0.5 * fraction : 1); };
+  };
+  for (std::uint64_t i = 1; i <= 3; ++i) frame(lit_by_half(1), {1, 1, 1}, lamp_above(3, i));
+  for (std::uint64_t i = 4; i <= 6; ++i) frame(lit_by_half(0.2), Array3f::Constant(2), lamp_above(1.2f, i));
+  EXPECT_NEAR(frame(lit_by_half(1), {1, 1, 1}, lamp_above(3, 7)).gain[1], 1, 0.02);
 }
 
 TEST_F(ColorGain, LampsThatGoOutTogetherAreOff) {
