@@ -68,11 +68,16 @@ struct FusionLevel::State {
   void update_models();
   void queue(WorkingBrick& brick);
   std::vector<VisibleBrick> bricks_to_update(const Isometry3f& T_tag_camera, const Isometry3f& T_camera_tag);
-  void update_brick(const BrickUpdate& update, const VisibleBrick& visible, bool with_color);
+  using LightRatio = std::function<Eigen::Array3f(const Vector3f&)>;
+  /// `light_ratio`: may be empty.
+  void update_brick(const BrickUpdate& update, const VisibleBrick& visible, bool with_color,
+                    const LightRatio& light_ratio);
   void record_change(WorkingBrick& brick, bool open, const BrickUpdate::Change& change);
   bool publication_due() const { return frames - last_publication >= kPublication.interval_frames || new_viewpoint; }
   void forget_light(WorkingBrick& brick) const;
-  void follow_light(const std::function<Eigen::Array3f(const Vector3f&)>& light_ratio);
+  void predict_unmeasured(WorkingBrick& brick, const std::array<float, kBrickVoxels>& earlier_weight,
+                          const LightRatio& light_ratio) const;
+  void follow_light(const LightRatio& light_ratio);
   void copy_drifted(WorkingBrick& brick) const;
   void publish();
 
@@ -233,19 +238,23 @@ std::vector<VisibleBrick> FusionLevel::State::bricks_to_update(const Isometry3f&
   return visible;
 }
 
-void FusionLevel::State::update_brick(const BrickUpdate& update, const VisibleBrick& visible, bool with_color) {
+void FusionLevel::State::update_brick(const BrickUpdate& update, const VisibleBrick& visible, bool with_color,
+                                      const LightRatio& light_ratio) {
   WorkingBrick& brick = *visible.brick;
   const bool open = visible.visibility.kind == BrickVisibility::Kind::open;
   const bool light_changed = !open && with_color && brick.light_variance < light_variance;
+  std::optional<std::array<float, kBrickVoxels>> earlier_weight;
   if (light_changed && brick.now) {
     brick.prepare_change(maker);
     forget_light(brick);
     brick.urgent = true;
+    if (light_ratio) earlier_weight = brick.now->radiance_weight;
   } else if (light_changed) {
     brick.light_variance = light_variance;
   }
   const BrickUpdate::Change change =
       open ? update.update_open(brick, maker) : update.update(brick, visible.visibility.hidden_m, maker);
+  if (earlier_weight) predict_unmeasured(brick, *earlier_weight, light_ratio);
   // Of its mean voxel: new ones have none yet.
   brick.update_count -= brick.update_count * static_cast<std::uint32_t>(change.new_voxels) / kBrickVoxels;
   ++brick.update_count;
@@ -254,6 +263,15 @@ void FusionLevel::State::update_brick(const BrickUpdate& update, const VisibleBr
   if (change.observed) record_change(brick, open, change);
   // Now, while the brick is in the cache.
   if (brick.queued && (publication_due() || brick.urgent)) copy_drifted(brick);
+}
+
+/// The colours of voxels that the frame does not show, or that clip in it, follow the light, to first order.
+void FusionLevel::State::predict_unmeasured(WorkingBrick& brick, const std::array<float, kBrickVoxels>& earlier_weight,
+                                            const LightRatio& light_ratio) const {
+  const Eigen::Array3f ratio = light_ratio(brick_centre(brick.key, voxel_m));
+  for (std::size_t i = 0; i < kBrickVoxels; ++i) {
+    if (brick.now->radiance_weight[i] == earlier_weight[i]) brick.now->radiance[i].array() *= ratio;
+  }
 }
 
 /// Updates the brick's counters and queues it for publication if it may have drifted.
@@ -279,7 +297,7 @@ void FusionLevel::State::forget_light(WorkingBrick& brick) const {
 }
 
 /// The colours of bricks that were not measured in the light of now follow it, to first order.
-void FusionLevel::State::follow_light(const std::function<Eigen::Array3f(const Vector3f&)>& light_ratio) {
+void FusionLevel::State::follow_light(const LightRatio& light_ratio) {
   for (const auto& pointer : bricks) {
     WorkingBrick& brick = *pointer;
     if (brick.open || !brick.published || !(brick.light_variance < light_variance)) continue;
@@ -396,7 +414,7 @@ std::shared_ptr<const DistanceField> FusionLevel::fuse(
   for (std::size_t i = 0; i < visible.size(); ++i) {
     if (i + 1 < visible.size() && visible[i + 1].visibility.kind == BrickVisibility::Kind::surface)
       update.prefetch(*visible[i + 1].brick, visible[i + 1].visibility);
-    s.update_brick(update, visible[i], static_cast<bool>(colour));
+    s.update_brick(update, visible[i], static_cast<bool>(colour), light_change > 0 ? light_ratio : nullptr);
   }
   if (light_change > 0 && light_ratio) s.follow_light(light_ratio);
   s.publish();

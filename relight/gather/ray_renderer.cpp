@@ -70,7 +70,8 @@ struct RayRenderer::State {
   std::shared_ptr<const RayRoom> seen_room;
   GatherQuality detail;
   std::vector<GBufferPixel> seen;
-  bool clips = false;  ///< some pixel of the picture they were found in
+  bool clips = false;                     ///< some pixel of the picture they were found in
+  std::array<float, 3> gain = {1, 1, 1};  ///< FrameSet::color_gain of that picture
   RecentlyMoved recent;
   MovedPixels covered;  ///< pixels of the room that moved surfaces replace in `seen`
   std::shared_ptr<const capture::DepthFrame> last_depth;
@@ -129,7 +130,10 @@ struct RayRenderer::State {
     // What clips is restored in the light of now.
     const bool other_light =
         seen_room && seen_room->illumination() != room->illumination() && (clips || camera.any_clipped());
-    const bool same_surfaces = T_tag_camera == T && seen_room && seen_room->shares_surfaces_with(*room) && !other_light;
+    // With another exposure other pixels clip.
+    const bool other_exposure = clips && gain != frame.color_gain;
+    const bool same_surfaces =
+        T_tag_camera == T && seen_room && seen_room->shares_surfaces_with(*room) && !other_light && !other_exposure;
     const bool same_view = same_surfaces && detail == asked;
     if (same_view && frame.depth == last_depth) return;
     seen_room.reset();  // until all below is done: memory may run out
@@ -146,6 +150,7 @@ struct RayRenderer::State {
       sharpen_edges(eye.camera, radiance, camera.exposure(), room->voxel_m(), seen);
       clips = restore_clipped(*room->illumination(), lamps, camera, seen, radiance);
       T_tag_camera = T;
+      gain = frame.color_gain;
     }
     MovedPixels moved;
     if (depth.any()) {

@@ -489,6 +489,20 @@ TEST(Fusion, ColoursReturnAfterADarkRoom) {
   EXPECT_NEAR(field->radiance(hidden)->x(), 0.4, 0.01);
 }
 
+// The light doubles before the camera's exposure follows: the frame shows a lower bound of the table's radiance.
+TEST(Fusion, ColoursThatClipFollowTheLight) {
+  const capture::CameraModel camera = test::small_camera();
+  const Isometry3d pose = test::looking_at_tag(0.9, 0.8, -1.5);
+  const auto lit = [](double radiance) { return [radiance](const Vector3d&) { return radiance; }; };
+  FusionStage stage(test::session_with(camera), FusionSettings{});
+  for (std::uint64_t i = 0; i < 5; ++i)
+    stage.fuse(test::frame_of(test::table, camera, pose, i, {}, lit(0.4)), test::pose_at(pose));
+  const auto doubled = [](const Vector3f&) { return Eigen::Array3f(2, 2, 2); };
+  const auto field =
+      stage.fuse(test::frame_of(test::table, camera, pose, 5, {}, lit(0.8)), test::pose_at(pose), 0.5, doubled);
+  EXPECT_NEAR(field->radiance(Vector3f(0.01f, 0.01f, 0))->x(), 0.8, 0.01);
+}
+
 // A camera that looked at the table looks elsewhere, and half of the light goes out.
 TEST(Fusion, UnseenRadianceFollowsTheLight) {
   const capture::CameraModel camera = test::small_camera();
