@@ -9,12 +9,12 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr const RoomParameters::Mirrors& kPlanes = kRoomParameters.mirrors;
+constexpr const RoomParameters::Mirrors& kRoomPlanes = kRoomParameters.mirrors;
 
 /// Least-squares fit of the plane to the points on it; returns their number, 0 if too few.
 std::size_t fit_plane(RoomPlane& plane, const std::vector<RoomPoint>& points) {
   std::size_t count = 0;
-  for (int round = 0; round < kPlanes.fit_rounds; ++round) {
+  for (int round = 0; round < kRoomPlanes.fit_rounds; ++round) {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
     count = 0;
@@ -25,7 +25,7 @@ std::size_t fit_plane(RoomPlane& plane, const std::vector<RoomPoint>& points) {
       squares += position * position.transpose();
       ++count;
     }
-    if (count < kPlanes.min_points_on_plane) return 0;
+    if (count < kRoomPlanes.min_points_on_plane) return 0;
     const Eigen::Vector3d middle = sum / static_cast<double>(count);
     const Eigen::Matrix3d spread = squares / static_cast<double>(count) - middle * middle.transpose();
     const Vector3f across = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors().col(0).cast<float>();
@@ -39,7 +39,7 @@ std::size_t fit_plane(RoomPlane& plane, const std::vector<RoomPoint>& points) {
 
 std::vector<RoomPlane> planes_of(const std::vector<RoomPoint>& points) {
   std::vector<RoomPlane> planes;
-  const std::size_t step = std::max<std::size_t>(points.size() / kPlanes.seeds, 1);
+  const std::size_t step = std::max<std::size_t>(points.size() / kRoomPlanes.seeds, 1);
   for (std::size_t seed = 0; seed < points.size(); seed += step) {
     const RoomPoint& p = points[seed];
     const bool known =
@@ -48,8 +48,8 @@ std::vector<RoomPlane> planes_of(const std::vector<RoomPoint>& points) {
     RoomPlane plane{p.normal, -p.normal.dot(p.position_m)};
     if (fit_plane(plane, points) == 0) continue;
     const bool same = std::any_of(planes.begin(), planes.end(), [&](const RoomPlane& other) {
-      return other.normal.dot(plane.normal) > kPlanes.duplicate_cosine &&
-             std::abs(other.offset_m - plane.offset_m) < kPlanes.plane_tolerance_m;
+      return other.normal.dot(plane.normal) > kRoomPlanes.duplicate_cosine &&
+             std::abs(other.offset_m - plane.offset_m) < kRoomPlanes.plane_tolerance_m;
     });
     if (!same) planes.push_back(plane);
   }

@@ -73,10 +73,10 @@ std::vector<ReflectingPlane> found(const Look& look, const std::vector<double>& 
   return find_reflecting_planes(room_points(*field), *field, MetalMask(session));
 }
 
-const std::vector<double> kOneView = {-90}, kManyViews = {-110, -90, -70};
+const std::vector<double> kFromTheFront = {-90}, kFromThreeSides = {-110, -90, -70};
 
 TEST(ReflectedColors, AMirrorWallIsFound) {
-  for (const auto& views : {kOneView, kManyViews}) {
+  for (const auto& views : {kFromTheFront, kFromThreeSides}) {
     const auto planes = found(mirror_of(0.8, Vector3d::Zero()), views);
     ASSERT_EQ(planes.size(), 1u) << views.size();
     const ReflectingPlane& wall = planes[0];
@@ -92,7 +92,7 @@ TEST(ReflectedColors, AMirrorWallIsFound) {
 TEST(ReflectedColors, AMirrorThatIsNamedIsNotReported) {
   auto mirror = test::real_surface("wall", test::box_faces({0, kWall_m + 0.01, 0.5}, {2, 0.01, 0.6}));
   mirror.metallic = 1;
-  EXPECT_TRUE(found(mirror_of(0.8, Vector3d::Zero()), kOneView, {mirror}).empty());
+  EXPECT_TRUE(found(mirror_of(0.8, Vector3d::Zero()), kFromTheFront, {mirror}).empty());
 }
 
 // Nothing is taken for albedo or the fish-eye's view there.
@@ -107,14 +107,14 @@ TEST(ReflectedColors, AMirrorThatWasFoundIsMetal) {
 }
 
 TEST(ReflectedColors, VarnishOnAWallIsNoMirror) {
-  EXPECT_TRUE(found(mirror_of(0.1, {0.2, 0.2, 0.2}), kOneView).empty());
+  EXPECT_TRUE(found(mirror_of(0.1, {0.2, 0.2, 0.2}), kFromTheFront).empty());
 }
 
 TEST(ReflectedColors, AWallOfOtherTilesIsNoMirror) {
   const Look look = [](const Vector3d& p, const Vector3d&) {
     return on_wall(p) ? tile(p.x() + 7 * kTile_m, p.z()) : tiled_table(p);
   };
-  EXPECT_TRUE(found(look, kOneView).empty());
+  EXPECT_TRUE(found(look, kFromTheFront).empty());
 }
 
 // Bars of shadow over table and wall are symmetric about the edge between them.
@@ -123,7 +123,7 @@ TEST(ReflectedColors, AShadowThatContinuesOnTheWallIsNoMirror) {
     const double light = std::sin(2 * M_PI * p.x() / 0.3) > 0 ? 1 : 0.3;
     return light * (on_wall(p) ? kGrey : kBrown);
   };
-  EXPECT_TRUE(found(look, kOneView).empty());
+  EXPECT_TRUE(found(look, kFromTheFront).empty());
 }
 
 // The tiles colour the light on the wall above them.
@@ -132,7 +132,7 @@ TEST(ReflectedColors, ColourBleedingIsNoMirror) {
     if (!on_wall(p)) return tiled_table(p);
     return 0.8 * kGrey + 0.1 * tile(p.x(), kWall_m - 0.5 * p.z());
   };
-  EXPECT_TRUE(found(look, kOneView).empty());
+  EXPECT_TRUE(found(look, kFromTheFront).empty());
 }
 
 }  // namespace
