@@ -192,9 +192,13 @@ TEST_F(ColorGain, ALampThatGoesOffWhileTheGainChangesIsOff) {
   EXPECT_EQ(off.light.off, std::vector{7});
   EXPECT_NEAR(off.gain[1], 1.6, 0.05);
 
-  // On again, before its distance is known again. What places sent before contains shadows that no light explains.
-  frame(lit_by(one), Array3f::Constant(1.8f), one);
-  auto again = std::make_shared<Illumination>(*two_lamps(7, 0));
+  // On again, before its distance is known again.
+  for (std::uint64_t i = 6; i < 18; ++i) {
+    auto still_off = std::make_shared<Illumination>(*one);
+    still_off->version = i;
+    frame(lit_by(one), Array3f::Constant(1.8f), still_off);
+  }
+  auto again = std::make_shared<Illumination>(*two_lamps(18, 0));
   again->lights[1].distance_known = false;
   EXPECT_NEAR(frame(lit_by(two_lamps(1, 0)), Array3f::Constant(0.8f), again).gain[1], 0.8, 0.01);
 }
