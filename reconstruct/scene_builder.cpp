@@ -103,8 +103,6 @@ struct SceneBuilder::State {
   float brightest = 1e-9f;                          ///< mean irradiance at the fish-eye so far, W/m²
   AlbedoStage albedo;
   EnclosureStage enclosure;
-  const MetalMask metal;
-  std::vector<ReflectingPlane> reflecting;
   LightFromShading light_from_shading;
   const std::int64_t fisheye_awaited_ns;
   std::int64_t first_fused_ns = -1;
@@ -133,7 +131,6 @@ struct SceneBuilder::State {
         color_gain(session),
         fusion(session, fusion_settings),
         albedo(session),
-        metal(session),
         light_from_shading(session),
         fisheye_awaited_ns(session.fisheye ? kFisheyeAwaited_ns : 0),
         schedule(std::move(pace)) {}
@@ -283,10 +280,6 @@ std::optional<AlbedoStage::Result> SceneBuilder::State::solve(AlbedoWork work,
     }
   }
   const AlbedoSchedule::Work at_work(schedule, AlbedoWork::everything);
-  reflecting = find_reflecting_planes(room_points(*field), *field, metal);
-  std::vector<MirrorPlane> mirrors;
-  for (const ReflectingPlane& mirror : reflecting) mirrors.push_back(mirror.plane);
-  albedo.set_mirrors(std::move(mirrors));
   if (auto solution = albedo.follow_light(*field, measured)) return solution;
   return albedo.solve_complete(*field, measured);
 }
@@ -299,7 +292,7 @@ void SceneBuilder::State::publish(AlbedoStage::Result solution, const DistanceFi
     const std::shared_ptr<const Enclosure> known = overrides.enclosure ? overrides.enclosure(lit) : nullptr;
     const std::vector<RoomPoint> points = room_points(field);
     store.publish_enclosure(known ? known : enclosure.close(field, points, lit));
-    store.publish_warnings("mirrors", mirror_warnings(points, field, reflecting));
+    store.publish_warnings("mirrors", mirror_warnings(points, field, solution.mirrors));
   }
   store.publish_solution(std::move(solution), field.version, measured);
 }

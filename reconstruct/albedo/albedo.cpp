@@ -163,11 +163,13 @@ struct AlbedoStage::State {
                    const std::vector<LampEstimate>& lamps, const OutOfViewLamps& unseen, const DistanceField& field,
                    const FieldRays& rays);
   void add_warnings(const Illumination& lit);
+  std::vector<ReflectingPlane> find_mirrors(const DistanceField& field, const std::vector<RoomPoint>& known_points);
   void remember_albedo();
 
   /// Enclosure, irradiance model, gathered light of the samples and lamp positions of a complete solution. `merged`:
   /// the lamps of `lit` with pieces merged; `lit` gets its clipped walls raised; `surface` its usable samples.
-  std::vector<PointLight> light_surface(const DistanceField& field, const FieldRays& rays, const Illumination& merged,
+  std::vector<PointLight> light_surface(const DistanceField& field, const FieldRays& rays,
+                                        const std::vector<RoomPoint>& known_points, const Illumination& merged,
                                         Illumination& lit, Surface& surface, std::optional<IrradianceModel>& room,
                                         std::vector<Eigen::Vector3f>& gathered);
 
@@ -270,8 +272,6 @@ void AlbedoStage::State::check_extrinsics(const DistanceField& field, const Fiel
 
 AlbedoStage::AlbedoStage(const capture::Session& session) : state_(std::make_unique<State>(session)) {}
 AlbedoStage::~AlbedoStage() = default;
-
-void AlbedoStage::set_mirrors(std::vector<MirrorPlane> planes) { state_->metal.set_mirrors(std::move(planes)); }
 
 void AlbedoStage::hold(bool hold) { state_->held = hold; }
 
@@ -448,11 +448,24 @@ AlbedoStage::Result AlbedoStage::solve(const DistanceField& field, const Illumin
   return result ? *result : solve_complete(field, illumination);
 }
 
+/// Planes that reflect the room are metal from here on, in place of the earlier ones.
+std::vector<ReflectingPlane> AlbedoStage::State::find_mirrors(const DistanceField& field,
+                                                              const std::vector<RoomPoint>& known_points) {
+  metal.set_mirrors({});
+  std::vector<ReflectingPlane> mirrors = find_reflecting_planes(known_points, field, metal);
+  std::vector<MirrorPlane> planes;
+  for (const ReflectingPlane& mirror : mirrors) planes.push_back(mirror.plane);
+  metal.set_mirrors(std::move(planes));
+  // Which of the rays met metal is stored with the light.
+  if (mirrors.size() != last.mirrors.size()) gather_cache.forget();
+  return mirrors;
+}
+
 std::vector<PointLight> AlbedoStage::State::light_surface(const DistanceField& field, const FieldRays& rays,
+                                                          const std::vector<RoomPoint>& known_points,
                                                           const Illumination& merged, Illumination& lit,
                                                           Surface& surface, std::optional<IrradianceModel>& room,
                                                           std::vector<Eigen::Vector3f>& gathered) {
-  const std::vector<RoomPoint> known_points = room_points(field);
   std::vector<bool> smooth;  // without the tag's print, which is black and white
   for (const SurfaceSample& sample : surface.samples) smooth.push_back(sample.usable && !on_tag_print(sample, print_m));
   bool first = last_lamps.empty();
@@ -493,6 +506,8 @@ AlbedoStage::Result AlbedoStage::solve_complete(const DistanceField& field, cons
   State& s = *state_;
 
   const FieldRays rays(field);
+  const std::vector<RoomPoint> known_points = room_points(field);
+  std::vector<ReflectingPlane> mirrors = s.find_mirrors(field, known_points);
   auto lit = std::make_shared<Illumination>(s.reflections.without_reflections(illumination, field, rays));
   const OutOfViewLamps unseen(*lit, rays);
   Surface surface = find_surface(field, rays, s.metal, kStage.max_samples, s.sample_m);
@@ -508,7 +523,8 @@ AlbedoStage::Result AlbedoStage::solve_complete(const DistanceField& field, cons
   merged.lights = merge_pieces(lit->lights);
   std::optional<IrradianceModel> room;
   std::vector<Eigen::Vector3f> gathered(surface.samples.size());
-  const std::vector<PointLight> lamps = s.light_surface(field, rays, merged, *lit, surface, room, gathered);
+  const std::vector<PointLight> lamps =
+      s.light_surface(field, rays, known_points, merged, *lit, surface, room, gathered);
   s.last_lamps = lamps;
   lit->lights = place_pieces(lit->lights, merged.lights, lamps, lit->probe_position_m);
   std::vector<std::string> warnings;
@@ -533,7 +549,8 @@ AlbedoStage::Result AlbedoStage::solve_complete(const DistanceField& field, cons
   s.environment = illumination.environment;
   auto occluders =
       std::make_shared<BrickMap<FieldBrick>>(carve_occluders(field, rays, surface.samples, points.shadows()));
-  s.last = {result, lit, std::move(occluders), std::move(warnings), true, false, surface.samples.size()};
+  s.last = {result, lit,   std::move(occluders),  std::move(mirrors), std::move(warnings),
+            true,   false, surface.samples.size()};
   s.empty = surface.points.empty();
   s.check_extrinsics(field, rays, illumination, surface.points.size());
   s.add_warnings(*lit);

@@ -16,8 +16,8 @@
 #include <vector>
 
 #include "reconstruct/field/distance_field.h"
-#include "reconstruct/field/real_surface_mesh.h"
 #include "reconstruct/light/light.h"
+#include "reconstruct/room/reflected_colors.h"
 
 namespace lumigraft::reconstruct {
 
@@ -39,13 +39,13 @@ class AlbedoStage {
   /// While shadows move the room shows neither where its lamps are nor albedo: lamps that stay keep their estimates,
   /// and only new surface is solved.
   void hold(bool hold);
-  /// Planes that show the room as mirrors do: no albedo is solved for them from the next complete solution on.
-  void set_mirrors(std::vector<MirrorPlane> planes);
   struct Result {
     std::shared_ptr<const AlbedoField> albedo = {};
     std::shared_ptr<const Illumination> illumination = {};  ///< the input with lamp distances filled in
     /// Occluders of shadows that no known surface explains (carve_occluders), at the last complete solution; not null.
     std::shared_ptr<const BrickMap<FieldBrick>> occluders = std::make_shared<const BrickMap<FieldBrick>>();
+    /// Found at the last complete solution (find_reflecting_planes): they have no albedo, and say nothing of lamps.
+    std::vector<ReflectingPlane> mirrors = {};
     std::vector<std::string> warnings = {};
     bool complete = false;    ///< a complete solution: lamps and all samples
     bool due = false;         ///< a complete one is due: more surface is known, much of it changed, or it is long ago

@@ -261,7 +261,8 @@ void ColorGainStage::State::update(const capture::FrameSet& frame, const Pose& p
   // Light that is not that of `light` is known from the next frame on.
   if (pose.age_ns > 0 || !result.shows_room || result.light.dimming) return;
   if (agrees) follow(*measurement);
-  // Only a frame whose own gain is known can be compared with the fish-eye.
+  // Only a frame whose own gain is known can be compared with the fish-eye. Surface that is new, with nothing to
+  // compare, is learnt with the last gain; what contradicts the light is not.
   const bool gain_is_known = agrees || cells.empty();
   if (light && !light->dimmed && gain_is_known &&
       (frames < kExposure.match.first || frames % kExposure.match.every == 0)) {

@@ -23,7 +23,7 @@ struct PlacesSeenAgain {
 /// Where all went out together no lamp alone explains the frame, so the others are supposed lit or off as fits better.
 SeenByColor check_hidden(const PlacesSeenAgain& seen, const Illumination& light);
 
-/// How the light changed since it agreed with a frame; empty if the places do not tell.
+/// How the light changed since it agreed with a frame; empty if the places do not determine it (fit_dimming).
 std::optional<Dimming> dimming_since(const std::shared_ptr<const Illumination>& agreed, const PlacesSeenAgain& seen);
 
 /// Shadows of what moved; see observe_shadows.

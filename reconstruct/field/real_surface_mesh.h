@@ -41,7 +41,8 @@ class MetalMask {
   /// In place of the earlier ones.
   void set_mirrors(std::vector<MirrorPlane> planes) { mirrors_ = std::move(planes); }
 
-  /// Whether metal is within about 1.5 voxels of the point (tag frame). The area of the tag is paper, never metal.
+  /// Whether metal is within about 1.5 voxels of the point (tag frame), or it is on a mirror's whole plane. The area of
+  /// the tag is paper, never metal.
   bool contains(const Eigen::Vector3f& position_m) const;
 
  private:

@@ -268,9 +268,12 @@ void FusionLevel::State::update_brick(const BrickUpdate& update, const VisibleBr
 /// The colours of voxels that the frame does not show, or that clip in it, follow the light, to first order.
 void FusionLevel::State::predict_unmeasured(WorkingBrick& brick, const std::array<float, kBrickVoxels>& earlier_weight,
                                             const LightRatio& light_ratio) const {
-  const Eigen::Array3f ratio = light_ratio(brick_centre(brick.key, voxel_m));
+  std::optional<Eigen::Array3f> ratio;
   for (std::size_t i = 0; i < kBrickVoxels; ++i) {
-    if (brick.now->radiance_weight[i] == earlier_weight[i]) brick.now->radiance[i].array() *= ratio;
+    // A lower bound, of weight 0, may be that of this frame.
+    if (!(earlier_weight[i] > 0) || brick.now->radiance_weight[i] != earlier_weight[i]) continue;
+    if (!ratio) ratio = light_ratio(brick_centre(brick.key, voxel_m));
+    brick.now->radiance[i].array() *= *ratio;
   }
 }
 
@@ -407,16 +410,17 @@ std::shared_ptr<const DistanceField> FusionLevel::fuse(
                            s.camera.height, Eigen::Array3f::Map(frame.color_gain.data()), frame.color_vignetting.get());
   const BrickUpdate update(s.view, s.preprocessor, s.map, colour, T_camera_tag,
                            {s.voxel_m, s.truncation_m, s.weight_cap});
+  const State::LightRatio ratio = light_change > 0 ? light_ratio : nullptr;
   // Colours that were only predicted since they were measured, while the lens was covered or no light was left, are
   // predicted back before they are measured again: a frame does not show all voxels of a brick.
-  if (light_change > 0 && light_ratio && s.only_predicted) s.follow_light(light_ratio);
+  if (ratio && s.only_predicted) s.follow_light(ratio);
   const std::vector<VisibleBrick> visible = s.bricks_to_update(T_tag_camera, T_camera_tag);
   for (std::size_t i = 0; i < visible.size(); ++i) {
     if (i + 1 < visible.size() && visible[i + 1].visibility.kind == BrickVisibility::Kind::surface)
       update.prefetch(*visible[i + 1].brick, visible[i + 1].visibility);
-    s.update_brick(update, visible[i], static_cast<bool>(colour), light_change > 0 ? light_ratio : nullptr);
+    s.update_brick(update, visible[i], static_cast<bool>(colour), ratio);
   }
-  if (light_change > 0 && light_ratio) s.follow_light(light_ratio);
+  if (ratio) s.follow_light(ratio);
   s.publish();
   ++s.frames;
   s.last_depth = frame.depth;

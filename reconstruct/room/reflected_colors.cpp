@@ -3,6 +3,8 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <optional>
 
 #include "reconstruct/room/parameters.h"
 #include "reconstruct/room/room_planes.h"

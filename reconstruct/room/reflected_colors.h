@@ -1,14 +1,13 @@
 #pragma once
-// Detection of mirrors whose own surface is measured as depth: by a camera whose light they scatter enough, or plates
-// and foils that reflect without depth behind them.
+// Detection of mirrors at whose own surface depth is measured, as on polished metal. Where depth cameras measure
+// through a mirror, see mirror_detection.h.
 //
-// What such a plane shows is the reflection of what is in front of it. Observed radiance of its points is regressed on
-// that of the known surface which the reflected ray of view meets: once its luminance and once its colour differences
+// The colours of such a plane are the reflection of what is in front of it. Observed radiance of its points is
+// regressed on that of the known surface that the reflected viewing ray hits: its luminance, and its colour differences
 // (red and blue against green). Both must be explained, since each alone has another cause: a shadow that continues
 // from a floor onto a wall is symmetric about their edge, but has no hue; light reflected diffusely from coloured walls
 // has little slope. A trend over the plane (second order) is removed first, and the luminance from the differences.
 #include <Eigen/Core>
-#include <optional>
 #include <vector>
 
 #include "reconstruct/field/real_surface_mesh.h"

@@ -205,12 +205,32 @@ TEST_F(ColorGain, ALampThatGoesOffWhileTheGainChangesIsOff) {
 
 // A frame whose gain is not known, as places contradict its light, changes nothing that is remembered.
 TEST_F(ColorGain, PlacesAreNotLearntWithAnUnknownGain) {
-  const auto lit_by_half = [&](double fraction) {
-    return [=](const Vector3d& p) { return paint(p) * (p.x() > 0.02 ? fraction : p.x() > -0.1 ? 0.5 * fraction : 1); };
+  const auto lamp_beside = [&](float x) {
+    auto light = std::make_shared<Illumination>(*lamp_above(0.3f, index_ + 1));
+    light->time_ns = 100'000'000 * static_cast<std::int64_t>(index_);
+    PointLight& lamp = light->lights[0];
+    lamp.position_m = {x, 0, 0.5f};
+    lamp.distance_known = true;
+    lamp.direction = lamp.position_m.normalized();
+    lamp.intensity.setConstant(1);
+    lamp.irradiance = lamp.intensity / lamp.position_m.squaredNorm();
+    return light;
   };
-  for (std::uint64_t i = 1; i <= 3; ++i) frame(lit_by_half(1), {1, 1, 1}, lamp_above(3, i));
-  for (std::uint64_t i = 4; i <= 6; ++i) frame(lit_by_half(0.2), Array3f::Constant(2), lamp_above(1.2f, i));
-  EXPECT_NEAR(frame(lit_by_half(1), {1, 1, 1}, lamp_above(3, 7)).gain[1], 1, 0.02);
+  const auto lit_by = [](const std::shared_ptr<const Illumination>& light, double contradiction) {
+    return [=](const Vector3d& p) {
+      const double stripe = std::fmod(std::floor(20 * (p.x() + 5)), 3);  // as bright as predicted, or less
+      return paint(p) * unoccluded_irradiance(*light, p.cast<float>(), {0, 0, 1})[1] * std::pow(contradiction, stripe) /
+             5;
+    };
+  };
+  for (int i = 0; i < 3; ++i) {
+    const auto left = lamp_beside(-0.4f);
+    frame(lit_by(left, 1), {1, 1, 1}, left);
+  }
+  auto right = lamp_beside(0.4f);
+  EXPECT_EQ(frame(lit_by(right, 0.5), Array3f::Constant(1.5f), right).gain[1], 1) << "unknown";
+  right = lamp_beside(0.4f);
+  EXPECT_NEAR(frame(lit_by(right, 1), Array3f::Constant(1.5f), right).gain[1], 1.5, 0.05);
 }
 
 TEST_F(ColorGain, LampsThatGoOutTogetherAreOff) {

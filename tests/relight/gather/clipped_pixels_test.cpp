@@ -114,5 +114,20 @@ TEST(ClippedPixels, FollowTheLight) {
   EXPECT_LE(off[off.size() / 2], 2);
 }
 
+// The floor clips until the exposure is lower: then the picture shows its albedo.
+TEST(ClippedPixels, FollowTheExposure) {
+  const ClosedScene scene = bright_floor();
+  const reconstruct::Scene room = scene.scene();
+  const capture::FrameSet linear = scene.frame();
+  const std::vector<float>& light = linear.color->radiance.data;
+  const float exposure = 0.9f / *std::max_element(light.begin(), light.end());
+  const capture::FrameSet clipped = encoded(linear, exposure, {2, 2, 2}), whole = encoded(linear, exposure);
+  relight::RayRenderer renderer(scene.session()), fresh(scene.session());
+  renderer.relight(clipped, room, scene.exhibit, rays_plan(1, 64), true);
+  const auto kept = renderer.relight(whole, room, scene.exhibit, rays_plan(1, 64), true);
+  const auto anew = fresh.relight(whole, room, scene.exhibit, rays_plan(1, 64), true);
+  EXPECT_EQ(kept.maps->albedo.data, anew.maps->albedo.data);
+}
+
 }  // namespace
 }  // namespace lumigraft::test

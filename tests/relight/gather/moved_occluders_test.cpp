@@ -11,7 +11,7 @@ namespace {
 
 using Eigen::Vector3f;
 
-/// A board that the camera at the origin sees edge-on, fused 10 mm beside its place, in front of a wall.
+/// A board that the camera at the origin sees edge-on, fused 10 mm off its true position, in front of a wall.
 class BoardEdgeOn : public testing::Test {
  protected:
   BoardEdgeOn() {
