@@ -44,7 +44,8 @@ class AlbedoStage {
     std::shared_ptr<const Illumination> illumination = {};  ///< the input with lamp distances filled in
     /// Occluders of shadows that no known surface explains (carve_occluders), at the last complete solution; not null.
     std::shared_ptr<const BrickMap<FieldBrick>> occluders = std::make_shared<const BrickMap<FieldBrick>>();
-    /// Found at the last complete solution (find_reflecting_planes): they have no albedo, and say nothing of lamps.
+    /// Found at the last complete solution (find_reflecting_planes): their diffuse albedo is 0, and lamps are
+    /// estimated without them.
     std::vector<ReflectingPlane> mirrors = {};
     std::vector<std::string> warnings = {};
     bool complete = false;    ///< a complete solution: lamps and all samples
