@@ -1,10 +1,10 @@
 # Precompiled headers that nearly every file includes, one set for the product and one for its tests, and unity builds,
-# which compile up to six files of a folder at once. Together they halve the CPU time of a build. ccache saves more and
-# requires that neither is used; clang-tidy checks each file by itself.
+# which compile up to six files of a folder at once. Together they halve the CPU time of a build. ccache works with
+# neither, and saves time only when its cache holds an earlier build; clang-tidy checks each file by itself.
 #   lumigraft_precompiled(name header ...)   defines precompiled headers
 #   lumigraft_precompile(target name)        uses them for a target and compiles its files in groups
 function(lumigraft_precompiled name)
-  if(NOT CCACHE)
+  if(NOT LUMIGRAFT_CCACHE)
     file(CONFIGURE OUTPUT ${name}.cpp CONTENT "")
     add_library(${name} OBJECT ${CMAKE_CURRENT_BINARY_DIR}/${name}.cpp)
     target_link_libraries(${name} PRIVATE lumigraft_options Eigen3::Eigen)
@@ -14,7 +14,7 @@ function(lumigraft_precompiled name)
 endfunction()
 
 function(lumigraft_precompile target name)
-  if(NOT CCACHE)
+  if(NOT LUMIGRAFT_CCACHE)
     if(NOT CMAKE_DISABLE_PRECOMPILE_HEADERS)
       # Deferred: folders add their files to the target later.
       cmake_language(EVAL CODE "cmake_language(DEFER DIRECTORY ${CMAKE_SOURCE_DIR} CALL lumigraft_unite ${target})")

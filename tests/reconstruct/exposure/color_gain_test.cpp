@@ -59,6 +59,18 @@ class ColorGain : public testing::Test {
     return light;
   }
 
+  /// Half a metre above the table.
+  static PointLight lamp_at(int id, float x_m) {
+    PointLight lamp;
+    lamp.id = id;
+    lamp.position_m = {x_m, 0, 0.5f};
+    lamp.distance_known = true;
+    lamp.direction = lamp.position_m.normalized();
+    lamp.intensity.setConstant(0.5f);
+    lamp.irradiance = lamp.intensity / lamp.position_m.squaredNorm();
+    return lamp;
+  }
+
   capture::CameraModel camera_ = test::small_camera();
   ColorGainStage stage_{test::session_with(camera_)};
   std::uint64_t index_ = 0;
@@ -162,16 +174,6 @@ TEST_F(ColorGain, TellsALampThatIsOffFromACoveredOne) {
 
 // Automatic exposure answers in the frame in which a lamp at one side goes off.
 TEST_F(ColorGain, ALampThatGoesOffWhileTheGainChangesIsOff) {
-  const auto lamp_at = [](int id, float x) {
-    PointLight lamp;
-    lamp.id = id;
-    lamp.position_m = {x, 0, 0.5f};
-    lamp.distance_known = true;
-    lamp.direction = lamp.position_m.normalized();
-    lamp.intensity.setConstant(0.5f);
-    lamp.irradiance = lamp.intensity / lamp.position_m.squaredNorm();
-    return lamp;
-  };
   const auto two_lamps = [&](std::uint64_t version, int hidden) {
     auto light = std::make_shared<Illumination>(*lamp_above(0.3f, version));
     light->lights = {lamp_at(3, -0.4f), lamp_at(7, 0.4f)};
@@ -203,33 +205,54 @@ TEST_F(ColorGain, ALampThatGoesOffWhileTheGainChangesIsOff) {
   EXPECT_NEAR(frame(lit_by(two_lamps(1, 0)), Array3f::Constant(0.8f), again).gain[1], 0.8, 0.01);
 }
 
-// A frame whose gain is not known, as places contradict its light, changes nothing that is remembered.
-TEST_F(ColorGain, PlacesAreNotLearntWithAnUnknownGain) {
-  const auto lamp_beside = [&](float x) {
+// Its light is what the frame shows, and not that of the fish-eye, which still counts the lamp as hidden.
+TEST_F(ColorGain, WhileALampIsOffPlacesAreComparedUnderThatLight) {
+  const auto two_lamps = [&](int hidden) {
     auto light = std::make_shared<Illumination>(*lamp_above(0.3f, index_ + 1));
     light->time_ns = 100'000'000 * static_cast<std::int64_t>(index_);
-    PointLight& lamp = light->lights[0];
-    lamp.position_m = {x, 0, 0.5f};
-    lamp.distance_known = true;
-    lamp.direction = lamp.position_m.normalized();
-    lamp.intensity.setConstant(1);
-    lamp.irradiance = lamp.intensity / lamp.position_m.squaredNorm();
+    light->lights = {lamp_at(3, -0.4f), lamp_at(7, 0.4f)};
+    light->lights[1].hidden = hidden;
+    return light;
+  };
+  // Of the lamp with id 7 a part of the table is in shadow.
+  const auto room = [&](bool lit) {
+    const auto all = two_lamps(0);
+    return [all, lit](const Vector3d& p) {
+      Illumination light = *all;
+      if (!lit || std::sin(25 * p.y()) > 0.3) light.lights.pop_back();
+      return paint(p) * unoccluded_irradiance(light, p.cast<float>(), {0, 0, 1})[1] / 4;
+    };
+  };
+  for (int i = 0; i < 3; ++i) frame(room(true), {1, 1, 1}, two_lamps(0));
+  for (const float gain : {1.0f, 1.0f, 1.0f, 1.5f, 0.8f}) {
+    const ColorGainStage::Result off = frame(room(false), Array3f::Constant(gain), two_lamps(1));
+    EXPECT_EQ(off.light.off, std::vector{7}) << gain;
+    EXPECT_NEAR(off.gain[1] / gain, 1, 0.02) << gain;
+  }
+}
+
+// A frame whose gain is not known, as places contradict its light, changes nothing that is remembered.
+TEST_F(ColorGain, PlacesAreNotLearntWithAnUnknownGain) {
+  const auto lamp_on_side = [&](float x_m) {
+    auto light = std::make_shared<Illumination>(*lamp_above(0.3f, index_ + 1));
+    light->time_ns = 100'000'000 * static_cast<std::int64_t>(index_);
+    light->lights = {lamp_at(0, x_m)};
     return light;
   };
   const auto lit_by = [](const std::shared_ptr<const Illumination>& light, double contradiction) {
     return [=](const Vector3d& p) {
       const double stripe = std::fmod(std::floor(20 * (p.x() + 5)), 3);  // as bright as predicted, or less
       return paint(p) * unoccluded_irradiance(*light, p.cast<float>(), {0, 0, 1})[1] * std::pow(contradiction, stripe) /
-             5;
+             3;
     };
   };
   for (int i = 0; i < 3; ++i) {
-    const auto left = lamp_beside(-0.4f);
+    const auto left = lamp_on_side(-0.4f);
     frame(lit_by(left, 1), {1, 1, 1}, left);
   }
-  auto right = lamp_beside(0.4f);
+  auto right = lamp_on_side(0.4f);
   EXPECT_EQ(frame(lit_by(right, 0.5), Array3f::Constant(1.5f), right).gain[1], 1) << "unknown";
-  right = lamp_beside(0.4f);
+  right = lamp_on_side(0.4f);
   EXPECT_NEAR(frame(lit_by(right, 1), Array3f::Constant(1.5f), right).gain[1], 1.5, 0.05);
 }
 

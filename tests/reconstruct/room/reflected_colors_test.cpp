@@ -92,6 +92,40 @@ TEST(ReflectedColors, AShadowThatContinuesOnTheWallIsNoMirror) {
   EXPECT_TRUE(found(look, kFromTheFront).empty());
 }
 
+// As under shadows that are exactly symmetric about the edge between table and wall.
+TEST(ReflectedColors, LuminanceAloneIsNoMirror) {
+  const Look look = [](const Vector3d& p, const Vector3d& camera) -> Vector3d {
+    const Vector3d reflected = mirror_of(0.8, Vector3d::Zero())(p, camera);
+    return on_wall(p) ? Vector3d::Constant(reflected.mean()) : reflected;
+  };
+  EXPECT_TRUE(found(look, kFromTheFront).empty());
+}
+
+TEST(ReflectedColors, HueAloneIsNoMirror) {
+  const Look look = [](const Vector3d& p, const Vector3d& camera) -> Vector3d {
+    const Vector3d reflected = mirror_of(0.8, Vector3d::Zero())(p, camera);
+    return on_wall(p) ? Vector3d(reflected.array() - reflected.mean() + 0.25) : reflected;
+  };
+  EXPECT_TRUE(found(look, kFromTheFront).empty());
+}
+
+TEST(ReflectedColors, StrongPaintUnderVarnishIsNoMirror) {
+  const Look look = [](const Vector3d& p, const Vector3d& camera) -> Vector3d {
+    if (!on_wall(p)) return tiled_table(p);
+    return tile(p.x() + 7 * kTile_m, p.z()) + mirror_of(0.3, Vector3d::Zero())(p, camera);
+  };
+  EXPECT_TRUE(found(look, kFromTheFront).empty());
+}
+
+// Light that is bluer towards the edge between table and wall.
+TEST(ReflectedColors, AGradientOverTableAndWallIsNoMirror) {
+  const Look look = [](const Vector3d& p, const Vector3d&) -> Vector3d {
+    const double away = on_wall(p) ? p.z() : kWall_m - p.y();
+    return {0.1 + 0.2 * away, 0.15 + 0.1 * away, 0.35 - 0.15 * away};
+  };
+  EXPECT_TRUE(found(look, kFromTheFront).empty());
+}
+
 // The tiles colour the light on the wall above them.
 TEST(ReflectedColors, ColourBleedingIsNoMirror) {
   const Look look = [](const Vector3d& p, const Vector3d&) -> Vector3d {
