@@ -40,11 +40,20 @@ struct MaterialOverride {
   bool operator==(const MaterialOverride&) const = default;
 };
 
+using TexturePicture = std::shared_ptr<const capture::Image<std::uint8_t>>;  ///< RGB, 8 bits; null: none
+
 /// Triangles with attributes, in the model's own frame rotated so that z is up, metres.
 struct Model {
   struct Part {
-    Material material;
-    std::shared_ptr<const capture::Image<std::uint8_t>> base_color_texture;  ///< 8-bit sRGB, RGB; null: none
+    Material material;                  ///< where a texture changes metallic and roughness: their mean
+    TexturePicture base_color_texture;  ///< sRGB
+    /// Linear: roughness in green and metallic in blue, to be multiplied with the factors.
+    TexturePicture metallic_roughness_texture;
+    float metallic_factor = 1, roughness_factor = 1;
+    /// Linear: the normal in the tangent frame (x along the texture's u, y against its v, z along the interpolated
+    /// normal), each from -1 to 1; x and y are to be multiplied with the scale.
+    TexturePicture normal_texture;
+    float normal_scale = 1;
     std::uint32_t first_index = 0, index_count = 0;
   };
   std::vector<Eigen::Vector3f> positions_m;

@@ -124,9 +124,7 @@ class Loader {
     std::vector<Corner> corners;
     for (const auto& [index, batch] : batches_) {
       if (batch.corners.empty()) continue;
-      Model::Part part;
-      part.material = batch.material.material;
-      part.base_color_texture = batch.material.base_color_texture;
+      Model::Part part = batch.material.part;
       part.first_index = static_cast<std::uint32_t>(corners.size());
       part.index_count = static_cast<std::uint32_t>(batch.corners.size());
       model->parts.push_back(part);

@@ -1,5 +1,6 @@
 #include "relight/exhibit/model_materials.h"
 
+#include <assimp/GltfMaterial.h>
 #include <assimp/material.h>
 #include <assimp/scene.h>
 
@@ -21,6 +22,13 @@ capture::Image<std::uint8_t> to_rgb(const cv::Mat& bgr) {
   capture::Image<std::uint8_t> image(bgr.cols, bgr.rows, 3);
   cv::cvtColor(bgr, cv::Mat(bgr.rows, bgr.cols, CV_8UC3, image.data.data()), cv::COLOR_BGR2RGB);
   return image;
+}
+
+/// Of a channel, from 0 to 1.
+float mean_of(const capture::Image<std::uint8_t>& picture, std::size_t channel) {
+  std::uint64_t sum = 0;
+  for (std::size_t i = channel; i < picture.data.size(); i += 3) sum += picture.data[i];
+  return static_cast<float>(static_cast<double>(sum) / (255.0 * picture.width * picture.height));
 }
 
 // References in glTF are URIs: %20 is a space.
@@ -57,42 +65,56 @@ ModelMaterial ModelMaterials::read(unsigned index, bool has_vertex_colors) {
       read_obj(source, has_vertex_colors, &out);
       break;
     case ModelFormat::ply:
-      out.base_color_texture = texture(source, aiTextureType_DIFFUSE, &out.texcoord_channel);
-      if (out.base_color_texture || has_vertex_colors) out.material.base_color.setOnes();
+      read_base_color_texture(source, aiTextureType_DIFFUSE, &out);
+      if (out.part.base_color_texture || has_vertex_colors) out.part.material.base_color.setOnes();
       break;
   }
   return out;
 }
 
 void ModelMaterials::read_gltf(const aiMaterial& source, unsigned index, ModelMaterial* out) {
-  Material& material = out->material;
+  Model::Part& part = out->part;
   aiColor4D base(1, 1, 1, 1);
   source.Get(AI_MATKEY_BASE_COLOR, base);
-  material.base_color = {base.r, base.g, base.b};
-  material.metallic = 1.0f;  // the defaults of glTF
-  material.roughness = 1.0f;
-  source.Get(AI_MATKEY_METALLIC_FACTOR, material.metallic);
-  source.Get(AI_MATKEY_ROUGHNESS_FACTOR, material.roughness);
-  // One texture has both: roughness in green, metallic in blue. assimp classifies it as "unknown".
-  material.roughness *= texture_mean(source, aiTextureType_UNKNOWN, 1);
-  material.metallic *= texture_mean(source, aiTextureType_UNKNOWN, 2);
-  if (index < gltf_specular_.size()) material.specular = gltf_specular_[index];
-  out->base_color_texture = texture(source, aiTextureType_BASE_COLOR, &out->texcoord_channel);
+  part.material.base_color = {base.r, base.g, base.b};
+  source.Get(AI_MATKEY_METALLIC_FACTOR, part.metallic_factor);
+  source.Get(AI_MATKEY_ROUGHNESS_FACTOR, part.roughness_factor);
+  part.material.metallic = part.metallic_factor;
+  part.material.roughness = part.roughness_factor;
+  if (index < gltf_specular_.size()) part.material.specular = gltf_specular_[index];
+  read_base_color_texture(source, aiTextureType_BASE_COLOR, out);
+  bool channel_is_set = part.base_color_texture != nullptr;
+  const auto has_same_texcoords = [&](const Texture& texture) {
+    if (!channel_is_set) out->texcoord_channel = texture.texcoord_channel;
+    channel_is_set = true;
+    return texture.texcoord_channel == out->texcoord_channel;
+  };
+  // assimp classifies the texture of both as "unknown".
+  if (const Texture both = texture(source, aiTextureType_UNKNOWN); both.picture) {
+    part.material.roughness *= mean_of(*both.picture, 1);
+    part.material.metallic *= mean_of(*both.picture, 2);
+    if (has_same_texcoords(both)) part.metallic_roughness_texture = both.picture;
+  }
+  if (const Texture normals = texture(source, aiTextureType_NORMALS); normals.picture && has_same_texcoords(normals)) {
+    part.normal_texture = normals.picture;
+    source.Get(AI_MATKEY_GLTF_TEXTURE_SCALE(aiTextureType_NORMALS, 0), part.normal_scale);
+  }
 }
 
 void ModelMaterials::read_obj(const aiMaterial& source, bool has_vertex_colors, ModelMaterial* out) {
-  Material& material = out->material;
-  out->base_color_texture = texture(source, aiTextureType_DIFFUSE, &out->texcoord_channel);
+  Material& material = out->part.material;
+  read_base_color_texture(source, aiTextureType_DIFFUSE, out);
+  const bool textured = out->part.base_color_texture != nullptr;
   aiString name;
   source.Get(AI_MATKEY_NAME, name);
   const bool has_material = std::strcmp(name.C_Str(), AI_DEFAULT_MATERIAL_NAME) != 0;
-  if (out->base_color_texture || (!has_material && has_vertex_colors)) material.base_color.setOnes();
+  if (textured || (!has_material && has_vertex_colors)) material.base_color.setOnes();
   if (!has_material) return;
 
   aiColor3D diffuse(0.8f, 0.8f, 0.8f), specular(0, 0, 0);
   source.Get(AI_MATKEY_COLOR_DIFFUSE, diffuse);
   source.Get(AI_MATKEY_COLOR_SPECULAR, specular);
-  if (!out->base_color_texture) material.base_color = {diffuse.r, diffuse.g, diffuse.b};
+  if (!textured) material.base_color = {diffuse.r, diffuse.g, diffuse.b};
   material.specular = std::clamp((specular.r + specular.g + specular.b) / 3.0f / 0.04f, 0.0f, 1.0f);
   source.Get(AI_MATKEY_METALLIC_FACTOR, material.metallic);
   float exponent = 0.0f;
@@ -102,28 +124,24 @@ void ModelMaterials::read_obj(const aiMaterial& source, bool has_vertex_colors, 
   }
 }
 
-ModelMaterials::Picture ModelMaterials::texture(const aiMaterial& source, int type, unsigned* texcoord_channel) {
+void ModelMaterials::read_base_color_texture(const aiMaterial& source, int type, ModelMaterial* out) {
+  const Texture found = texture(source, type);
+  out->part.base_color_texture = found.picture;
+  out->texcoord_channel = found.texcoord_channel;
+}
+
+ModelMaterials::Texture ModelMaterials::texture(const aiMaterial& source, int type) {
   aiString reference;
   const auto texture_type = static_cast<aiTextureType>(type);
-  if (source.GetTexture(texture_type, 0, &reference) != AI_SUCCESS || reference.length == 0) return nullptr;
+  if (source.GetTexture(texture_type, 0, &reference) != AI_SUCCESS || reference.length == 0) return {};
   int channel = 0;
   source.Get(AI_MATKEY_UVWSRC(texture_type, 0), channel);
-  *texcoord_channel = static_cast<unsigned>(std::max(channel, 0));
-  Picture& picture = pictures_[reference.C_Str()];
+  TexturePicture& picture = pictures_[reference.C_Str()];
   if (!picture) picture = decode(reference.C_Str());
-  return picture;
+  return {picture, static_cast<unsigned>(std::max(channel, 0))};
 }
 
-float ModelMaterials::texture_mean(const aiMaterial& source, int type, int channel) {
-  unsigned texcoord_channel = 0;
-  const Picture picture = texture(source, type, &texcoord_channel);
-  if (!picture) return 1.0f;
-  std::uint64_t sum = 0;
-  for (std::size_t i = channel; i < picture->data.size(); i += 3) sum += picture->data[i];
-  return static_cast<float>(static_cast<double>(sum) / (255.0 * picture->width * picture->height));
-}
-
-ModelMaterials::Picture ModelMaterials::decode(const std::string& reference) const {
+TexturePicture ModelMaterials::decode(const std::string& reference) const {
   const auto fail = [&](const std::string& why) {
     throw capture::InputError(file_.string() + ": texture \"" + reference.substr(0, 200) + "\": " + why);
   };

@@ -17,15 +17,15 @@ namespace lumigraft::relight {
 enum class ModelFormat { gltf, ply, obj };
 
 struct ModelMaterial {
-  Material material;
-  std::shared_ptr<const capture::Image<std::uint8_t>> base_color_texture;
-  unsigned texcoord_channel = 0;  ///< texture coordinate set of the texture
+  Model::Part part;               ///< without triangles
+  unsigned texcoord_channel = 0;  ///< texture coordinate set of its textures
 };
 
 /// Reads the materials of one file; a texture used twice is decoded once.
 ///
-/// glTF: factors as they are (linear); metallic and roughness textures are replaced by their mean, as parts have one
-/// value each; specularFactor from KHR_materials_specular. OBJ: Kd, taken as linear, or only the texture if there is
+/// glTF: factors as they are (linear); specularFactor from KHR_materials_specular; of textures with different sets of
+/// texture coordinates, the base colour's set counts: metallic and roughness of another are replaced by their mean, a
+/// normal map of another is left out. OBJ: Kd, taken as linear, or only the texture if there is
 /// one (the meaning of Kd with a texture varies by exporter); Pm and Pr if given; else roughness from the Phong
 /// exponent, GGX α² = 2 / (Ns + 2) (Walter et al. 2007, "Microfacet Models for Refraction", §5.2), and specular = Ks /
 /// 0.04. PLY: no materials; white with vertex colours or a texture, else the default grey.
@@ -35,10 +35,14 @@ class ModelMaterials {
   ModelMaterial read(unsigned index, bool has_vertex_colors);
 
  private:
-  using Picture = std::shared_ptr<const capture::Image<std::uint8_t>>;
-  Picture texture(const aiMaterial& source, int type, unsigned* texcoord_channel);
-  Picture decode(const std::string& reference) const;
-  float texture_mean(const aiMaterial& source, int type, int channel);
+  /// Of a texture's type (aiTextureType).
+  struct Texture {
+    TexturePicture picture;
+    unsigned texcoord_channel = 0;
+  };
+  Texture texture(const aiMaterial& source, int type);
+  void read_base_color_texture(const aiMaterial& source, int type, ModelMaterial* out);
+  TexturePicture decode(const std::string& reference) const;
   void read_gltf(const aiMaterial& source, unsigned index, ModelMaterial* out);
   void read_obj(const aiMaterial& source, bool has_vertex_colors, ModelMaterial* out);
 
@@ -46,7 +50,7 @@ class ModelMaterials {
   std::filesystem::path file_;
   ModelFormat format_;
   std::vector<float> gltf_specular_;
-  std::map<std::string, Picture> pictures_;
+  std::map<std::string, TexturePicture> pictures_;
 };
 
 /// KHR_materials_specular: specularFactor of each material of a .gltf or .glb file (not read by assimp 5.2). Empty if

@@ -187,7 +187,7 @@ Rgb DeltaLight::left_change(const SampledRay& ray, const MeshHit& hit, Sampler& 
 
 Rgb DeltaLight::left_object(const SampledRay& ray, const MeshHit& hit, Sampler& sampler, int mirrors) const {
   if (const Rgb* even = objects_.even_radiance(hit, ray.w)) return *even;
-  const SurfaceHit surface = objects_.meshes().surface(hit, ray.w);
+  const SurfaceHit surface = objects_.meshes().surface_within(hit, ray.w, ray.solid_angle_sr);
   const RayObjects::Irradiance e = objects_.irradiance(hit, surface.face);
   const BsdfParams& bsdf = surface.bsdf;
   const Rgb sum = diffuse_under(bsdf, -surface.normal.dot(ray.w)) / kPi * (e.direct + e.indirect);

@@ -184,8 +184,14 @@ class ObjectView {
     rows_[static_cast<std::size_t>(v)].push_back(found);
   }
 
+  /// At one of so many rays of a pixel.
+  SurfaceHit surface_at(const MeshHit& hit, const Vector3f& w, int rays) const {
+    const float pixel_rad = 1 / static_cast<float>(eye_.camera.model.fx * std::sqrt(rays));
+    return light_.objects().meshes().surface(hit, w, pixel_rad);
+  }
+
   GBufferPixel seen_by(const Vector3f& w, const MeshHit& hit) const {
-    GBufferPixel pixel{.known = true, .surface = light_.objects().meshes().surface(hit, w), .w = w, .depth_m = hit.t_m};
+    GBufferPixel pixel{.known = true, .surface = surface_at(hit, w, detail_.inside), .w = w, .depth_m = hit.t_m};
     pixel.albedo = pixel.surface.bsdf.diffuse;
     return pixel;
   }
@@ -221,7 +227,7 @@ class ObjectView {
       traced.hits[k] = found.hits[k];
       traced.surfaces[k] = k == static_cast<std::size_t>(std::countr_zero(found.some))
                                ? first.surface
-                               : light_.objects().meshes().surface(found.hits[k], found.w[k]);
+                               : surface_at(found.hits[k], found.w[k], detail_.inside);
       edge |= !goes_on(first, traced.surfaces[k]);
     }
     int rays = detail_.inside;
@@ -232,7 +238,7 @@ class ObjectView {
               traced.some |= 1u << ray;
               traced.w[k] = w;
               traced.hits[k] = hit;
-              traced.surfaces[k] = light_.objects().meshes().surface(hit, w);
+              traced.surfaces[k] = surface_at(hit, w, detail_.at_edges);
               if (!first.known) first = seen_by(w, hit);
             });
       rays = detail_.at_edges;

@@ -1,5 +1,6 @@
 #include "relight/gather/ray_objects.h"
 
+#include <cmath>
 #include <limits>
 
 #include "relight/gather/parameters.h"
@@ -29,8 +30,11 @@ std::vector<ObjectFacet> find_facets(const IrradianceProbes& places, const Mater
   const Meshes meshes({{places.model, Eigen::Affine3f::Identity(), material, false}}, {places.tree});
   std::vector<ObjectFacet> facets;
   for (std::uint32_t t = 0; 3 * t + 2 < model.indices.size(); ++t) {
-    const Vector3f& out = model.normals[model.indices[3 * t]];
-    const SurfaceHit s = meshes.surface({0, 0, t, 1 / 3.0f, 1 / 3.0f}, -out);
+    const std::uint32_t* corner = &model.indices[3 * std::size_t{t}];
+    const Vector3f& out = model.normals[corner[0]];
+    const auto edge = [&](int k) { return Vector3f(model.positions_m[corner[k]] - model.positions_m[corner[0]]); };
+    const float width_m = std::sqrt(edge(1).cross(edge(2)).norm() / 2);
+    const SurfaceHit s = meshes.surface({width_m, 0, t, 1 / 3.0f, 1 / 3.0f}, -out, /*pixel_rad=*/1);
     facets.push_back({s.face, s.bsdf.diffuse, s.bsdf.mirrors()});
   }
   return facets;

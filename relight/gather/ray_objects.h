@@ -15,7 +15,7 @@ namespace lumigraft::relight {
 /// A triangle as rays of later bounces use it: one value for the whole triangle.
 struct ObjectFacet {
   Eigen::Vector3f normal;  ///< geometric normal, model frame, on the side of its vertices' normals
-  Rgb albedo;              ///< at its centre
+  Rgb albedo;              ///< mean around its centre
   bool mirrors;
 };
 std::vector<ObjectFacet> find_facets(const IrradianceProbes& places, const MaterialOverride& material);

@@ -50,7 +50,8 @@ void gather_objects(const DeltaLight& light, int rays, int bounces, std::uint32_
   const std::vector<Rgb> first = at_places(
       objects, rays, seed, turn, objects.indirect(), [&](const PathVertex& vertex, Sampler& sampler, std::size_t ray) {
         const Vector3f w = vertex.sample(sampler);
-        return light.with_objects_unless({vertex.leave(w), w, 0}, sampler, kGather.mirrors, &ends[ray]);
+        const float solid_angle_sr = 1 / (static_cast<float>(rays) * vertex.pdf(w));
+        return light.with_objects_unless({vertex.leave(w), w, 0, solid_angle_sr}, sampler, kGather.mirrors, &ends[ray]);
       });
   for (int bounce = 0; bounce < bounces; ++bounce) {
     std::vector<Rgb> all = first;
@@ -99,7 +100,8 @@ Rgb changed_irradiance(const DeltaLight& light, const PathVertex& vertex, const 
     const float pdf =
         static_cast<float>(rays.hemisphere) * vertex.pdf(w) + static_cast<float>(aimed) * vertex.aim_pdf(w);
     const float weight = vertex.response(w)[0] / pdf;
-    if (weight > 0) sum += weight * light.change({vertex.leave(w), w, 0}, sampler, kGather.mirrors, to_object_m);
+    if (weight > 0)
+      sum += weight * light.change({vertex.leave(w), w, 0, 1 / pdf}, sampler, kGather.mirrors, to_object_m);
   }
   return sum * kPi;
 }

@@ -56,8 +56,9 @@ enum class Format {
 };
 std::size_t bytes_per_texel(Format format);
 
-/// All clamp to the edge. nearest and linear use the nearest mip. depth32_float supports nearest only.
-enum class Filter { nearest, linear, linear_mip_linear };
+/// nearest and linear use the nearest mip. All but `repeated`, which is linear between mips too, clamp to the edge.
+/// depth32_float supports nearest only.
+enum class Filter { nearest, linear, linear_mip_linear, repeated };
 
 struct TextureDesc {
   std::string name;

@@ -5,10 +5,10 @@
 #include <cmath>
 
 #include "relight/objects/closest_point.h"
+#include "relight/objects/model_surface.h"
 #include "relight/objects/nearest_cells.h"
 #include "relight/objects/parameters.h"
 #include "relight/objects/solid_voxels.h"
-#include "relight/objects/surface_color.h"
 
 namespace lumigraft::relight {
 namespace {
@@ -22,7 +22,8 @@ constexpr int block_voxels = 8;
 
 class FieldBuilder {
  public:
-  FieldBuilder(const Model& model, int edge_voxels) : model_(model), surface_(model), solid_(model), color_(model) {
+  FieldBuilder(const Model& model, int edge_voxels)
+      : model_(model), surface_(model), solid_(model), shading_(model, /*mips=*/true) {
     Eigen::AlignedBox3f box;
     for (const std::uint32_t v : model.indices) box.extend(model.positions_m[v]);
     const Eigen::Vector3f extent = box.sizes();
@@ -42,6 +43,7 @@ class FieldBuilder {
     std::transform(inside_.begin(), inside_.end(), field_.distance_m.begin(),
                    [&](std::uint8_t in) { return (in ? -band_voxels : band_voxels) * h_; });
     field_.base_color.assign(inside_.size(), Eigen::Vector3f::Zero());
+    field_.metallic.assign(inside_.size(), 0);
     field_.part.assign(inside_.size(), 0);
     for (int k = 0; k < field_.size[2]; k += block_voxels) {
       for (int j = 0; j < field_.size[1]; j += block_voxels) {
@@ -79,8 +81,10 @@ class FieldBuilder {
     const float thicker = half_thickening(p, nearest);
     const float distance = inside_[index] ? -(nearest.distance_m + thicker) : nearest.distance_m - thicker;
     field_.distance_m[index] = std::clamp(distance, -band_voxels * h_, band_voxels * h_);
-    field_.base_color[index] = color_.at(nearest.triangle, nearest.barycentric, h_);
-    field_.part[index] = color_.part(nearest.triangle);
+    const Material material = shading_.at({nearest.triangle, nearest.barycentric, h_}, {}).material;
+    field_.base_color[index] = material.base_color;
+    field_.metallic[index] = material.metallic;
+    field_.part[index] = shading_.part(nearest.triangle);
   }
 
   // Outward offset of the surface at the nearest point, so that nothing is thinner than a shell: half a shell where a
@@ -123,7 +127,7 @@ class FieldBuilder {
   const Model& model_;
   ObjectSurface surface_;
   ObjectSolid solid_;
-  ObjectColor color_;
+  ModelSurface shading_;
   float h_ = 0;
   ObjectField field_;
   std::vector<std::uint8_t> inside_;

@@ -22,6 +22,7 @@ struct ObjectField {
   std::vector<float> distance_m;
   // Of the nearest surface point, within 3 voxels of the surface.
   std::vector<Eigen::Vector3f> base_color;  ///< linear: texture, vertex colour and the part's base colour
+  std::vector<float> metallic;              ///< of the material at the surface point
   std::vector<std::uint32_t> part;          ///< index into Model::parts
 };
 

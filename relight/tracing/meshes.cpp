@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "relight/objects/embree_scene.h"
+#include "relight/objects/model_surface.h"
 #include "relight/objects/placement.h"
-#include "relight/objects/surface_color.h"
 #include "relight/tracing/parameters.h"
 
 namespace lumigraft::relight {
@@ -18,7 +18,8 @@ using Eigen::Vector3f;
 struct Placed {
   ReferenceMesh mesh;
   Eigen::Matrix3f normals = Eigen::Matrix3f::Identity();
-  std::vector<std::uint32_t> part;  // by triangle; empty if the model has only one
+  float scale = 1;  // of lengths, from the model to the tag frame
+  std::shared_ptr<const ModelSurface> surface;
 };
 
 void let_through(const RTCFilterFunctionNArguments* found) { std::fill_n(found->valid, found->N, 0); }
@@ -69,12 +70,14 @@ void set_rays(const RayFan& fan, std::array<int, RayFan::kMaxRays>& valid, RTCRa
 
 struct ModelTree::State {
   std::shared_ptr<const Model> model;
+  std::shared_ptr<const ModelSurface> surface;
   EmbreeScene triangles;
   BoundingSphere sphere;
 };
 
 ModelTree::ModelTree(std::shared_ptr<const Model> model) : state_(std::make_unique<State>()) {
   state_->model = std::move(model);
+  state_->surface = std::make_shared<ModelSurface>(*state_->model, /*mips=*/true);
   state_->triangles.add(triangles_of(*state_->model, Eigen::Affine3f::Identity()), 0);
   rtcCommitScene(state_->triangles.scene);
   state_->sphere = bounding_sphere(state_->model->positions_m);
@@ -89,16 +92,10 @@ struct Meshes::State {
   std::vector<std::shared_ptr<const ModelTree>> trees;
   EmbreeScene all;
 
-  void place(const ReferenceMesh& mesh, const BoundingSphere& around) {
-    const Model& model = *mesh.model;
-    Placed& p = placed.emplace_back();
-    p.mesh = mesh;
-    p.normals = mesh.T_tag_model.linear().inverse().transpose();
-    if (model.parts.size() > 1) p.part.assign(model.indices.size() / 3, 0);
-    for (std::uint32_t i = 1; i < model.parts.size(); ++i) {
-      const auto first = p.part.begin() + model.parts[i].first_index / 3;
-      std::fill(first, first + model.parts[i].index_count / 3, i);
-    }
+  void place(const ReferenceMesh& mesh, std::shared_ptr<const ModelSurface> surface, const BoundingSphere& around) {
+    const Eigen::Matrix3f linear = mesh.T_tag_model.linear();
+    placed.push_back(
+        {mesh, linear.inverse().transpose(), std::cbrt(std::abs(linear.determinant())), std::move(surface)});
     spheres.emplace_back(around.centre_m.x(), around.centre_m.y(), around.centre_m.z(), around.radius_m);
   }
 
@@ -111,7 +108,7 @@ struct Meshes::State {
       rtcCommitGeometry(triangles);
     }
     all.add(triangles, placed.size());
-    place(mesh, bounding_sphere(positions_m));
+    place(mesh, std::make_shared<ModelSurface>(*mesh.model, /*mips=*/false), bounding_sphere(positions_m));
   }
 
   void add(const ReferenceMesh& mesh, const ModelTree::State& tree) {
@@ -124,7 +121,7 @@ struct Meshes::State {
     const Eigen::Matrix3f& linear = mesh.T_tag_model.linear();
     // The sphere becomes an ellipsoid; its longest radius.
     const float scale = std::sqrt((linear.transpose() * linear).selfadjointView<Eigen::Lower>().eigenvalues()[2]);
-    place(mesh, {mesh.T_tag_model * tree.sphere.centre_m, scale * tree.sphere.radius_m});
+    place(mesh, tree.surface, {mesh.T_tag_model * tree.sphere.centre_m, scale * tree.sphere.radius_m});
   }
 
   /// The mesh index, for a mesh in the scene itself or an instance.
@@ -208,18 +205,28 @@ std::uint32_t Meshes::blocked(const RayFan& fan) const {
   return which;
 }
 
-SurfaceHit Meshes::surface(const MeshHit& hit, const Vector3f& w) const {
+namespace {
+
+/// Edge of a square of the area for which a ray stands.
+float footprint_m(const MeshHit& hit, float cosine, float pixel_rad) {
+  return pixel_rad * hit.t_m / std::sqrt(std::max(std::abs(cosine), kTracing.min_footprint_cosine));
+}
+
+}  // namespace
+
+SurfaceHit Meshes::surface(const MeshHit& hit, const Vector3f& w, float pixel_rad) const {
   const Placed& placed = state_->placed[hit.mesh];
   const Model& model = *placed.mesh.model;
   const std::uint32_t* corner = &model.indices[3 * std::size_t{hit.triangle}];
-  const auto mixed = [&](const auto& values) {
-    return ((1 - hit.u - hit.v) * values[corner[0]] + hit.u * values[corner[1]] + hit.v * values[corner[2]]).eval();
-  };
-  SurfaceHit s;
+  const Vector3f barycentric(1 - hit.u - hit.v, hit.u, hit.v);
   const auto& p = model.positions_m;
-  s.position_m = placed.mesh.T_tag_model * mixed(p);
+  SurfaceHit s;
+  s.position_m = placed.mesh.T_tag_model *
+                 (barycentric[0] * p[corner[0]] + barycentric[1] * p[corner[1]] + barycentric[2] * p[corner[2]]);
   s.face = (placed.normals * (p[corner[1]] - p[corner[0]]).cross(p[corner[2]] - p[corner[0]])).stableNormalized();
-  s.normal = (placed.normals * mixed(model.normals)).stableNormalized();
+  const ModelSurface::Shading shading = placed.surface->at(
+      {hit.triangle, barycentric, footprint_m(hit, s.face.dot(w), pixel_rad) / placed.scale}, placed.mesh.material);
+  s.normal = (placed.normals * shading.normal).stableNormalized();
   s.face_ray(w);
   if (placed.mesh.seen && state_->seen) {
     if (const std::optional<BsdfParams> bsdf = seen_bsdf(*state_->seen, s.position_m, s.face)) {
@@ -227,14 +234,18 @@ SurfaceHit Meshes::surface(const MeshHit& hit, const Vector3f& w) const {
       return s;
     }
   }
-  const Model::Part& part = model.parts[placed.part.empty() ? 0 : placed.part[hit.triangle]];
-  const Material material = placed.mesh.material.over(part.material);
-  Rgb base = material.base_color.array();
-  if (!placed.mesh.material.base_color) {
-    base *= mixed(model.colors).array();
-    if (part.base_color_texture) base *= texel(*part.base_color_texture, mixed(model.texcoords)).array();
-  }
-  s.bsdf = bsdf_params_of(base, material);
+  s.bsdf = bsdf_params_of(shading.material.base_color, shading.material);
+  return s;
+}
+
+SurfaceHit Meshes::surface_within(const MeshHit& hit, const Vector3f& w, float solid_angle_sr) const {
+  const Placed& placed = state_->placed[hit.mesh];
+  const float pixel_rad = std::sqrt(solid_angle_sr);
+  SurfaceHit s = surface(hit, w, pixel_rad);
+  const float edge_m = footprint_m(hit, s.face.dot(w), pixel_rad) / placed.scale;
+  s.bsdf.alpha = alpha_with(s.bsdf.alpha, edge_m * edge_m * placed.surface->normal_variance(hit.triangle));
+  // A lobe of GGX reflects into about 4π α² sr: half of its normals are within tan θ = α, reflections within 2 θ.
+  s.bsdf.alpha = std::clamp(std::sqrt(solid_angle_sr / (4 * kPi)), s.bsdf.alpha, 1.0f);
   return s;
 }
 

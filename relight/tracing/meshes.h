@@ -19,14 +19,14 @@ struct MeshHit {
 struct SurfaceHit {
   Eigen::Vector3f position_m = Eigen::Vector3f::Zero();
   Eigen::Vector3f face = Eigen::Vector3f::UnitZ();    ///< unit, geometric, on the side of the ray's origin
-  Eigen::Vector3f normal = Eigen::Vector3f::UnitZ();  ///< unit, interpolated, on the same side
+  Eigen::Vector3f normal = Eigen::Vector3f::UnitZ();  ///< unit, interpolated and by the normal map, on the same side
   BsdfParams bsdf;
 
   /// Turns both normals towards the origin of a ray along w.
   void face_ray(const Eigen::Vector3f& w) {
     if (face.dot(w) > 0) face = -face;
     if (normal.dot(face) < 0) normal = -normal;
-    if (!(normal.dot(w) < 0)) normal = face;  // an interpolated normal that faces away from the ray
+    if (!(normal.dot(w) < 0)) normal = face;  // a shading normal that faces away from the ray
   }
 };
 
@@ -69,7 +69,12 @@ class Meshes {
   /// Bit mask of the rays that hit a triangle before their limit; their nearest hits are in `found`.
   std::uint32_t hits(const RayFan& fan, std::array<MeshHit, RayFan::kMaxRays>& found) const;
   std::uint32_t blocked(const RayFan& fan) const;  ///< likewise, for occluding meshes
-  SurfaceHit surface(const MeshHit& hit, const Eigen::Vector3f& w) const;
+  /// `pixel_rad`: angle between neighbouring rays; textures are averaged over the area for which the ray stands.
+  SurfaceHit surface(const MeshHit& hit, const Eigen::Vector3f& w, float pixel_rad = 0) const;
+  /// The same for a ray that stands for a solid angle: as rough as the curved area within it, and so rough that its
+  /// lobe is not narrower (Kaplanyan & Dachsbacher 2013, "Path Space Regularization for Holistic and Robust Light
+  /// Transport"). Otherwise few rays would find more light than they stand for, and most none.
+  SurfaceHit surface_within(const MeshHit& hit, const Eigen::Vector3f& w, float solid_angle_sr) const;
 
   /// Bounding sphere of each mesh: x, y, z, radius.
   const std::vector<Eigen::Vector4f>& spheres() const;

@@ -10,10 +10,15 @@ namespace lumigraft::relight {
 namespace {
 
 std::unique_ptr<gpu::Texture> upload_texture(gpu::Device& device, const capture::Image<std::uint8_t>& picture,
-                                             const std::vector<std::uint8_t>& texels) {
-  auto texture = device.create_texture(
-      {.name = "base colour", .width = picture.width, .height = picture.height, .format = gpu::Format::rgba8_unorm});
-  device.upload(*texture, 0, std::as_bytes(std::span(texels)));
+                                             const std::vector<std::vector<std::uint8_t>>& levels) {
+  auto texture = device.create_texture({.name = "texture of an object",
+                                        .width = picture.width,
+                                        .height = picture.height,
+                                        .mips = static_cast<int>(levels.size()),
+                                        .format = gpu::Format::rgba8_unorm});
+  for (std::size_t mip = 0; mip < levels.size(); ++mip) {
+    device.upload(*texture, static_cast<int>(mip), std::as_bytes(std::span(levels[mip])));
+  }
   return texture;
 }
 
@@ -54,6 +59,15 @@ ObjectStore::ObjectStore(gpu::Device& device) : device_(device) {
   device.upload(*white_, 0, std::as_bytes(std::span(texel)));
 }
 
+void StoredModel::Mesh::Part::set_texture(const Model::Part& of,
+                                          const std::pair<const capture::Image<std::uint8_t>*, Texels>& key,
+                                          const gpu::Texture& texture) {
+  for (const auto& [picture, texels] : textures_of(of)) {
+    if (picture.get() != key.first || texels != key.second) continue;
+    (texels == Texels::srgb ? base_color : texels == Texels::linear ? metallic_roughness : normals) = &texture;
+  }
+}
+
 StoredModel::Mesh ObjectStore::upload_mesh(const Model& model) {
   std::vector<float> vertices;
   vertices.reserve(model.positions_m.size() * kVertexFloats);
@@ -70,6 +84,9 @@ StoredModel::Mesh ObjectStore::upload_mesh(const Model& model) {
     StoredModel::Mesh::Part& p = mesh.parts.emplace_back();
     p.index_count = part.index_count;
     p.material = part.material;
+    p.metallic_factor = part.metallic_factor;
+    p.roughness_factor = part.roughness_factor;
+    p.normal_scale = part.normal_scale;
     if (part.index_count == 0) continue;
     p.indices = device_.create_buffer(part.index_count * sizeof(std::uint32_t), "indices");
     device_.upload(*p.indices, 0, std::as_bytes(std::span(model.indices).subspan(part.first_index, part.index_count)));
@@ -94,13 +111,13 @@ std::deque<ObjectStore::Upload> ObjectStore::uploads(const std::shared_ptr<const
                    }
                  }});
   all.push_back({mesh_bytes(*from->rough), [this, from, &to] { to.rough = upload_mesh(*from->rough); }});
-  for (const auto& [picture, texels] : from->pictures) {
-    all.push_back({texels.size(), [this, from, &to, picture = picture] {
-                     to.textures.push_back(upload_texture(device_, *picture, from->pictures.at(picture)));
+  for (const auto& [key, levels] : from->textures) {
+    all.push_back({levels[0].size(), [this, from, &to, key = key] {
+                     to.textures.push_back(upload_texture(device_, *key.first, from->textures.at(key)));
                      for (std::size_t i = 0; i < to.model->parts.size(); ++i) {
-                       if (to.model->parts[i].base_color_texture.get() != picture) continue;
                        for (StoredModel::Mesh* mesh : {&to.full, &to.simple}) {
-                         if (i < mesh->parts.size()) mesh->parts[i].texture = to.textures.back().get();
+                         if (i < mesh->parts.size())
+                           mesh->parts[i].set_texture(to.model->parts[i], key, *to.textures.back());
                        }
                      }
                    }});

@@ -23,7 +23,12 @@ struct StoredModel {
       std::unique_ptr<gpu::Buffer> indices;
       std::uint32_t index_count = 0;
       Material material;
-      const gpu::Texture* texture = nullptr;  ///< null: no texture
+      float metallic_factor = 1, roughness_factor = 1, normal_scale = 1;                            ///< of the textures
+      const gpu::Texture *base_color = nullptr, *metallic_roughness = nullptr, *normals = nullptr;  ///< null: none
+
+      /// If it is one of this part: `key` is as in UploadModel::textures.
+      void set_texture(const Model::Part& of, const std::pair<const capture::Image<std::uint8_t>*, Texels>& key,
+                       const gpu::Texture& texture);
     };
     std::vector<Part> parts;
   };

@@ -1,8 +1,10 @@
 #include "relight/upload/upload_model.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
+#include "capture/camera/srgb.h"
 #include "relight/exhibit/bsdf_params.h"
 #include "relight/objects/mesh_refine.h"
 #include "relight/objects/mesh_simplify.h"
@@ -60,20 +62,40 @@ std::shared_ptr<const Model> evenly_divided(const Model& model) {
 std::vector<std::uint8_t> reflectances(const ObjectField& field, const Model& model) {
   std::vector<std::uint8_t> texels(field.base_color.size() * 4, 255);
   for (std::size_t i = 0; i < field.base_color.size(); ++i) {
-    const BsdfParams bsdf = bsdf_params_of(field.base_color[i], model.parts[field.part[i]].material);
+    Material material = model.parts[field.part[i]].material;
+    material.metallic = field.metallic[i];
+    const BsdfParams bsdf = bsdf_params_of(field.base_color[i], material);
     const Eigen::Array3f reflectance = reflectance_evenly(bsdf);
     for (int c = 0; c < 3; ++c) texels[4 * i + static_cast<std::size_t>(c)] = to_byte(reflectance[c]);
   }
   return texels;
 }
 
-std::vector<std::uint8_t> with_alpha(const capture::Image<std::uint8_t>& picture) {
-  std::vector<std::uint8_t> texels;
-  texels.reserve(static_cast<std::size_t>(picture.width) * static_cast<std::size_t>(picture.height) * 4);
-  for (std::size_t i = 0; i < picture.data.size(); i += 3) {
-    texels.insert(texels.end(), {picture.data[i], picture.data[i + 1], picture.data[i + 2], 255});
+std::array<std::uint8_t, 4> encoded(const Eigen::Vector3f& mean, Texels texels) {
+  if (texels == Texels::srgb) {
+    const auto code = [](float light) { return capture::srgb_table().code(light); };
+    return {code(mean.x()), code(mean.y()), code(mean.z()), 255};
   }
-  return texels;
+  if (texels == Texels::linear) return {to_byte(mean.x()), to_byte(mean.y()), to_byte(mean.z()), 255};
+  const Eigen::Vector3f n = (Eigen::Vector3f::Ones() + mean.stableNormalized()) / 2;
+  return {to_byte(n.x()), to_byte(n.y()), to_byte(n.z()), to_byte(std::sqrt(std::max(1 - mean.norm(), 0.0f)))};
+}
+
+std::vector<std::vector<std::uint8_t>> mip_levels(const TexturePicture& picture, Texels texels) {
+  std::vector<std::vector<std::uint8_t>> levels(1);
+  const std::uint8_t alpha = texels == Texels::normals ? 0 : 255;
+  for (std::size_t i = 0; i < picture->data.size(); i += 3) {
+    levels[0].insert(levels[0].end(), {picture->data[i], picture->data[i + 1], picture->data[i + 2], alpha});
+  }
+  const Texture texture(picture, texels, /*mips=*/true);
+  for (const capture::Image<float>& mip : texture.mips()) {
+    std::vector<std::uint8_t>& level = levels.emplace_back();
+    for (std::size_t i = 0; i < mip.data.size(); i += 3) {
+      const auto texel = encoded(Eigen::Map<const Eigen::Vector3f>(&mip.data[i]), texels);
+      level.insert(level.end(), texel.begin(), texel.end());
+    }
+  }
+  return levels;
 }
 
 }  // namespace
@@ -86,9 +108,10 @@ std::shared_ptr<const UploadModel> make_upload_model(const std::shared_ptr<const
   made->sphere = bounding_sphere(model->positions_m);
   made->samples = surface_samples(*model, surface_area_m2(*model) / kUpload.samples);
   for (const Model::Part& part : model->parts) {
-    const auto* picture = part.base_color_texture.get();
-    if (picture && !picture->empty() && !made->pictures.contains(picture))
-      made->pictures[picture] = with_alpha(*picture);
+    for (const auto& [picture, texels] : textures_of(part)) {
+      if (!made->textures.contains({picture.get(), texels}))
+        made->textures[{picture.get(), texels}] = mip_levels(picture, texels);
+    }
   }
   const auto field = compute_object_field(*model, kUpload.field_voxels);
   made->grid = field->size;

@@ -3,12 +3,14 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "relight/exhibit/exhibit.h"
 #include "relight/objects/distance_field.h"
 #include "relight/objects/placement.h"
 #include "relight/objects/prepared_models.h"
+#include "relight/objects/texture.h"
 
 namespace lumigraft::relight {
 
@@ -22,8 +24,9 @@ struct UploadModel {
   float grid_voxel_m = 0;
   std::vector<float> distances_m;
   std::vector<std::uint8_t> reflectances;  ///< RGBA per voxel
-  /// RGBA of each picture of the model's parts.
-  std::map<const capture::Image<std::uint8_t>*, std::vector<std::uint8_t>> pictures;
+  /// The textures of the model's parts: RGBA of each mip level, encoded as their pictures. Of normals, A is the square
+  /// root of what their mean length lacks.
+  std::map<std::pair<const capture::Image<std::uint8_t>*, Texels>, std::vector<std::vector<std::uint8_t>>> textures;
 };
 using UploadModels = PreparedModels<UploadModel>;
 

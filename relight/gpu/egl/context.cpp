@@ -149,12 +149,14 @@ void Context::create_objects() {
       {GL_NEAREST, GL_NEAREST_MIPMAP_NEAREST},
       {GL_LINEAR, GL_LINEAR_MIPMAP_NEAREST},
       {GL_LINEAR, GL_LINEAR_MIPMAP_LINEAR},
+      {GL_LINEAR, GL_LINEAR_MIPMAP_LINEAR},
   };
   for (std::size_t i = 0; i < samplers_.size(); ++i) {
     glSamplerParameteri(samplers_[i], GL_TEXTURE_MAG_FILTER, magnify_minify[i].first);
     glSamplerParameteri(samplers_[i], GL_TEXTURE_MIN_FILTER, magnify_minify[i].second);
     for (const GLenum edge : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T, GL_TEXTURE_WRAP_R}) {
-      glSamplerParameteri(samplers_[i], edge, GL_CLAMP_TO_EDGE);
+      const bool repeats = static_cast<Filter>(i) == Filter::repeated;
+      glSamplerParameteri(samplers_[i], edge, repeats ? GL_REPEAT : GL_CLAMP_TO_EDGE);
     }
     glSamplerParameterf(samplers_[i], GL_TEXTURE_MIN_LOD, 0);
   }

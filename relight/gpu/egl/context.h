@@ -83,7 +83,7 @@ class Context {
   std::unique_ptr<ContextHandle> handle_;
   std::string name_;
   Limits limits_;
-  std::array<GLuint, 3> samplers_{};
+  std::array<GLuint, 4> samplers_{};
   GLuint framebuffer_ = 0, params_ = 0;
   std::vector<GLuint> timestamps_;
 };

@@ -65,12 +65,14 @@ void Context::create_device() {
 }
 
 void Context::create_samplers() {
-  for (const Filter filter : {Filter::nearest, Filter::linear, Filter::linear_mip_linear}) {
+  for (const Filter filter : {Filter::nearest, Filter::linear, Filter::linear_mip_linear, Filter::repeated}) {
     auto info = zeroed<VkSamplerCreateInfo>(VK_STRUCTURE_TYPE_SAMPLER_CREATE_INFO);
     info.magFilter = info.minFilter = filter == Filter::nearest ? VK_FILTER_NEAREST : VK_FILTER_LINEAR;
-    info.mipmapMode =
-        filter == Filter::linear_mip_linear ? VK_SAMPLER_MIPMAP_MODE_LINEAR : VK_SAMPLER_MIPMAP_MODE_NEAREST;
-    info.addressModeU = info.addressModeV = info.addressModeW = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE;
+    info.mipmapMode = filter == Filter::linear_mip_linear || filter == Filter::repeated
+                          ? VK_SAMPLER_MIPMAP_MODE_LINEAR
+                          : VK_SAMPLER_MIPMAP_MODE_NEAREST;
+    info.addressModeU = info.addressModeV = info.addressModeW =
+        filter == Filter::repeated ? VK_SAMPLER_ADDRESS_MODE_REPEAT : VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE;
     info.maxLod = VK_LOD_CLAMP_NONE;
     check(vkCreateSampler(device_, &info, nullptr, &samplers_[static_cast<std::size_t>(filter)]), "creating a sampler");
   }

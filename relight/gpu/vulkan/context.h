@@ -106,7 +106,7 @@ class Context {
   VkQueue queue_ = VK_NULL_HANDLE;
   VkFence fence_ = VK_NULL_HANDLE;
   VkCommandPool once_pool_ = VK_NULL_HANDLE;
-  std::array<VkSampler, 3> samplers_{};
+  std::array<VkSampler, 4> samplers_{};
   AllocatedBuffer to_device_, from_device_;
   PFN_vkSetDebugUtilsObjectNameEXT set_name_ = nullptr;
 };

@@ -19,14 +19,22 @@ void ObjectDraws::add(const StoredModel::Mesh& mesh, const Eigen::Affine3f& T_ta
   for (const auto& part : mesh.parts) {
     if (part.index_count == 0) continue;
     const Material combined = material.over(part.material);
-    const bool own_color = !material.base_color, textured = part.texture && own_color;
+    const bool own_color = !material.base_color, textured = part.base_color && own_color;
+    const bool rough_map = part.metallic_roughness && !material.roughness,
+               metal_map = part.metallic_roughness && !material.metallic;
     shader::DrawParams& p = params.emplace_back(view);
     p.T_tag_model = T_tag_model.matrix();
     p.base_color << combined.base_color, textured ? 1 : 0;
     p.tint << (own_color ? 1.0f : 0.0f), 0, 0, 0;
-    p.material << combined.roughness, combined.metallic, combined.specular, static_cast<float>(number + 1);
+    p.material << (rough_map ? part.roughness_factor : combined.roughness),
+        (metal_map ? part.metallic_factor : combined.metallic), combined.specular, static_cast<float>(number + 1);
+    p.maps << (rough_map ? 1.0f : 0.0f), (metal_map ? 1.0f : 0.0f), (part.normals ? part.normal_scale : 0), 0;
     gpu::DrawCall& call = calls.emplace_back();
-    call.bindings = {gpu::sampled(1, textured ? *part.texture : white, gpu::Filter::linear)};
+    const auto bound = [&](int slot, const gpu::Texture* texture) {
+      return gpu::sampled(slot, texture ? *texture : white, gpu::Filter::repeated);
+    };
+    call.bindings = {bound(1, textured ? part.base_color : nullptr), bound(3, part.metallic_roughness),
+                     bound(4, part.normals)};
     call.params = gpu::bytes_of(p);
     call.vertices = mesh.vertices.get();
     call.indices = part.indices.get();

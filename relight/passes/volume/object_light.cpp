@@ -10,7 +10,11 @@ namespace {
 
 constexpr int kVerticesAGroup = 64;
 
-bool is_matt(const Material& material) { return material.specular == 0 && material.metallic == 0; }
+/// Whether the light on its vertices is enough.
+bool is_matt(const StoredModel::Mesh::Part& part, const MaterialOverride& material) {
+  const Material combined = material.over(part.material);
+  return combined.specular == 0 && combined.metallic == 0 && !part.normals;
+}
 
 }  // namespace
 
@@ -22,8 +26,7 @@ ObjectLight::ObjectLight(gpu::Device& device)
 bool ObjectLight::enough_for(const std::vector<PlacedObject>& objects) {
   return std::all_of(objects.begin(), objects.end(), [](const PlacedObject& object) {
     const auto& parts = object.stored->simple.parts;
-    return std::all_of(parts.begin(), parts.end(),
-                       [&](const auto& part) { return is_matt(object.material.over(part.material)); });
+    return std::all_of(parts.begin(), parts.end(), [&](const auto& part) { return is_matt(part, object.material); });
   });
 }
 

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // Radiance of a matt virtual surface.
-#include "common/surface_color.glsl"
+#include "common/surface_material.glsl"
 layout(location = 0) in vec3 world;
 layout(location = 1) in vec3 world_normal;
 layout(location = 2) in vec2 uv;

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/bsdf_params.glsl"
-#include "common/surface_color.glsl"
+#include "common/surface_material.glsl"
 layout(location = 0) in vec3 world;
 layout(location = 1) in vec2 uv;
 layout(location = 2) in vec3 tint;
@@ -13,7 +13,8 @@ layout(location = 2) out vec4 out_normal;
 void main() {
   vec3 n = normalize(world_normal + vec3(0, 0, 1e-9));
   vec3 lamp = -(transpose(mat3(draw.T_view_tag)) * draw.T_view_tag[3].xyz);
-  BsdfParams bsdf = bsdf_of(surface_color(uv, tint), draw.material.x, draw.material.y, draw.material.z);
+  vec2 roughness_metallic = surface_roughness_metallic(uv);
+  BsdfParams bsdf = bsdf_of(surface_color(uv, tint), roughness_metallic.x, roughness_metallic.y, draw.material.z);
   out_position = vec4(world, 1.0);
   out_normal = vec4(n, 0.0);
   // Specular reflection is stored as diffuse: metals keep their colour in the volumes.

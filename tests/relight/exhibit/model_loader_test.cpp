@@ -135,10 +135,10 @@ GltfFile textured(const std::string& uri) {
   GltfFile file;
   file.json["images"] = {{{"uri", uri}}, {{"uri", "data:image/png;base64," + test::green_blue_png}}};
   file.json["textures"] = {{{"source", 0}}, {{"source", 1}}};
-  file.json["materials"] = {{{"pbrMetallicRoughness",
-                              {{"baseColorTexture", {{"index", 0}}},
-                               {"metallicRoughnessTexture", {{"index", 1}}},
-                               {"roughnessFactor", 0.8}}}}};
+  file.json["materials"] = {
+      {{"pbrMetallicRoughness",
+        {{"baseColorTexture", {{"index", 0}}}, {"metallicRoughnessTexture", {{"index", 1}}}, {"roughnessFactor", 0.8}}},
+       {"normalTexture", {{"index", 1}, {"scale", 0.7}}}}};
   file.primitive()["material"] = 0;
   return file;
 }
@@ -158,7 +158,26 @@ TEST(LoadModel, GltfTexturesEmbeddedAndInFiles) {
     EXPECT_NEAR(model->texcoords[vertex_at(*model, {1, 0, 0})].y(), 0.5f, 1e-6f);
     EXPECT_NEAR(model->parts[0].material.roughness, 0.8f * 0.5f, 1e-6f);
     EXPECT_NEAR(model->parts[0].material.metallic, 0.2f, 1e-6f);
+    const auto& both = model->parts[0].metallic_roughness_texture;
+    ASSERT_NE(both, nullptr);
+    EXPECT_EQ(both->data, (std::vector<std::uint8_t>{0, 255, 0, 0, 0, 102}));
+    EXPECT_FLOAT_EQ(model->parts[0].roughness_factor, 0.8f);
+    EXPECT_FLOAT_EQ(model->parts[0].metallic_factor, 1.0f);
+    EXPECT_EQ(model->parts[0].normal_texture, both) << "decoded once";
+    EXPECT_FLOAT_EQ(model->parts[0].normal_scale, 0.7f);
   }
+}
+
+TEST(LoadModel, GltfTexturesOfOtherTextureCoordinates) {
+  TemporaryFolder folder;
+  GltfFile file = textured("data:image/png;base64," + test::red_grey_png);
+  file.json["materials"][0]["pbrMetallicRoughness"]["metallicRoughnessTexture"]["texCoord"] = 1;
+  file.json["materials"][0]["normalTexture"]["texCoord"] = 1;
+  const auto model = load_model(folder.write("a.gltf", file.gltf()), 'y');
+  EXPECT_NE(model->parts[0].base_color_texture, nullptr);
+  EXPECT_EQ(model->parts[0].metallic_roughness_texture, nullptr);
+  EXPECT_NEAR(model->parts[0].material.roughness, 0.8f * 0.5f, 1e-6f) << "the mean";
+  EXPECT_EQ(model->parts[0].normal_texture, nullptr);
 }
 
 TEST(LoadModel, GltfTextureTransform) {

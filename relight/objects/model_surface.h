@@ -1,0 +1,59 @@
+#pragma once
+// Material and shading normal of a point on a model's surface, by its textures.
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "relight/objects/texture.h"
+
+namespace lumigraft::relight {
+
+/// A point of a triangle, and the edge of the square around it of which the mean is wanted, in metres of the model.
+struct ModelPoint {
+  std::uint32_t triangle = 0;
+  Eigen::Vector3f barycentric = Eigen::Vector3f::Zero();
+  float footprint_m = 0;
+};
+
+/// GGX alpha of a surface with normals of this variance along each axis: α² is increased by twice as much, as the
+/// slopes of a Gaussian surface have in Beckmann's distribution (Tokuyoshi & Kaplanyan 2019, "Improved Geometric
+/// Specular Antialiasing").
+float alpha_with(float alpha, float normal_variance);
+
+class ModelSurface {
+ public:
+  /// Keeps a reference. Without mip levels every footprint is taken for a point.
+  ModelSurface(const Model& model, bool mips);
+
+  /// Index into Model::parts.
+  std::uint32_t part(std::uint32_t triangle) const {
+    return part_of_triangle_.empty() ? 0 : part_of_triangle_[triangle];
+  }
+
+  struct Shading {
+    Material material;
+    Eigen::Vector3f normal;  ///< unit, model frame: interpolated, then turned by the normal map
+  };
+  /// Base colour: texture × vertex colour × the part's, linear. Where normals of the map differ within the footprint
+  /// the roughness is increased by their variance along each axis, which is about 1 - l, l being the length of the mean
+  /// of its unit vectors (Toksvig 2005, "Mipmapping Normal Maps").
+  Shading at(const ModelPoint& point, const MaterialOverride& material) const;
+
+  /// Variance of the interpolated normals along each axis, in a square with edges of a metre of the model; of another
+  /// square in proportion to its area.
+  float normal_variance(std::uint32_t triangle) const;
+
+ private:
+  /// Null: none.
+  struct Textures {
+    std::shared_ptr<const Texture> base_color, metallic_roughness, normals;
+    bool empty() const { return !base_color && !metallic_roughness && !normals; }
+  };
+
+  const Model& model_;
+  std::vector<std::uint32_t> part_of_triangle_;  ///< empty if the model has only one
+  std::vector<Textures> textures_;               ///< per part
+};
+
+}  // namespace lumigraft::relight

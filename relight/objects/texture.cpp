@@ -1,0 +1,100 @@
+#include "relight/objects/texture.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "capture/camera/srgb.h"
+
+namespace lumigraft::relight {
+namespace {
+
+using Eigen::Vector3f;
+
+/// Of a picture's texel.
+struct Decode {
+  Texels texels;
+  Vector3f operator()(const capture::Image<std::uint8_t>& picture, int u, int v) const {
+    const std::uint8_t *c = &picture.at(u, v, 0), r = c[0], g = c[1], b = c[2];
+    if (texels == Texels::srgb) {
+      const auto& linear = capture::srgb_table().linear;
+      return {linear[r], linear[g], linear[b]};
+    }
+    const Vector3f unorm = Vector3f(r, g, b) / 255;
+    if (texels == Texels::linear) return unorm;
+    return (2 * unorm - Vector3f::Ones()).stableNormalized();
+  }
+  Vector3f operator()(const capture::Image<float>& mip, int u, int v) const {
+    return Eigen::Map<const Vector3f>(&mip.at(u, v, 0));
+  }
+};
+
+/// Half the size: each texel is the area-weighted mean of those it covers, also at odd sizes.
+template <typename T>
+capture::Image<float> halved(const capture::Image<T>& from, Decode decode) {
+  capture::Image<float> to(std::max(1, from.width / 2), std::max(1, from.height / 2), 3);
+  for (int y = 0; y < to.height; ++y) {
+    const int y0 = y * from.height / to.height, y1 = (y + 1) * from.height / to.height;
+    for (int x = 0; x < to.width; ++x) {
+      const int x0 = x * from.width / to.width, x1 = (x + 1) * from.width / to.width;
+      Vector3f sum = Vector3f::Zero();
+      for (int v = y0; v < y1; ++v) {
+        for (int u = x0; u < x1; ++u) sum += decode(from, u, v);
+      }
+      Eigen::Map<Vector3f>(&to.at(x, y, 0)) = sum / static_cast<float>((y1 - y0) * (x1 - x0));
+    }
+  }
+  return to;
+}
+
+template <typename T>
+Vector3f bilinear(const capture::Image<T>& image, const Eigen::Vector2f& uv, Decode decode) {
+  const float x = (uv.x() - std::floor(uv.x())) * static_cast<float>(image.width) - 0.5f;
+  const float y = (uv.y() - std::floor(uv.y())) * static_cast<float>(image.height) - 0.5f;
+  const int x0 = static_cast<int>(std::floor(x)), y0 = static_cast<int>(std::floor(y));
+  const float fx = x - static_cast<float>(x0), fy = y - static_cast<float>(y0);
+  Vector3f sum = Vector3f::Zero();
+  for (int dy = 0; dy < 2; ++dy) {
+    for (int dx = 0; dx < 2; ++dx) {
+      const int u = (x0 + dx + image.width) % image.width, v = (y0 + dy + image.height) % image.height;
+      sum += (dx ? fx : 1 - fx) * (dy ? fy : 1 - fy) * decode(image, u, v);
+    }
+  }
+  return sum;
+}
+
+}  // namespace
+
+std::vector<std::pair<TexturePicture, Texels>> textures_of(const Model::Part& part) {
+  std::vector<std::pair<TexturePicture, Texels>> all{{part.base_color_texture, Texels::srgb},
+                                                     {part.metallic_roughness_texture, Texels::linear},
+                                                     {part.normal_texture, Texels::normals}};
+  std::erase_if(all, [](const auto& texture) { return !texture.first || texture.first->empty(); });
+  return all;
+}
+
+Texture::Texture(TexturePicture picture, Texels texels, bool mips) : picture_(std::move(picture)), texels_(texels) {
+  if (!mips) return;
+  if (picture_->width > 1 || picture_->height > 1) mips_.push_back(halved(*picture_, {texels_}));
+  while (!mips_.empty() && (mips_.back().width > 1 || mips_.back().height > 1)) {
+    mips_.push_back(halved(mips_.back(), {texels_}));
+  }
+}
+
+Vector3f Texture::level(std::size_t number, const Eigen::Vector2f& uv) const {
+  if (number > 0) return bilinear(mips_[number - 1], uv, {texels_});
+  const Vector3f value = bilinear(*picture_, uv, {texels_});
+  return texels_ == Texels::normals ? Vector3f(value.stableNormalized()) : value;
+}
+
+Vector3f Texture::at(const Eigen::Vector2f& uv, float texels_across) const {
+  // The tent of bilinear interpolation adds twice the variance of a texel's square.
+  const float square_over_tent = std::sqrt(3.0f);
+  const float wanted = std::log2(std::max(texels_across / square_over_tent, 1.0f));
+  const float level_from_0 = std::min(wanted, static_cast<float>(mips_.size()));
+  const auto finer = static_cast<std::size_t>(level_from_0);
+  const float coarser_weight = level_from_0 - static_cast<float>(finer);
+  const Vector3f fine = level(finer, uv);
+  return coarser_weight > 0 ? Vector3f(fine + coarser_weight * (level(finer + 1, uv) - fine)) : fine;
+}
+
+}  // namespace lumigraft::relight

@@ -1,0 +1,45 @@
+#pragma once
+// A texture that repeats, read bilinearly, with mip levels.
+#include <Eigen/Core>
+#include <utility>
+#include <vector>
+
+#include "relight/exhibit/exhibit.h"
+
+namespace lumigraft::relight {
+
+/// What the bytes of a texture mean.
+enum class Texels {
+  srgb,     ///< colours, to be linear
+  linear,   ///< 0 to 1
+  normals,  ///< unit vectors, each component from -1 to 1
+};
+
+/// The textures of a part, none of them null.
+std::vector<std::pair<TexturePicture, Texels>> textures_of(const Model::Part& part);
+
+class Texture {
+ public:
+  /// Of a picture that is not null. Without mip levels every footprint is taken for a point.
+  Texture(TexturePicture picture, Texels texels, bool mips);
+
+  const capture::Image<std::uint8_t>& picture() const { return *picture_; }
+  /// Decoded; the first has half the picture's size, the last one texel.
+  const std::vector<capture::Image<float>>& mips() const { return mips_; }
+  /// Number of texels of the picture in a unit square of texture coordinates.
+  float texels() const { return static_cast<float>(picture_->width) * static_cast<float>(picture_->height); }
+
+  /// The mean over a square footprint that is so many texels of the picture wide. Texel centres are at
+  /// (x + 1/2) / width. Linear between the two mip levels that are nearest. The mean of normals is shorter than 1 by
+  /// what they differ within the footprint.
+  Eigen::Vector3f at(const Eigen::Vector2f& uv, float texels_across) const;
+
+ private:
+  Eigen::Vector3f level(std::size_t number, const Eigen::Vector2f& uv) const;
+
+  TexturePicture picture_;
+  Texels texels_;
+  std::vector<capture::Image<float>> mips_;
+};
+
+}  // namespace lumigraft::relight

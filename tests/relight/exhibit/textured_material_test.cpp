@@ -1,0 +1,143 @@
+// Textures of metallic, roughness and normals in every renderer, against objects without textures that look the same.
+#include "relight/gather/ray_renderer.h"
+#include "relight/reference/reference_renderer.h"
+#include "tests/relight/closed_form/closed_scene.h"
+#include "tests/relight/exhibit/model_shapes.h"
+
+namespace lumigraft::test {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+relight::TexturePicture texture(int width, const Bytes& rgb) {
+  auto image = std::make_shared<capture::Image<std::uint8_t>>(width, 1, 3);
+  image->data = rgb;
+  return image;
+}
+
+const Points kTwoMaterials = box({-0.08f, -0.08f, 0.005f}, {0.08f, 0.08f, 0.15f});
+const Points kMetalSides(kTwoMaterials.begin(), kTwoMaterials.begin() + 12),
+    kClaySides(kTwoMaterials.begin() + 12, kTwoMaterials.end());
+
+/// Two sides are of polished metal, the others of rough clay.
+std::shared_ptr<relight::Model> block(bool textured) {
+  const relight::Material metal{.base_color = {0.9f, 0.6f, 0.3f}, .metallic = 1, .roughness = 0.4f},
+      clay{.base_color = {0.9f, 0.6f, 0.3f}, .metallic = 0, .roughness = 1};
+  auto model = std::make_shared<relight::Model>();
+  if (!textured) {
+    add_part(model.get(), kMetalSides, metal);
+    add_part(model.get(), kClaySides, clay);
+    return model;
+  }
+  relight::Material mean = metal;
+  mean.metallic = 0.5f;
+  mean.roughness = 0.7f;
+  // Texture coordinates with an area, at the texel's centre.
+  std::vector<Eigen::Vector2f> texcoords;
+  for (std::size_t i = 0; i < kTwoMaterials.size(); ++i) {
+    const auto k = static_cast<float>(i % 3);
+    texcoords.emplace_back((i < kMetalSides.size() ? 0.25f : 0.75f) + 1e-3f * k, 0.5f + 1e-3f * k * k);
+  }
+  add_part(model.get(), kTwoMaterials, mean, nullptr, texcoords);
+  model->parts[0].metallic_roughness_texture = texture(2, {0, 102, 255, 0, 255, 0});
+  return model;
+}
+
+/// A plate whose normals are turned to one side, by a map or by its vertices.
+std::shared_ptr<relight::Model> plate(bool textured) {
+  const Points corners{{-0.1f, -0.1f, 0.01f}, {0.1f, -0.1f, 0.01f}, {0.1f, 0.1f, 0.01f},
+                       {-0.1f, -0.1f, 0.01f}, {0.1f, 0.1f, 0.01f},  {-0.1f, 0.1f, 0.01f}};
+  std::vector<Eigen::Vector2f> texcoords;
+  for (const Eigen::Vector3f& p : corners) texcoords.emplace_back(-p.x(), -p.y());  // mirrored
+  auto model = std::make_shared<relight::Model>();
+  add_part(model.get(), corners, {.base_color = {0.7f, 0.7f, 0.7f}, .roughness = 0.5f}, nullptr, texcoords);
+  const Eigen::Vector3f map(55, 75, 0);
+  const Eigen::Vector2f tilt = (map.head<2>() / 127.5f).array() - 1;
+  const float up = std::sqrt(1 - tilt.squaredNorm());
+  if (textured) {
+    const auto z = static_cast<std::uint8_t>(std::lround(127.5f * (up + 1)));
+    model->parts[0].normal_texture = texture(1, {55, 75, z});
+  } else {
+    for (Eigen::Vector3f& n : model->normals) n = {-tilt.x(), tilt.y(), up};
+  }
+  return model;
+}
+
+class TexturedMaterials : public ClosedTest {
+ protected:
+  TexturedMaterials() {
+    scene_.width = 64;
+    scene_.height = 48;
+    scene_.focal_px = 75;
+    scene_.eye_m = {0.1f, -0.5f, 0.4f};
+    scene_.look_at_m = {0, 0, 0.06f};
+    scene_.sky = 0.3f;
+    scene_.lamps = {lamp_at({0.3f, -0.3f, 0.6f}, 0.03f, 0.3f)};
+  }
+
+  template <typename MakeRenderer>
+  Bytes picture(std::shared_ptr<const relight::Model> model, const relight::Plan& plan, MakeRenderer make_renderer) {
+    scene_.exhibit.objects.resize(1);
+    scene_.exhibit.objects[0].model = std::move(model);
+    const auto renderer = make_renderer();
+    return scene_.relit(*renderer, plan).srgb.data;
+  }
+
+  /// RMS of the difference, in pixel values.
+  static double apart(const Bytes& a, const Bytes& b) {
+    double squares = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) squares += std::pow(double(a[i]) - double(b[i]), 2);
+    return std::sqrt(squares / static_cast<double>(a.size()));
+  }
+
+  template <typename MakeRenderer>
+  void expect_as_without_textures(const relight::Plan& plan, MakeRenderer make_renderer, double turned_bound) {
+    constexpr double kBound = 1;
+    const auto drawn = [&](const std::shared_ptr<relight::Model>& model) {
+      return picture(model, plan, make_renderer);
+    };
+    const Bytes with = drawn(block(true));
+    auto mean = block(true);
+    mean->parts[0].metallic_roughness_texture = nullptr;
+    const double without = apart(drawn(mean), with);
+    EXPECT_GT(without, 5 * kBound) << "the scene shows no difference";
+    EXPECT_LT(apart(drawn(block(false)), with), kBound);
+    // Indirect light may be that of the interpolated normal. A lamp's is not.
+    scene_.sky = 0;
+    scene_.radiance = [](const Eigen::Vector3f&) { return 0.02f; };
+    scene_.lamps = {lamp_at({0.3f, -0.3f, 0.6f}, 0.03f, 1)};
+    const Bytes turned = drawn(plate(true));
+    auto flat = plate(true);
+    flat->parts[0].normal_texture = nullptr;
+    EXPECT_GT(apart(drawn(flat), turned), 2.5 * turned_bound) << "the scene shows no difference";
+    EXPECT_LT(apart(drawn(plate(false)), turned), turned_bound);
+  }
+
+  ClosedScene scene_;
+};
+ON_BOTH_DEVICES(TexturedMaterials);
+
+TEST_P(TexturedMaterials, ByCones) {
+  expect_as_without_textures(
+      careful_plan(32, 1), [&] { return std::make_unique<relight::Relighter>(device_, scene_.session()); }, 1);
+}
+
+class TexturedMaterialsByRays : public TexturedMaterials {};
+INSTANTIATE_TEST_SUITE_P(On, TexturedMaterialsByRays, testing::Values(relight::gpu::Backend::vulkan),
+                         relight::gpu::backend_label);
+
+TEST_P(TexturedMaterialsByRays, ByRays) {
+  expect_as_without_textures(
+      rays_plan(1), [&] { return std::make_unique<relight::RayRenderer>(scene_.session()); }, 2);
+}
+
+TEST_P(TexturedMaterialsByRays, ByPaths) {
+  relight::Plan paths;
+  paths.method = "reference";
+  paths.samples = 16;
+  expect_as_without_textures(
+      paths, [&] { return std::make_unique<relight::ReferenceRenderer>(scene_.session()); }, 1);
+}
+
+}  // namespace
+}  // namespace lumigraft::test

@@ -1,0 +1,103 @@
+#include "relight/objects/texture.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "capture/camera/srgb.h"
+
+namespace lumigraft::relight {
+namespace {
+
+using Eigen::Vector2f;
+using Eigen::Vector3f;
+using Bytes = std::array<std::uint8_t, 3>;
+
+template <typename Color>
+TexturePicture picture(int width, int height, Color color) {
+  auto image = std::make_shared<capture::Image<std::uint8_t>>(width, height, 3);
+  for (int v = 0; v < height; ++v) {
+    for (int u = 0; u < width; ++u) {
+      const Bytes bytes = color(u, v);
+      for (int c = 0; c < 3; ++c) image->at(u, v, c) = bytes[static_cast<std::size_t>(c)];
+    }
+  }
+  return image;
+}
+
+TexturePicture checker(int edge) {
+  return picture(edge, edge, [](int u, int v) { return (u + v) % 2 ? Bytes{255, 255, 255} : Bytes{0, 0, 0}; });
+}
+
+TEST(Texture, RepeatsAndIsLinearBetweenTexelCentres) {
+  const Texture texture(picture(2, 1,
+                                [](int u, int) {
+                                  return u ? Bytes{255, 0, 0} : Bytes{0, 0, 0};
+                                }),
+                        Texels::linear, false);
+  EXPECT_NEAR(texture.at({0.25f, 0.5f}, 1).x(), 0, 1e-6);
+  EXPECT_NEAR(texture.at({0.75f, 0.5f}, 1).x(), 1, 1e-6);
+  EXPECT_NEAR(texture.at({0.5f, 0.5f}, 1).x(), 0.5, 1e-6);
+  EXPECT_NEAR(texture.at({1.0f, 0.5f}, 1).x(), 0.5, 1e-6);
+  EXPECT_NEAR(texture.at({-3.25f, 7.5f}, 1).x(), 1, 1e-6);
+}
+
+TEST(Texture, TheMeanOfColoursIsThatOfTheirLight) {
+  for (const int edge : {16, 15}) {
+    const Vector3f mean = Texture(checker(edge), Texels::srgb, true).at({0.5f, 0.5f}, 1000);
+    EXPECT_NEAR(mean.x(), 0.5, 0.01) << edge;  // of 225 texels 112 are white
+  }
+  const Texture grey(picture(8, 8, [](int, int) { return Bytes{188, 188, 188}; }), Texels::srgb, true);
+  for (const float across : {1.0f, 3.0f, 50.0f})
+    EXPECT_NEAR(grey.at({0.3f, 0.7f}, across).x(), capture::srgb_to_linear(188 / 255.0f), 1e-5) << across;
+}
+
+// Against 64 × 64 samples of the footprint's square.
+TEST(Texture, FootprintsAgainstSupersampling) {
+  constexpr int kEdge = 128;
+  const auto wave = [](int u, int v) {
+    const double at = std::sin(2 * std::numbers::pi * u / 32.0) * std::cos(2 * std::numbers::pi * v / 64.0);
+    const auto code = static_cast<std::uint8_t>(std::lround(127.5 + 127 * at));
+    return Bytes{code, code, code};
+  };
+  const Texture with(picture(kEdge, kEdge, wave), Texels::linear, true),
+      without(picture(kEdge, kEdge, wave), Texels::linear, false);
+  for (const float across : {1.0f, 2.0f, 5.0f, 11.0f, 23.0f}) {
+    double squares = 0, squares_of_points = 0;
+    int count = 0;
+    for (float u = 0.11f; u < 1; u += 0.17f) {
+      for (float v = 0.07f; v < 1; v += 0.13f, ++count) {
+        double truth = 0;
+        for (int i = 0; i < 64 * 64; ++i) {
+          const Vector2f off((static_cast<float>(i % 64) + 0.5f) / 64 - 0.5f,
+                             (static_cast<float>(i / 64) + 0.5f) / 64 - 0.5f);
+          truth += without.at(Vector2f(u, v) + off * across / kEdge, 1).x() / (64 * 64);
+        }
+        squares += std::pow(with.at({u, v}, across).x() - truth, 2);
+        squares_of_points += std::pow(without.at({u, v}, across).x() - truth, 2);
+      }
+    }
+    const double error = std::sqrt(squares / count);
+    const double of_points = std::sqrt(squares_of_points / count);
+    EXPECT_LT(error, across > 10 ? of_points / 3 : 0.03) << across;
+  }
+}
+
+// Texels tilted by ± 0.2 along u.
+TEST(Texture, TheMeanOfNormalsIsShorterByWhatTheyDiffer) {
+  const float tilt = 0.2f;
+  const auto code = [](float x) { return static_cast<std::uint8_t>(std::lround(127.5f * (x + 1))); };
+  const auto turned = [&](int u, int) {
+    return Bytes{code(u % 2 ? tilt : -tilt), code(0), code(std::sqrt(1 - tilt * tilt))};
+  };
+  const Texture texture(picture(8, 8, turned), Texels::normals, true);
+  EXPECT_NEAR(texture.at({1.5f / 8, 0.5f}, 1).norm(), 1, 1e-5);
+  EXPECT_NEAR(texture.at({1.5f / 8, 1.5f / 8}, 1).x(), tilt, 0.005);
+  const Vector3f mean = texture.at({0.5f, 0.5f}, 100);
+  EXPECT_NEAR(mean.x(), 0, 0.005);
+  EXPECT_NEAR(mean.norm(), std::sqrt(1 - tilt * tilt), 0.002);
+}
+
+}  // namespace
+}  // namespace lumigraft::relight
