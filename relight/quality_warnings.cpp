@@ -30,10 +30,16 @@ void pass_through(const std::string& why, RelitPicture* result) {
   result->passed_through = true;
 }
 
-std::optional<std::string> left_out(const VirtualObject& object) {
-  const std::size_t n = object.model ? object.model->unusable_triangles : 0;
-  if (n == 0) return std::nullopt;
-  return quoted(object) + ": " + std::to_string(n) + " triangles without area or finite position are omitted";
+std::vector<std::string> left_out(const VirtualObject& object) {
+  std::vector<std::string> lines;
+  if (!object.model) return lines;
+  if (const std::size_t n = object.model->unusable_triangles; n > 0) {
+    lines.push_back(quoted(object) + ": " + std::to_string(n) +
+                    " triangles without area or finite position are omitted");
+  }
+  if (const auto& features = object.model->not_drawn; !features.empty())
+    lines.push_back(quoted(object) + " is drawn without " + capture::listed(features));
+  return lines;
 }
 
 std::vector<std::string> quality_warnings(const Exhibit& exhibit, const std::vector<PlacedObject>& objects,
@@ -47,7 +53,7 @@ std::vector<std::string> quality_warnings(const Exhibit& exhibit, const std::vec
     if (const std::string& why = objects.at(i++).stored->why_simple; !why.empty()) {
       lines.push_back(quoted(object) + " is rendered with fewer triangles: " + why);
     }
-    if (const auto line = left_out(object)) lines.push_back(*line);
+    for (const std::string& line : left_out(object)) lines.push_back(line);
     const float voxels = box.sizes().maxCoeff() / placement.cascade[0].w();
     if (voxels < kRelight.min_object_voxels) {
       lines.push_back(quoted(object) + " is " + capture::formatted("%.2g", voxels) +

@@ -63,6 +63,7 @@ struct Model {
   std::vector<std::uint32_t> indices;      ///< three per triangle
   std::vector<Part> parts;
   std::size_t unusable_triangles = 0;  ///< triangles of the file that were dropped
+  std::vector<std::string> not_drawn;  ///< features that the file asks for, each with the first material that does
 };
 
 /// glTF 2.0 (.gltf, .glb), PLY or OBJ. `up`: the file's up axis, "x", "y" or "z". Triangles of zero area or with NaN

@@ -132,6 +132,7 @@ class Loader {
     }
     join(corners, model.get());
     model->unusable_triangles = unusable_triangles_;
+    model->not_drawn = materials_.not_drawn();
     return model;
   }
 

@@ -51,7 +51,7 @@ std::string percent_decoded(const std::string& uri) {
 
 ModelMaterials::ModelMaterials(const aiScene& scene, const fs::path& file, ModelFormat format)
     : scene_(scene), file_(file), format_(format) {
-  if (format == ModelFormat::gltf) gltf_specular_ = gltf_specular_factors(file);
+  if (format == ModelFormat::gltf) gltf_ = read_gltf_extras(file);
 }
 
 ModelMaterial ModelMaterials::read(unsigned index, bool has_vertex_colors) {
@@ -81,7 +81,7 @@ void ModelMaterials::read_gltf(const aiMaterial& source, unsigned index, ModelMa
   source.Get(AI_MATKEY_ROUGHNESS_FACTOR, part.roughness_factor);
   part.material.metallic = part.metallic_factor;
   part.material.roughness = part.roughness_factor;
-  if (index < gltf_specular_.size()) part.material.specular = gltf_specular_[index];
+  if (index < gltf_.specular.size()) part.material.specular = gltf_.specular[index];
   read_base_color_texture(source, aiTextureType_BASE_COLOR, out);
   bool channel_is_set = part.base_color_texture != nullptr;
   const auto has_same_texcoords = [&](const Texture& texture) {

@@ -21,6 +21,13 @@ struct ModelMaterial {
   unsigned texcoord_channel = 0;  ///< texture coordinate set of its textures
 };
 
+/// What a .gltf or .glb file says that assimp 5.2 does not pass on.
+struct GltfExtras {
+  std::vector<float> specular;         ///< KHR_materials_specular: specularFactor by material, 1 where it has none
+  std::vector<std::string> not_drawn;  ///< as in Model
+};
+GltfExtras read_gltf_extras(const std::filesystem::path& file);
+
 /// Reads the materials of one file; a texture used twice is decoded once.
 ///
 /// glTF: factors as they are (linear); specularFactor from KHR_materials_specular; of textures with different sets of
@@ -33,6 +40,7 @@ class ModelMaterials {
  public:
   ModelMaterials(const aiScene& scene, const std::filesystem::path& file, ModelFormat format);
   ModelMaterial read(unsigned index, bool has_vertex_colors);
+  const std::vector<std::string>& not_drawn() const { return gltf_.not_drawn; }
 
  private:
   /// Of a texture's type (aiTextureType).
@@ -49,12 +57,8 @@ class ModelMaterials {
   const aiScene& scene_;
   std::filesystem::path file_;
   ModelFormat format_;
-  std::vector<float> gltf_specular_;
+  GltfExtras gltf_;
   std::map<std::string, TexturePicture> pictures_;
 };
-
-/// KHR_materials_specular: specularFactor of each material of a .gltf or .glb file (not read by assimp 5.2). Empty if
-/// no material has it.
-std::vector<float> gltf_specular_factors(const std::filesystem::path& file);
 
 }  // namespace lumigraft::relight

@@ -320,7 +320,8 @@ RelitPicture RayRenderer::relight(const capture::FrameSet& frame, const reconstr
     return result;
   }
   for (const VirtualObject& object : exhibit.objects) {
-    if (const auto line = left_out(object); line && object.visible) result.warnings.push_back("relight: " + *line);
+    if (!object.visible) continue;
+    for (const std::string& line : left_out(object)) result.warnings.push_back("relight: " + line);
   }
   if (!preparing.empty()) result.warnings.push_back("relight: " + being_prepared(preparing));
   s.follow(scene);

@@ -178,6 +178,29 @@ TEST(LoadModel, GltfTexturesOfOtherTextureCoordinates) {
   EXPECT_EQ(model->parts[0].metallic_roughness_texture, nullptr);
   EXPECT_NEAR(model->parts[0].material.roughness, 0.8f * 0.5f, 1e-6f) << "the mean";
   EXPECT_EQ(model->parts[0].normal_texture, nullptr);
+  EXPECT_EQ(model->not_drawn, std::vector<std::string>{"textures with different texture coordinates (material 0)"});
+}
+
+TEST(LoadModel, WhatIsNotDrawnOfGltfIsNamed) {
+  TemporaryFolder folder;
+  GltfFile file = textured("data:image/png;base64," + test::red_grey_png);
+  EXPECT_TRUE(load_model(folder.write("a.gltf", file.gltf()), 'y')->not_drawn.empty());
+  file.json["samplers"] = {{{"wrapS", 33071}}};
+  file.json["textures"][1]["sampler"] = 0;
+  file.json["skins"] = {{{"joints", {0}}}};
+  auto& material = file.json["materials"][0];
+  material["name"] = "lacquer\n";
+  material["alphaMode"] = "BLEND";
+  material["emissiveFactor"] = {0, 0.5, 0};
+  material["extensions"] = {{"KHR_materials_clearcoat", {{"clearcoatFactor", 1}}},
+                            {"KHR_materials_specular", {{"specularFactor", 0.5}}}};
+  file.json["materials"].push_back(material);  // which no triangle has
+  const auto model = load_model(folder.write("b.gltf", file.gltf()), 'y');
+  EXPECT_EQ(model->not_drawn, (std::vector<std::string>{"alphaMode BLEND (material \"lacquer \")",
+                                                        "light that it emits (material \"lacquer \")",
+                                                        "textures that do not repeat (material \"lacquer \")",
+                                                        "KHR_materials_clearcoat (material \"lacquer \")", "skins"}));
+  EXPECT_FLOAT_EQ(model->parts[0].material.specular, 0.5f);
 }
 
 TEST(LoadModel, GltfTextureTransform) {
