@@ -19,10 +19,12 @@ struct Material {
   float metallic = 0.0f;
   float roughness = 1.0f;
   float specular = 1.0f;
+  /// Whether layer and body are mixed as in glTF 2.0, appendix B; else light passes the layer twice (bsdf_params.h).
+  bool gltf = false;
 };
 
-/// Overrides for a model's own materials. Unset values keep each part's own; a base colour also replaces textures and
-/// vertex colours.
+/// Overrides for a model's own materials, which keep the way in which they are mixed. Unset values keep each part's
+/// own; a base colour also replaces textures and vertex colours.
 struct MaterialOverride {
   std::optional<Eigen::Vector3f> base_color;  ///< linear
   std::optional<float> metallic, roughness, specular;
@@ -35,7 +37,7 @@ struct MaterialOverride {
   /// The resulting material of a part whose own is `part`.
   Material over(const Material& part) const {
     return {base_color.value_or(part.base_color), metallic.value_or(part.metallic), roughness.value_or(part.roughness),
-            specular.value_or(part.specular)};
+            specular.value_or(part.specular), part.gltf};
   }
   bool operator==(const MaterialOverride&) const = default;
 };

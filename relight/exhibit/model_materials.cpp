@@ -81,6 +81,7 @@ void ModelMaterials::read_gltf(const aiMaterial& source, unsigned index, ModelMa
   source.Get(AI_MATKEY_ROUGHNESS_FACTOR, part.roughness_factor);
   part.material.metallic = part.metallic_factor;
   part.material.roughness = part.roughness_factor;
+  part.material.gltf = true;
   if (index < gltf_.specular.size()) part.material.specular = gltf_.specular[index];
   read_base_color_texture(source, aiTextureType_BASE_COLOR, out);
   bool channel_is_set = part.base_color_texture != nullptr;

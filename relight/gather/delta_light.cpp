@@ -13,7 +13,7 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 Rgb diffuse_under(const BsdfParams& bsdf, float cos_v) {
   if (!bsdf.mirrors()) return bsdf.diffuse;
-  return bsdf.diffuse * through(bsdf, cos_v) * through_evenly(bsdf);
+  return bsdf.diffuse * under_layer_evenly(bsdf, cos_v);
 }
 
 SurfaceHit white_surface(SurfaceHit surface) {

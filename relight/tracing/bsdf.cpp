@@ -48,7 +48,7 @@ Rgb reflected(const BsdfParams& bsdf, const Vector3f& seen_from, const Vector3f&
   const Vector3f v = lifted(seen_from), h = (v + w).normalized();
   const Rgb f = fresnel(bsdf, v.dot(h));
   const float masking = 1 / (1 + smith_lambda(bsdf.alpha, v.z()) + smith_lambda(bsdf.alpha, w.z()));
-  const Rgb under = through(bsdf, v.z()) * through(bsdf, w.z());
+  const Rgb under = under_layer(bsdf, w.z(), v.z(), v.dot(h));
   return bsdf.diffuse * under / kPi + f * (normals_density(bsdf.alpha, h) * masking / (4 * v.z() * w.z()));
 }
 

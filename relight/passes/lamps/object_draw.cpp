@@ -28,7 +28,8 @@ void ObjectDraws::add(const StoredModel::Mesh& mesh, const Eigen::Affine3f& T_ta
     p.tint << (own_color ? 1.0f : 0.0f), 0, 0, 0;
     p.material << (rough_map ? part.roughness_factor : combined.roughness),
         (metal_map ? part.metallic_factor : combined.metallic), combined.specular, static_cast<float>(number + 1);
-    p.maps << (rough_map ? 1.0f : 0.0f), (metal_map ? 1.0f : 0.0f), (part.normals ? part.normal_scale : 0), 0;
+    p.maps << (rough_map ? 1.0f : 0.0f), (metal_map ? 1.0f : 0.0f), (part.normals ? part.normal_scale : 0),
+        (combined.gltf ? 1.0f : 0.0f);
     gpu::DrawCall& call = calls.emplace_back();
     const auto bound = [&](int slot, const gpu::Texture* texture) {
       return gpu::sampled(slot, texture ? *texture : white, gpu::Filter::repeated);

@@ -8,6 +8,7 @@ struct BsdfParams {
   vec3 f0;
   float f90;
   float alpha;  // GGX roughness
+  bool gltf;    // layer and body are mixed as in glTF 2.0, appendix B; else light passes the layer twice
 };
 
 BsdfParams bsdf_of(vec3 base, float roughness, float metallic, float specular) {
@@ -16,6 +17,7 @@ BsdfParams bsdf_of(vec3 base, float roughness, float metallic, float specular) {
   l.f0 = mix(vec3(0.04 * specular), base, metallic);
   l.f90 = mix(specular, 1.0, metallic);
   l.alpha = max(roughness * roughness, 2e-3);  // at smaller alpha the lobe is narrower than any cone or lamp here
+  l.gltf = false;
   return l;
 }
 
@@ -27,6 +29,17 @@ vec3 fresnel(BsdfParams l, float cos_half) { return l.f0 + (l.f90 - l.f0) * pow(
 vec3 through(BsdfParams l, float cosine) { return 1.0 - fresnel(l, cosine); }
 vec3 through_evenly(BsdfParams l) { return 1.0 - l.f0 - (l.f90 - l.f0) / 21.0; }
 
+// What the layer leaves of the Lambert part: of light from w, seen from v; and of uniform light from the hemisphere, where
+// for glTF the mean of Schlick's term at the halfway vector is fitted (bsdf_params.cpp).
+vec3 under_layer(BsdfParams l, vec3 n, vec3 v, vec3 w) {
+  if (l.gltf) return 1.0 - fresnel(l, dot(v, normalize(v + w)));
+  return through(l, dot(n, w)) * through(l, dot(n, v));
+}
+vec3 under_layer_evenly(BsdfParams l, float cos_v) {
+  if (l.gltf) return 1.0 - l.f0 - (l.f90 - l.f0) * 0.028 * pow(1.0 - clamp(cos_v, 0.0, 1.0), 2.5);
+  return through_evenly(l) * through(l, cos_v);
+}
+
 // Directional reflectance, layer and body together. Energy that a rough layer loses by masking is not subtracted.
-vec3 reflectance(BsdfParams l, float cosine) { return fresnel(l, cosine) + l.diffuse * through(l, cosine) * through_evenly(l); }
+vec3 reflectance(BsdfParams l, float cosine) { return fresnel(l, cosine) + l.diffuse * under_layer_evenly(l, cosine); }
 #endif

@@ -108,7 +108,8 @@ struct DrawParams {
   vec4 base_color;  // rgb; a: 1 when there is a texture
   vec4 tint;        // x: weight of the vertex colours
   vec4 material;    // roughness, metallic, specular, object's number + 1
-  vec4 maps;        // 1: a texture multiplies roughness (x), metallic (y); scale of the normal map (z), 0: none
+  vec4 maps;        // 1: a texture multiplies roughness (x), metallic (y); scale of the normal map (z), 0: none;
+                    // 1: layer and body mixed as in glTF (w)
 };
 
 #ifdef __cplusplus

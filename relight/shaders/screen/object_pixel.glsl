@@ -24,9 +24,11 @@ ObjectPixel object_pixel(ivec2 at) {
   o.p = eye + mat3(frame.T_tag_camera) * (surface.x * vec3(texelFetch(rays, at, 0).xy, 1.0));
   o.v = normalize(eye - o.p);
   o.n = normalize(normal.xyz);
-  o.metallic = base.a;
-  o.bsdf = bsdf_of(base.rgb, normal.a, base.a, surface.z);
-  o.mirror = o.bsdf.f90 + base.a > 0.0;
+  bool gltf = base.a > 1.5;
+  o.metallic = clamp(gltf ? base.a - 2.0 : base.a, 0.0, 1.0);
+  o.bsdf = bsdf_of(base.rgb, normal.a, o.metallic, surface.z);
+  o.bsdf.gltf = gltf;
+  o.mirror = o.bsdf.f90 + o.metallic > 0.0;
   o.from_real = o.p + 0.25 * frame.field.x * o.n;
   o.from_virtual = o.p + frame.virtual_grid.w * o.n;
   return o;

@@ -13,7 +13,7 @@ layout(binding = 4) uniform sampler2D real_position;                     // a: z
 layout(binding = 5) uniform sampler2D rays;                              // x/z, y/z per pixel
 layout(binding = 6) uniform sampler2D depth;                             // metres along z, 0: none
 layout(binding = 12, rgba16f) uniform writeonly image2D object_normal;   // a: roughness
-layout(binding = 13, rgba16f) uniform writeonly image2D object_base;     // a: metallic
+layout(binding = 13, rgba16f) uniform writeonly image2D object_base;     // a: metallic; + 2: glTF
 layout(binding = 14, rgba32f) uniform writeonly image2D object_surface;  // z, coverage, specular, other's share
 layout(binding = 15, rgba16f) uniform writeonly image2D object_other;    // that surface's normal; z
 

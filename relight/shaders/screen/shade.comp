@@ -87,7 +87,6 @@ void main() {
       a = upsample(at, from_cells);
       if (o.mirror && o.bsdf.alpha < kBroadLobe) a.mirrored = mirrored(o, pixel_turn(at));
     }
-    vec3 out_again = through(o.bsdf, dot(o.n, o.v));
     vec4 open_group = vec4(0);
     for (int l = 0, map = 0; l < frame.counts.x; ++l) {
       if ((l & 3) == 0) open_group = open_of(l >> 2, at, from_cells);
@@ -96,7 +95,7 @@ void main() {
         LampSample s = lamp_sample(frame.lamps[l], o.p, i, frame.counts.w);
         float cosine = dot(o.n, s.w);
         if (cosine <= 0.0) continue;
-        vec3 under = o.mirror ? through(o.bsdf, cosine) * out_again : vec3(1);
+        vec3 under = o.mirror ? under_layer(o.bsdf, o.n, o.v, s.w) : vec3(1);
         vec3 f = o.bsdf.diffuse * under / kPi + (o.mirror ? ggx_wide(o.bsdf, o.n, o.v, s.w, s.tan_half) : vec3(0));
         reflected += s.irradiance * f * cosine;
       }
@@ -115,14 +114,14 @@ void main() {
         MirrorSample s = mirror_sample(image.x, image.y, image.z, o.p, i, frame.counts.w, 0.0);
         float cosine = dot(o.n, s.w);
         if (cosine <= 0.0 || s.irradiance == vec3(0)) continue;
-        vec3 under = o.mirror ? through(o.bsdf, cosine) * out_again : vec3(1);
+        vec3 under = o.mirror ? under_layer(o.bsdf, o.n, o.v, s.w) : vec3(1);
         vec3 f = o.bsdf.diffuse * under / kPi + (o.mirror ? ggx_wide(o.bsdf, o.n, o.v, s.w, s.tan_half) : vec3(0));
         MirrorWays ways = mirror_ways(image.x, s, k);
         float passed = 1.0 - mirror_hidden(s, ways);
         radiance += s.irradiance * f * (cosine * passed * mirror_open(ways, passed > 0.005));
       }
     }
-    vec3 under = o.mirror ? through_evenly(o.bsdf) * out_again : vec3(1);
+    vec3 under = o.mirror ? under_layer_evenly(o.bsdf, dot(o.n, o.v)) : vec3(1);
     radiance += o.bsdf.diffuse * under / kPi * a.irradiance + a.mirrored;
   }
   imageStore(out_radiance, at, to_half(vec4(radiance, 1.0)));

@@ -1,4 +1,5 @@
-// Textures of metallic, roughness and normals in every renderer, against objects without textures that look the same.
+// Textures of metallic, roughness and normals in every renderer, against objects without textures that look the same;
+// and the layer of glTF files against paths.
 #include "relight/gather/ray_renderer.h"
 #include "relight/reference/reference_renderer.h"
 #include "tests/relight/closed_form/closed_scene.h"
@@ -113,6 +114,29 @@ class TexturedMaterials : public ClosedTest {
     EXPECT_LT(apart(drawn(plate(false)), turned), turned_bound);
   }
 
+  /// A varnished ball, mixed as in glTF files, against one of paths.
+  template <typename MakeRenderer>
+  void expect_mixed_as_by_paths(const relight::Plan& plan, MakeRenderer make_renderer, double bound) {
+    relight::Plan paths;
+    paths.method = "reference";
+    paths.samples = 256;
+    scene_.radiance = [&](const Eigen::Vector3f& p) {
+      return scene_.albedo * (irradiance(scene_.lamps[0], p, Eigen::Vector3f::UnitZ()) / relight::kPi + scene_.sky);
+    };
+    const auto ball = [&](bool gltf) {
+      auto model = std::make_shared<relight::Model>(*sphere_object(0.1f, {0, 0, 0}, 1).model);
+      for (Eigen::Vector3f& p : model->positions_m) p.z() += 0.12f;
+      model->parts[0].material = {{0.6f, 0.5f, 0.4f}, 0, 0.6f, 1, gltf};
+      return model;
+    };
+    const Bytes reference =
+        picture(ball(true), paths, [&] { return std::make_unique<relight::ReferenceRenderer>(scene_.session()); });
+    const double right = apart(picture(ball(true), plan, make_renderer), reference);
+    EXPECT_LT(right, bound);
+    EXPECT_GT(apart(picture(ball(false), plan, make_renderer), reference), 1.25 * right)
+        << "a layer that is passed twice";
+  }
+
   ClosedScene scene_;
 };
 ON_BOTH_DEVICES(TexturedMaterials);
@@ -122,12 +146,22 @@ TEST_P(TexturedMaterials, ByCones) {
       careful_plan(32, 1), [&] { return std::make_unique<relight::Relighter>(device_, scene_.session()); }, 1);
 }
 
+TEST_P(TexturedMaterials, MixedAsInGltfByCones) {
+  expect_mixed_as_by_paths(
+      careful_plan(32, 1), [&] { return std::make_unique<relight::Relighter>(device_, scene_.session()); }, 3);
+}
+
 class TexturedMaterialsByRays : public TexturedMaterials {};
 INSTANTIATE_TEST_SUITE_P(On, TexturedMaterialsByRays, testing::Values(relight::gpu::Backend::vulkan),
                          relight::gpu::backend_label);
 
 TEST_P(TexturedMaterialsByRays, ByRays) {
   expect_as_without_textures(
+      rays_plan(1), [&] { return std::make_unique<relight::RayRenderer>(scene_.session()); }, 2);
+}
+
+TEST_P(TexturedMaterialsByRays, MixedAsInGltf) {
+  expect_mixed_as_by_paths(
       rays_plan(1), [&] { return std::make_unique<relight::RayRenderer>(scene_.session()); }, 2);
 }
 

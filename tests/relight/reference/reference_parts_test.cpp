@@ -99,6 +99,47 @@ TEST(ReferenceBsdf, ByHand) {
   const relight::Rgb value = relight::reflected(bsdf, {s, 0, s}, {-s, 0, s});
   EXPECT_NEAR(value[0], 0.5f * (1 - f) * (1 - f) / relight::kPi + mirror, 1e-5f);
   EXPECT_NEAR(value[2], 0.1f * (1 - f) * (1 - f) / relight::kPi + mirror, 1e-5f);
+
+  // Mixed as in glTF, the halfway vector alone counts.
+  relight::Material gltf = plastic;
+  gltf.gltf = true;
+  const relight::Rgb mixed =
+      relight::reflected(relight::bsdf_params_of(relight::Rgb(0.5f, 0.3f, 0.1f), gltf), {s, 0, s}, {-s, 0, s});
+  EXPECT_NEAR(mixed[0], 0.5f * (1 - f) / relight::kPi + mirror, 1e-5f);
+  const Vector3f v = Vector3f(0.9f, 0, 0.3f).normalized(), w = Vector3f(0.2f, -0.7f, 0.6f).normalized();
+  const relight::BsdfParams body{.diffuse = {0.6f, 0.6f, 0.6f}, .f0 = {0.04f, 0.04f, 0.04f}, .f90 = 1, .gltf = true};
+  const relight::BsdfParams black{.f0 = {0.04f, 0.04f, 0.04f}, .f90 = 1, .gltf = true};
+  const float half = v.dot((v + w).normalized());
+  EXPECT_NEAR((relight::reflected(body, v, w) - relight::reflected(black, v, w))[0],
+              0.6f / relight::kPi * 0.96f * (1 - std::pow(1 - half, 5.0f)), 1e-5f);
+}
+
+// Of uniform light, against the sum over all directions. Without the layer's reflection.
+TEST(ReferenceBsdf, TheMeanUnderALayer) {
+  const std::vector<Vector3f> directions = hemisphere(300);
+  const float dw = 2 * relight::kPi / static_cast<float>(directions.size());
+  for (const bool gltf : {false, true}) {
+    const relight::BsdfParams body{
+        .diffuse = relight::Rgb::Ones(), .f0 = {0.04f, 0.2f, 0.5f}, .f90 = 1, .alpha = 0.3f, .gltf = gltf};
+    double over_all_angles = 0, bodies = 0;
+    for (const float cosine : {1.0f, 0.7f, 0.4f, 0.2f, 0.1f}) {
+      const Vector3f v(std::sqrt(1 - cosine * cosine), 0, cosine);
+      relight::Rgb mean = relight::Rgb::Zero();
+      for (const Vector3f& w : directions) {
+        mean += relight::under_layer(body, w.z(), cosine, v.dot((v + w).normalized())) * w.z() * dw / relight::kPi;
+      }
+      for (int c = 0; c < 3; ++c)
+        EXPECT_NEAR(relight::under_layer_evenly(body, cosine)[c], mean[c], 0.002) << gltf << ' ' << cosine << ' ' << c;
+    }
+    for (int i = 0; i < 200; ++i) {
+      const float cosine = (static_cast<float>(i) + 0.5f) / 200;
+      over_all_angles += relight::under_layer_evenly(body, cosine)[0] * 2 * cosine / 200;
+    }
+    relight::BsdfParams black = body;
+    black.diffuse.setZero();
+    bodies = (relight::reflectance_evenly(body) - relight::reflectance_evenly(black))[0];
+    EXPECT_NEAR(bodies, over_all_angles, 0.002) << gltf;
+  }
 }
 
 TEST(ReferenceSky, SamplesThePictureByItsLight) {
