@@ -112,7 +112,7 @@ TEST(ReflectedColors, HueAloneIsNoMirror) {
 TEST(ReflectedColors, StrongPaintUnderVarnishIsNoMirror) {
   const Look look = [](const Vector3d& p, const Vector3d& camera) -> Vector3d {
     if (!on_wall(p)) return tiled_table(p);
-    return tile(p.x() + 7 * kTile_m, p.z()) + mirror_of(0.3, Vector3d::Zero())(p, camera);
+    return 0.8 * tile(p.x() + 7 * kTile_m, p.z()) + mirror_of(0.46, Vector3d::Zero())(p, camera);
   };
   EXPECT_TRUE(found(look, kFromTheFront).empty());
 }
@@ -121,7 +121,7 @@ TEST(ReflectedColors, StrongPaintUnderVarnishIsNoMirror) {
 TEST(ReflectedColors, AGradientOverTableAndWallIsNoMirror) {
   const Look look = [](const Vector3d& p, const Vector3d&) -> Vector3d {
     const double away = on_wall(p) ? p.z() : kWall_m - p.y();
-    return {0.1 + 0.2 * away, 0.15 + 0.1 * away, 0.35 - 0.15 * away};
+    return {0.1 + 0.4 * away, 0.15 + 0.8 * away * away, 0.35 - 0.15 * away};
   };
   EXPECT_TRUE(found(look, kFromTheFront).empty());
 }
