@@ -17,7 +17,9 @@ layout(binding = 13, rgba16f) uniform writeonly image2D object_base;     // a: m
 layout(binding = 14, rgba32f) uniform writeonly image2D object_surface;  // z, coverage, specular, other's share
 layout(binding = 15, rgba16f) uniform writeonly image2D object_other;    // that surface's normal; z
 
-const float kSameNormal = 0.8, kSameDepth = 0.02, kSameBase = 0.15;
+// Samples with one normal at one depth are one surface, whose material is their mean. Of colours the mean is right for all
+// light; where metal borders on a dielectric it is not, but nearer than one of both.
+const float kSameNormal = 0.8, kSameDepth = 0.02;
 
 struct Sum {
   vec4 normal, base;
@@ -39,8 +41,9 @@ void main() {
   // The samples are split in two: those of the first covered sample's surface, and the others; the larger group is the
   // pixel's surface.
   Sum sums[2] = Sum[](Sum(vec4(0), vec4(0), 0.0, 0.0, 0), Sum(vec4(0), vec4(0), 0.0, 0.0, 0));
-  vec3 first_normal = vec3(0), first_base = vec3(0);
+  vec3 first_normal = vec3(0);
   float first_z = 0.0;
+  bool first_gltf = false;
   for (int i = 0; i < s * s; ++i) {
     ivec2 q = s * at + ivec2(i % s, i / s);
     vec2 found = texelFetch(sample_depth, q, 0).xy;
@@ -48,12 +51,11 @@ void main() {
     vec4 normal = texelFetch(sample_normal, q, 0), base = texelFetch(sample_base, q, 0);
     if (sums[0].count == 0) {
       first_normal = normal.xyz;
-      first_base = base.rgb;
+      first_gltf = base.a > 1.5;
       first_z = found.x;
     }
-    vec3 off = abs(base.rgb - first_base);
     bool same = dot(normal.xyz, first_normal) > kSameNormal && abs(found.x - first_z) < kSameDepth * first_z &&
-                max(max(off.r, off.g), off.b) < kSameBase;
+                (base.a > 1.5) == first_gltf;
     int which = same ? 0 : 1;
     sums[which].normal += normal;
     sums[which].base += base;

@@ -151,6 +151,30 @@ TEST_P(TexturedMaterials, MixedAsInGltfByCones) {
       careful_plan(32, 1), [&] { return std::make_unique<relight::Relighter>(device_, scene_.session()); }, 3);
 }
 
+// Stripes that are wider than pixels, without specular reflection.
+TEST_P(TexturedMaterials, EdgesWithinPixelsByCones) {
+  scene_.radiance = [&](const Eigen::Vector3f& p) {
+    return scene_.albedo * (irradiance(scene_.lamps[0], p, Eigen::Vector3f::UnitZ()) / relight::kPi + scene_.sky);
+  };
+  auto striped = plate(true);
+  relight::Model::Part& part = striped->parts[0];
+  part.normal_texture = nullptr;
+  part.material = {.base_color = {1, 1, 1}, .specular = 0};
+  Bytes stripes;
+  for (int u = 0; u < 512; ++u) stripes.insert(stripes.end(), 3, u / 128 % 2 ? 255 : 0);
+  part.base_color_texture = texture(512, stripes);
+  for (Eigen::Vector2f& uv : striped->texcoords) uv = 10 * (uv + Eigen::Vector2f(uv.y(), 0)) / 2;
+  relight::Plan paths;
+  paths.method = "reference";
+  paths.samples = 256;
+  const Bytes reference =
+      picture(striped, paths, [&] { return std::make_unique<relight::ReferenceRenderer>(scene_.session()); });
+  const double off = apart(picture(striped, careful_plan(32, 1),
+                                   [&] { return std::make_unique<relight::Relighter>(device_, scene_.session()); }),
+                           reference);
+  EXPECT_LT(off, 4) << "5.8 where only the colour of the larger part of a pixel counts";
+}
+
 class TexturedMaterialsByRays : public TexturedMaterials {};
 INSTANTIATE_TEST_SUITE_P(On, TexturedMaterialsByRays, testing::Values(relight::gpu::Backend::vulkan),
                          relight::gpu::backend_label);
