@@ -28,7 +28,7 @@ void pass_through(const std::string& why, RelitPicture* result);
 std::vector<std::string> quality_warnings(const Exhibit& exhibit, const std::vector<PlacedObject>& objects,
                                           const Placement& placement, const reconstruct::Scene& scene);
 
-/// The lines about what an object lacks of its model file, if anything; used by every renderer.
+/// The lines about what an object lacks of its model file, if anything.
 std::vector<std::string> left_out(const VirtualObject& object);
 
 }  // namespace lumigraft::relight

@@ -103,9 +103,12 @@ Vector without_minus_zero(const Vector& v) {
   return v.array() + 0.0f;
 }
 
+constexpr float max_texcoord = 1e6f;  // beyond it floats are farther apart than texels
+
 bool usable(const Corner* c) {
   for (int k = 0; k < 3; ++k) {
-    if (!c[k].position_m.allFinite() || !c[k].texcoord.allFinite() || !c[k].color.allFinite()) return false;
+    if (!c[k].position_m.allFinite() || !c[k].color.allFinite()) return false;
+    if (!(c[k].texcoord.cwiseAbs().maxCoeff() < max_texcoord)) return false;
   }
   const Eigen::Vector3d a = (c[1].position_m - c[0].position_m).cast<double>();
   const Eigen::Vector3d b = (c[2].position_m - c[0].position_m).cast<double>();

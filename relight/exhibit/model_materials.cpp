@@ -18,6 +18,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr float kMaxNormalScale = 100;  // the normal of any other texel is nearly in the surface
+
 capture::Image<std::uint8_t> to_rgb(const cv::Mat& bgr) {
   capture::Image<std::uint8_t> image(bgr.cols, bgr.rows, 3);
   cv::cvtColor(bgr, cv::Mat(bgr.rows, bgr.cols, CV_8UC3, image.data.data()), cv::COLOR_BGR2RGB);
@@ -79,6 +81,8 @@ void ModelMaterials::read_gltf(const aiMaterial& source, unsigned index, ModelMa
   part.material.base_color = {base.r, base.g, base.b};
   source.Get(AI_MATKEY_METALLIC_FACTOR, part.metallic_factor);
   source.Get(AI_MATKEY_ROUGHNESS_FACTOR, part.roughness_factor);
+  part.metallic_factor = std::clamp(part.metallic_factor, 0.0f, 1.0f);
+  part.roughness_factor = std::clamp(part.roughness_factor, 0.0f, 1.0f);
   part.material.metallic = part.metallic_factor;
   part.material.roughness = part.roughness_factor;
   part.material.gltf = true;
@@ -99,6 +103,7 @@ void ModelMaterials::read_gltf(const aiMaterial& source, unsigned index, ModelMa
   if (const Texture normals = texture(source, aiTextureType_NORMALS); normals.picture && has_same_texcoords(normals)) {
     part.normal_texture = normals.picture;
     source.Get(AI_MATKEY_GLTF_TEXTURE_SCALE(aiTextureType_NORMALS, 0), part.normal_scale);
+    part.normal_scale = std::clamp(part.normal_scale, -kMaxNormalScale, kMaxNormalScale);
   }
 }
 
@@ -123,6 +128,8 @@ void ModelMaterials::read_obj(const aiMaterial& source, bool has_vertex_colors, 
   if (source.Get(AI_MATKEY_ROUGHNESS_FACTOR, material.roughness) != AI_SUCCESS) {
     material.roughness = std::pow(2.0f / (std::max(exponent, 0.0f) + 2.0f), 0.25f);
   }
+  material.metallic = std::clamp(material.metallic, 0.0f, 1.0f);
+  material.roughness = std::clamp(material.roughness, 0.0f, 1.0f);
 }
 
 void ModelMaterials::read_base_color_texture(const aiMaterial& source, int type, ModelMaterial* out) {

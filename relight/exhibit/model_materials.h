@@ -23,7 +23,7 @@ struct ModelMaterial {
 
 /// What a .gltf or .glb file says that assimp 5.2 does not pass on.
 struct GltfExtras {
-  std::vector<float> specular;         ///< KHR_materials_specular: specularFactor by material, 1 where it has none
+  std::vector<float> specular;  ///< KHR_materials_specular: specularFactor by assimp's number of the material; 1: none
   std::vector<std::string> not_drawn;  ///< as in Model
 };
 GltfExtras read_gltf_extras(const std::filesystem::path& file);

@@ -23,7 +23,7 @@ struct SampledRay {
   /// 1/sr; lamps on the ray are weighted by multiple importance sampling against lamp samples (Veach & Guibas 1995); 0:
   /// lamps are excluded, as only lamp samples count.
   float pdf = 0;
-  /// For which it stands where a surface is lit; an object that it hits is rougher by that (Meshes::surface_within).
+  /// That the ray represents in a sum of irradiance; an object that it hits is rougher by it (Meshes::surface_within).
   float solid_angle_sr = 0;
 };
 

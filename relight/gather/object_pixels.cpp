@@ -259,7 +259,7 @@ class ObjectView {
 
   bool goes_on(const GBufferPixel& first, const SurfaceHit& surface) const {
     const float pixel_m = first.depth_m / static_cast<float>(eye_.camera.model.fx);
-    return std::abs(first.surface.normal.dot(surface.position_m - first.surface.position_m)) <
+    return std::abs(first.surface.face.dot(surface.position_m - first.surface.position_m)) <
                kGather.shared_off_plane_px * pixel_m &&
            first.surface.normal.dot(surface.normal) > kGather.shared_cosine;
   }

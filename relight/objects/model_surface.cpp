@@ -82,14 +82,18 @@ ModelSurface::ModelSurface(const Model& model, bool mips) : model_(model) {
   std::map<std::pair<TexturePicture, Texels>, std::shared_ptr<const Texture>> made;  // parts may share pictures
   const auto texture = [&](const TexturePicture& picture, Texels texels) {
     auto& found = made[{picture, texels}];
-    if (picture && !found) found = std::make_shared<Texture>(picture, texels, mips);
+    if (!found) found = std::make_shared<Texture>(picture, texels, mips);
     return found;
   };
   for (std::uint32_t p = 0; p < model.parts.size(); ++p) {
     const Model::Part& part = model.parts[p];
-    textures_.push_back({texture(part.base_color_texture, Texels::srgb),
-                         texture(part.metallic_roughness_texture, Texels::linear),
-                         texture(part.normal_texture, Texels::normals)});
+    Textures& textures = textures_.emplace_back();
+    for (const auto& [picture, texels] : textures_of(part)) {
+      auto& to = texels == Texels::srgb     ? textures.base_color
+                 : texels == Texels::linear ? textures.metallic_roughness
+                                            : textures.normals;
+      to = texture(picture, texels);
+    }
     if (part_of_triangle_.empty()) continue;
     std::fill_n(part_of_triangle_.begin() + part.first_index / 3, part.index_count / 3, p);
   }
@@ -97,7 +101,8 @@ ModelSurface::ModelSurface(const Model& model, bool mips) : model_(model) {
 
 ModelSurface::Shading ModelSurface::at(const ModelPoint& point, const MaterialOverride& material) const {
   const Model::Part& part = model_.parts[this->part(point.triangle)];
-  Shading s{material.over(part.material), mixed(model_, model_.normals, point).stableNormalized()};
+  const Vector3f interpolated = mixed(model_, model_.normals, point).stableNormalized();
+  Shading s{material.over(part.material), interpolated, interpolated};
   if (!material.base_color) s.material.base_color.array() *= mixed(model_, model_.colors, point).array();
   const Triangle triangle(model_, point.triangle);
   const Textures& textures = textures_[this->part(point.triangle)];

@@ -33,7 +33,8 @@ class ModelSurface {
 
   struct Shading {
     Material material;
-    Eigen::Vector3f normal;  ///< unit, model frame: interpolated, then turned by the normal map
+    Eigen::Vector3f interpolated;  ///< normal, unit, model frame
+    Eigen::Vector3f normal;        ///< the same, turned by the normal map
   };
   /// Base colour: texture × vertex colour × the part's, linear. Where normals of the map differ within the footprint
   /// the roughness is increased by their variance along each axis, which is about 1 - l, l being the length of the mean

@@ -89,7 +89,7 @@ Vector3f Texture::level(std::size_t number, const Eigen::Vector2f& uv) const {
 Vector3f Texture::at(const Eigen::Vector2f& uv, float texels_across) const {
   // The tent of bilinear interpolation adds twice the variance of a texel's square.
   const float square_over_tent = std::sqrt(3.0f);
-  const float wanted = std::log2(std::max(texels_across / square_over_tent, 1.0f));
+  const float wanted = std::log2(std::max(1.0f, texels_across / square_over_tent));  // 0 of NaN
   const float level_from_0 = std::min(wanted, static_cast<float>(mips_.size()));
   const auto finer = static_cast<std::size_t>(level_from_0);
   const float coarser_weight = level_from_0 - static_cast<float>(finer);

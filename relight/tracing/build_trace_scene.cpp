@@ -99,7 +99,15 @@ Vector3f albedo_near(const reconstruct::AlbedoField& field, const Vector3f& p_m)
 std::vector<KnownSurface> known_surfaces(const std::vector<capture::RealSurface>& surfaces) {
   std::vector<KnownSurface> known;
   for (const capture::RealSurface& s : surfaces) {
-    known.push_back({load_model(s.mesh, 'z'), {s.base_color, s.metallic, s.roughness, s.specular}});
+    // Its material is that of the session alone.
+    auto model = std::make_shared<Model>(*load_model(s.mesh, 'z'));
+    for (Model::Part& part : model->parts) {
+      Model::Part bare;
+      bare.first_index = part.first_index;
+      bare.index_count = part.index_count;
+      part = bare;
+    }
+    known.push_back({std::move(model), {s.base_color, s.metallic, s.roughness, s.specular}});
   }
   return known;
 }

@@ -226,8 +226,12 @@ SurfaceHit Meshes::surface(const MeshHit& hit, const Vector3f& w, float pixel_ra
   s.face = (placed.normals * (p[corner[1]] - p[corner[0]]).cross(p[corner[2]] - p[corner[0]])).stableNormalized();
   const ModelSurface::Shading shading = placed.surface->at(
       {hit.triangle, barycentric, footprint_m(hit, s.face.dot(w), pixel_rad) / placed.scale}, placed.mesh.material);
-  s.normal = (placed.normals * shading.normal).stableNormalized();
+  const Vector3f interpolated = (placed.normals * shading.interpolated).stableNormalized();
+  s.normal = interpolated;
   s.face_ray(w);
+  Vector3f turned = (placed.normals * shading.normal).stableNormalized();
+  if (s.face.dot(interpolated) < 0) turned = -turned;
+  if (turned.dot(w) < 0) s.normal = turned;
   if (placed.mesh.seen && state_->seen) {
     if (const std::optional<BsdfParams> bsdf = seen_bsdf(*state_->seen, s.position_m, s.face)) {
       s.bsdf = *bsdf;

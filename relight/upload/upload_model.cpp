@@ -83,6 +83,7 @@ std::array<std::uint8_t, 4> encoded(const Eigen::Vector3f& mean, Texels texels) 
 
 std::vector<std::vector<std::uint8_t>> mip_levels(const TexturePicture& picture, Texels texels) {
   std::vector<std::vector<std::uint8_t>> levels(1);
+  levels[0].reserve(picture->data.size() / 3 * 4);
   const std::uint8_t alpha = texels == Texels::normals ? 0 : 255;
   for (std::size_t i = 0; i < picture->data.size(); i += 3) {
     levels[0].insert(levels[0].end(), {picture->data[i], picture->data[i + 1], picture->data[i + 2], alpha});

@@ -29,8 +29,8 @@ vec3 fresnel(BsdfParams l, float cos_half) { return l.f0 + (l.f90 - l.f0) * pow(
 vec3 through(BsdfParams l, float cosine) { return 1.0 - fresnel(l, cosine); }
 vec3 through_evenly(BsdfParams l) { return 1.0 - l.f0 - (l.f90 - l.f0) / 21.0; }
 
-// What the layer leaves of the Lambert part: of light from w, seen from v; and of uniform light from the hemisphere, where
-// for glTF the mean of Schlick's term at the halfway vector is fitted (bsdf_params.cpp).
+// What the layer leaves of the Lambert part: of light from w, seen from v; and of uniform light from the hemisphere,
+// where for glTF the mean of Schlick's term at the halfway vector is fitted (bsdf_params.cpp).
 vec3 under_layer(BsdfParams l, vec3 n, vec3 v, vec3 w) {
   if (l.gltf) return 1.0 - fresnel(l, dot(v, normalize(v + w)));
   return through(l, dot(n, w)) * through(l, dot(n, v));

@@ -1,5 +1,5 @@
-// Material and shading normal of a virtual surface: factors, vertex colour, textures. Same as objects/model_surface.h.
-// For fragment shaders alone.
+// Material and shading normal of a virtual surface: factors, vertex colour, textures. Same as objects/model_surface.h, but
+// that the roughness of a normal map is interpolated between mip levels by its square root. For fragment shaders alone.
 #include "common/interop.h"
 #include "common/srgb.glsl"
 layout(std140, binding = 0) uniform Draw { DrawParams draw; };
@@ -10,9 +10,10 @@ layout(binding = 4) uniform sampler2D normal_texture;  // tangent frame, each co
 // The tent of bilinear interpolation adds twice the variance of a texel's square.
 const float kSquareOverTent = 1.7320508;
 
-vec4 texture_mean(sampler2D of, vec2 uv) {
-  return textureGrad(of, uv, dFdx(uv) / kSquareOverTent, dFdy(uv) / kSquareOverTent);
+vec4 texture_mean(sampler2D of, vec2 uv, vec2 uv_right, vec2 uv_down) {
+  return textureGrad(of, uv, uv_right / kSquareOverTent, uv_down / kSquareOverTent);
 }
+vec4 texture_mean(sampler2D of, vec2 uv) { return texture_mean(of, uv, dFdx(uv), dFdy(uv)); }
 
 vec3 surface_color(vec2 uv, vec3 tint) {
   vec3 base = draw.base_color.rgb * mix(vec3(1), tint, draw.tint.x);
@@ -38,13 +39,15 @@ vec3 surface_normal(vec3 n, vec3 world, vec2 uv) {
   vec3 right = dFdx(world), down = dFdy(world);
   vec2 uv_right = dFdx(uv), uv_down = dFdy(uv);
   float area = uv_right.x * uv_down.y - uv_down.x * uv_right.y;
-  if (area == 0.0) return n;
-  vec3 along_u = (right * uv_down.y - down * uv_right.y) / area, along_v = (down * uv_right.x - right * uv_down.x) / area;
+  // Equal texture coordinates are interpolated with rounding errors.
+  if (abs(area) <= 1e-12 * max(dot(uv, uv), 1e-6)) return n;
+  vec3 along_u = (right * uv_down.y - down * uv_right.y) / area,
+       along_v = (down * uv_right.x - right * uv_down.x) / area;
   vec3 x = along_u - dot(n, along_u) * n;
   if (!(dot(x, x) > 0.0)) return n;
   x = normalize(x);
   vec3 y = cross(n, x);
   if (dot(y, along_v) > 0.0) y = -y;
-  vec3 map = 2.0 * texture_mean(normal_texture, uv).rgb - 1.0;
+  vec3 map = 2.0 * texture_mean(normal_texture, uv, uv_right, uv_down).rgb - 1.0;
   return normalize(draw.maps.z * (map.x * x + map.y * y) + map.z * n);
 }

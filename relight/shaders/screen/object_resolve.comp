@@ -24,7 +24,7 @@ const float kSameNormal = 0.8, kSameDepth = 0.02;
 struct Sum {
   vec4 normal, base;
   float z, specular;
-  int count;
+  int count, gltf;
 };
 
 vec3 direction(vec3 sum) {
@@ -40,10 +40,9 @@ void main() {
   vec2 ray = texelFetch(rays, at, 0).xy;
   // The samples are split in two: those of the first covered sample's surface, and the others; the larger group is the
   // pixel's surface.
-  Sum sums[2] = Sum[](Sum(vec4(0), vec4(0), 0.0, 0.0, 0), Sum(vec4(0), vec4(0), 0.0, 0.0, 0));
+  Sum sums[2] = Sum[](Sum(vec4(0), vec4(0), 0.0, 0.0, 0, 0), Sum(vec4(0), vec4(0), 0.0, 0.0, 0, 0));
   vec3 first_normal = vec3(0);
   float first_z = 0.0;
-  bool first_gltf = false;
   for (int i = 0; i < s * s; ++i) {
     ivec2 q = s * at + ivec2(i % s, i / s);
     vec2 found = texelFetch(sample_depth, q, 0).xy;
@@ -51,14 +50,14 @@ void main() {
     vec4 normal = texelFetch(sample_normal, q, 0), base = texelFetch(sample_base, q, 0);
     if (sums[0].count == 0) {
       first_normal = normal.xyz;
-      first_gltf = base.a > 1.5;
       first_z = found.x;
     }
-    bool same = dot(normal.xyz, first_normal) > kSameNormal && abs(found.x - first_z) < kSameDepth * first_z &&
-                (base.a > 1.5) == first_gltf;
+    bool same = dot(normal.xyz, first_normal) > kSameNormal && abs(found.x - first_z) < kSameDepth * first_z;
     int which = same ? 0 : 1;
     sums[which].normal += normal;
-    sums[which].base += base;
+    bool gltf = base.a > 1.5;
+    sums[which].base += vec4(base.rgb, gltf ? base.a - 2.0 : base.a);
+    sums[which].gltf += int(gltf);
     sums[which].z += found.x;
     sums[which].specular += mod(found.y, 2.0);
     ++sums[which].count;
@@ -68,7 +67,9 @@ void main() {
   Sum largest = first ? sums[0] : sums[1], other = first ? sums[1] : sums[0];
   float k = largest.count > 0 ? 1.0 / float(largest.count) : 0.0, all = max(float(covered), 1.0);
   imageStore(object_normal, at, to_half(vec4(direction(largest.normal.xyz), largest.normal.a * k)));
-  imageStore(object_base, at, to_half(largest.base * k));
+  vec4 base = largest.base * k;
+  if (2 * largest.gltf > largest.count) base.a += 2.0;
+  imageStore(object_base, at, to_half(base));
   imageStore(object_surface, at, vec4(largest.z * k, float(covered) / float(s * s), largest.specular * k,
                                       float(other.count) / all));
   imageStore(object_other, at, to_half(vec4(direction(other.normal.xyz), other.z / max(float(other.count), 1.0))));

@@ -178,7 +178,7 @@ TEST(LoadModel, GltfTexturesOfOtherTextureCoordinates) {
   EXPECT_EQ(model->parts[0].metallic_roughness_texture, nullptr);
   EXPECT_NEAR(model->parts[0].material.roughness, 0.8f * 0.5f, 1e-6f) << "the mean";
   EXPECT_EQ(model->parts[0].normal_texture, nullptr);
-  EXPECT_EQ(model->not_drawn, std::vector<std::string>{"textures with different texture coordinates (material 0)"});
+  EXPECT_EQ(model->not_drawn, std::vector<std::string>{"different texture coordinates for its textures (material 0)"});
 }
 
 TEST(LoadModel, WhatIsNotDrawnOfGltfIsNamed) {
@@ -196,11 +196,38 @@ TEST(LoadModel, WhatIsNotDrawnOfGltfIsNamed) {
                             {"KHR_materials_specular", {{"specularFactor", 0.5}}}};
   file.json["materials"].push_back(material);  // which no triangle has
   const auto model = load_model(folder.write("b.gltf", file.gltf()), 'y');
-  EXPECT_EQ(model->not_drawn, (std::vector<std::string>{"alphaMode BLEND (material \"lacquer \")",
-                                                        "light that it emits (material \"lacquer \")",
-                                                        "textures that do not repeat (material \"lacquer \")",
-                                                        "KHR_materials_clearcoat (material \"lacquer \")", "skins"}));
+  EXPECT_EQ(model->not_drawn,
+            (std::vector<std::string>{"KHR_materials_clearcoat (material \"lacquer \")",
+                                      "alphaMode BLEND (material \"lacquer \")", "emission (material \"lacquer \")",
+                                      "wrap modes other than repeat (material \"lacquer \")", "skins"}));
   EXPECT_FLOAT_EQ(model->parts[0].material.specular, 0.5f);
+}
+
+// Their numbers in the file are not those of their first use.
+TEST(LoadModel, GltfSpecularFactorsOfSeveralMaterials) {
+  TemporaryFolder folder;
+  GltfFile file;
+  const auto with_specular = [](float factor, float red) {
+    return nlohmann::json{{"pbrMetallicRoughness", {{"baseColorFactor", {red, 0, 0, 1}}}},
+                          {"extensions", {{"KHR_materials_specular", {{"specularFactor", factor}}}}}};
+  };
+  file.json["materials"] = {with_specular(0.1f, 0.1f), with_specular(0.2f, 0.2f), with_specular(0.3f, 0.3f)};
+  auto second = file.primitive();
+  file.primitive()["material"] = 2;
+  second["material"] = 0;
+  file.json["meshes"][0]["primitives"].push_back(second);
+  const auto model = load_model(folder.write("a.gltf", file.gltf()), 'y');
+  ASSERT_EQ(model->parts.size(), 2u);
+  for (const Model::Part& part : model->parts) EXPECT_NEAR(part.material.specular, part.material.base_color.x(), 1e-6f);
+}
+
+TEST(LoadModel, GltfWithWrongTypesIsNoCrash) {
+  TemporaryFolder folder;
+  for (const char* text :
+       {R"({"asset":{"version":"2.0"},"meshes":3,"nodes":{"a":1},"materials":[7,null]})",
+        R"({"scene":-1,"scenes":[{"nodes":[0,0,-5,"x"]}],"nodes":[{"children":[0],"mesh":9}]})", R"([1,2])", "", "{"}) {
+    EXPECT_THROW(load_model(folder.write("a.gltf", text), 'y'), capture::InputError) << text;
+  }
 }
 
 TEST(LoadModel, GltfTextureTransform) {
