@@ -175,6 +175,41 @@ TEST_P(TexturedMaterials, EdgesWithinPixelsByCones) {
   EXPECT_LT(off, 4) << "5.8 where only the colour of the larger part of a pixel counts";
 }
 
+// A relief of waves of 3 mm, narrower than pixels, on a varnished plate: rough, as mip levels of its map say.
+TEST_P(TexturedMaterials, AnUnresolvedReliefByCones) {
+  constexpr int kEdge = 64;  // of a texture of 8 × 8 waves
+  auto relief = std::make_shared<capture::Image<std::uint8_t>>(kEdge, kEdge, 3);
+  const auto code = [](float x) { return static_cast<std::uint8_t>(std::lround(127.5f * (x + 1))); };
+  for (int v = 0; v < kEdge; ++v) {
+    for (int u = 0; u < kEdge; ++u) {
+      const auto slope = [](int at) { return 0.35f * std::sin(2 * relight::kPi * static_cast<float>(at) / 8); };
+      const Eigen::Vector3f n = Eigen::Vector3f(slope(u), slope(v), 1).normalized();
+      for (int c = 0; c < 3; ++c) relief->at(u, v, c) = code(n[c]);
+    }
+  }
+  auto model = plate(true);
+  model->parts[0].normal_texture = relief;
+  model->parts[0].material = {.base_color = {0.05f, 0.05f, 0.05f}, .roughness = 0.3f};
+  for (Eigen::Vector2f& uv : model->texcoords) uv /= 0.024f;
+  scene_.eye_m = {0.1f, -0.5f, 0.4f};
+  scene_.sky = 0;
+  scene_.radiance = [](const Eigen::Vector3f&) { return 0.02f; };
+  scene_.lamps = {lamp_at({0.0f, 0.4f, 0.45f}, 0.03f, 1)};  // reflected to the camera
+  relight::Plan paths;
+  paths.method = "reference";
+  paths.samples = 256;
+  const Bytes reference =
+      picture(model, paths, [&] { return std::make_unique<relight::ReferenceRenderer>(scene_.session()); });
+  const auto cones = [&](const std::shared_ptr<relight::Model>& drawn) {
+    return picture(drawn, careful_plan(32, 1),
+                   [&] { return std::make_unique<relight::Relighter>(device_, scene_.session()); });
+  };
+  auto smooth = std::make_shared<relight::Model>(*model);
+  smooth->parts[0].normal_texture = nullptr;
+  // The slopes of waves are not distributed as those of GGX.
+  EXPECT_LT(apart(cones(model), reference), apart(cones(smooth), reference) / 2);
+}
+
 class TexturedMaterialsByRays : public TexturedMaterials {};
 INSTANTIATE_TEST_SUITE_P(On, TexturedMaterialsByRays, testing::Values(relight::gpu::Backend::vulkan),
                          relight::gpu::backend_label);
