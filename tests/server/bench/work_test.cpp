@@ -34,7 +34,8 @@ class BenchWork : public testing::Test {
     model->texcoords.assign(4, Eigen::Vector2f::Zero());
     model->colors.assign(4, Eigen::Vector3f::Ones());
     model->indices = {0, 1, 2, 0, 2, 3};
-    model->parts = {{.material = {}, .base_color_texture = nullptr, .first_index = 0, .index_count = 6}};
+    model->parts.resize(1);
+    model->parts[0].index_count = 6;
     exhibit_.objects.resize(1);
     exhibit_.objects[0].model = model;
     exhibit_.objects[0].position_m = {0.3, 0.2, 0};

@@ -235,7 +235,9 @@ TEST(LiveRelighter, ObjectsFadeOutWhenThePoseIsLostAndWhenTheLensIsCovered) {
       last = now;
     }
     EXPECT_EQ(last, 0);
-    if (!covers) EXPECT_LT(worst_step, full / 2);
+    if (!covers) {
+      EXPECT_LT(worst_step, full / 2);
+    }
     for (int i = 0; i < 20; ++i) {
       const int now = next(false);
       EXPECT_GE(now, last);
