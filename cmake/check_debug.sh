@@ -13,11 +13,14 @@ case "${1:-}" in
   *) echo "usage: $0 [--minutes N]" >&2; exit 2 ;;
 esac
 cmake --preset debug >/dev/null
+
 # Runs a command for the time that is left; exits with 124 where that is over.
 within_time() {
-  local left=0
-  if [ -n "$minutes" ]; then left=$((60 * minutes - SECONDS)); fi
-  if [ -n "$minutes" ] && [ $left -le 0 ]; then return 124; fi
+  local left=0  # no limit
+  if [ -n "$minutes" ]; then
+    left=$((60 * minutes - SECONDS))
+    [ $left -gt 0 ] || return 124
+  fi
   timeout --signal=INT "$left" "$@"
 }
 

@@ -68,7 +68,7 @@ class MaterialOrder {
     const json& scene = element(member(root, "scenes"), json(number_or(member(root, "scene"), 0)));
     for (const json& node : member(scene, "nodes")) visit(node);
   }
-  const std::vector<std::size_t>& of_file() const { return order_; }
+  const std::vector<std::size_t>& indices() const { return order_; }  ///< into the file's materials
 
  private:
   void visit(const json& index) {
@@ -158,21 +158,21 @@ std::vector<std::string> not_drawn(const json& root, const std::vector<std::size
     lines.push_back(feature.substr(0, kMaxNameCharacters) + " (" + users.first +
                     (users.others ? " and " + std::to_string(users.others) + " more" : std::string()) + ")");
   }
-  std::set<std::string> of_nodes;
+  std::set<std::string> of_scene;
   for (const json& node : member(root, "nodes")) {
     const json& extensions = member(node, "extensions");
     if (!extensions.is_object()) continue;
-    for (const auto& [name, content] : extensions.items()) of_nodes.insert(name.substr(0, kMaxNameCharacters));
+    for (const auto& [name, content] : extensions.items()) of_scene.insert(name.substr(0, kMaxNameCharacters));
   }
   for (const json& mesh : member(root, "meshes")) {
     for (const json& primitive : member(mesh, "primitives")) {
-      if (!member(primitive, "targets").is_null()) of_nodes.insert("morph targets");
+      if (!member(primitive, "targets").is_null()) of_scene.insert("morph targets");
     }
   }
   for (const char* motion : {"animations", "skins"}) {
-    if (const json& all = member(root, motion); all.is_array() && !all.empty()) of_nodes.insert(motion);
+    if (const json& all = member(root, motion); all.is_array() && !all.empty()) of_scene.insert(motion);
   }
-  lines.insert(lines.end(), of_nodes.begin(), of_nodes.end());
+  lines.insert(lines.end(), of_scene.begin(), of_scene.end());
   if (lines.size() > kMaxFeatures) {
     const std::size_t more = lines.size() - kMaxFeatures;
     lines.resize(kMaxFeatures);
@@ -197,8 +197,8 @@ GltfExtras read_gltf_extras(const std::filesystem::path& file) {
   GltfExtras extras;
   if (!root.is_object()) return extras;
   const MaterialOrder order(root);
-  extras.not_drawn = not_drawn(root, order.of_file());
-  for (const std::size_t i : order.of_file()) {
+  extras.not_drawn = not_drawn(root, order.indices());
+  for (const std::size_t i : order.indices()) {
     const json& specular = member(member(member(root, "materials")[i], "extensions"), "KHR_materials_specular");
     const json& factor = member(specular, "specularFactor");
     extras.specular.push_back(factor.is_number() ? std::clamp(factor.get<float>(), 0.0f, 1.0f) : 1.0f);

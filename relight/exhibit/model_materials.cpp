@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr float kMaxNormalScale = 100;  // the normal of any other texel is nearly in the surface
+constexpr float kMaxNormalScale = 100;  // beyond it any normal that is not exactly upright lies in the surface
 
 capture::Image<std::uint8_t> to_rgb(const cv::Mat& bgr) {
   capture::Image<std::uint8_t> image(bgr.cols, bgr.rows, 3);

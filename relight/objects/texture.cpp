@@ -28,7 +28,7 @@ struct Decode {
   }
 };
 
-/// Half the size: each texel is the area-weighted mean of those it covers, also at odd sizes.
+/// Half the size: each texel is the mean of the two or, at odd sizes, up to three rows and columns that it covers.
 template <typename T>
 capture::Image<float> halved(const capture::Image<T>& from, Decode decode) {
   capture::Image<float> to(std::max(1, from.width / 2), std::max(1, from.height / 2), 3);

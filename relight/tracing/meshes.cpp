@@ -207,7 +207,7 @@ std::uint32_t Meshes::blocked(const RayFan& fan) const {
 
 namespace {
 
-/// Edge of a square of the area for which a ray stands.
+/// Edge of a square with the area of a ray's footprint on a surface.
 float footprint_m(const MeshHit& hit, float cosine, float pixel_rad) {
   return pixel_rad * hit.t_m / std::sqrt(std::max(std::abs(cosine), kTracing.min_footprint_cosine));
 }
@@ -229,9 +229,11 @@ SurfaceHit Meshes::surface(const MeshHit& hit, const Vector3f& w, float pixel_ra
   const Vector3f interpolated = (placed.normals * shading.interpolated).stableNormalized();
   s.normal = interpolated;
   s.face_ray(w);
-  Vector3f turned = (placed.normals * shading.normal).stableNormalized();
-  if (s.face.dot(interpolated) < 0) turned = -turned;
-  if (turned.dot(w) < 0) s.normal = turned;
+  if (shading.normal != shading.interpolated) {
+    Vector3f turned = (placed.normals * shading.normal).stableNormalized();
+    if (s.face.dot(interpolated) < 0) turned = -turned;
+    if (turned.dot(w) < 0) s.normal = turned;
+  }
   if (placed.mesh.seen && state_->seen) {
     if (const std::optional<BsdfParams> bsdf = seen_bsdf(*state_->seen, s.position_m, s.face)) {
       s.bsdf = *bsdf;

@@ -69,11 +69,11 @@ class Meshes {
   /// Bit mask of the rays that hit a triangle before their limit; their nearest hits are in `found`.
   std::uint32_t hits(const RayFan& fan, std::array<MeshHit, RayFan::kMaxRays>& found) const;
   std::uint32_t blocked(const RayFan& fan) const;  ///< likewise, for occluding meshes
-  /// `pixel_rad`: angle between neighbouring rays; textures are averaged over the area for which the ray stands.
+  /// `pixel_rad`: angle between neighbouring rays; textures are averaged over the ray's footprint.
   SurfaceHit surface(const MeshHit& hit, const Eigen::Vector3f& w, float pixel_rad = 0) const;
-  /// The same for a ray that stands for a solid angle: as rough as the curved area within it, and so rough that its
+  /// The same for a ray that represents a solid angle: as rough as the curved surface within it, and so rough that its
   /// lobe is not narrower (Kaplanyan & Dachsbacher 2013, "Path Space Regularization for Holistic and Robust Light
-  /// Transport"). Otherwise few rays would find more light than they stand for, and most none.
+  /// Transport"). Otherwise single rays would overestimate narrow highlights, and most would miss them.
   SurfaceHit surface_within(const MeshHit& hit, const Eigen::Vector3f& w, float solid_angle_sr) const;
 
   /// Bounding sphere of each mesh: x, y, z, radius.

@@ -8,7 +8,7 @@ inline constexpr struct TracingParameters {
   int sky_width = 128, sky_height = 64;                ///< of spherical harmonics as an image, pixels
   int cells = 12, cell_rays = 96, rays_around = 8;     ///< along a side of the enclosure; per cell; at a shadow's rim
   float behind_voxels = 3, cell_offset_m = 1e-3f;      ///< of the enclosure behind the surfaces; of its rays' origins
-  float min_footprint_cosine = 0.05f;  ///< bound of the area for which a ray stands; at the silhouette it is infinite
+  float min_footprint_cosine = 0.05f;  ///< bound of a ray's footprint, which is infinite at the silhouette
   float wider = 1.1f;                  ///< margin on the region of a shadow that the rays find
   float max_albedo = 1;  ///< of enclosure cells: the centre of the range over which enclosure_light.comp fades out
 } kTracing;

@@ -205,6 +205,21 @@ ClosedScene ball_under_lamp() {
   return scene;
 }
 
+ClosedScene floor_under_lamp() {
+  ClosedScene scene;
+  scene.width = 48;
+  scene.height = 36;
+  scene.focal_px = 45;
+  scene.eye_m = {0, -0.5f, 0.35f};
+  scene.look_at_m = {0, 0, 0.06f};
+  scene.sky = 0.3f;
+  scene.lamps = {lamp_at({0.3f, -0.3f, 0.6f}, 0.03f, 0.3f)};
+  scene.radiance = [lamp = scene.lamps[0], albedo = scene.albedo, sky = scene.sky](const Eigen::Vector3f& p) {
+    return albedo * (irradiance(lamp, p, Eigen::Vector3f::UnitZ()) / std::numbers::pi_v<float> + sky);
+  };
+  return scene;
+}
+
 float box_distance(const Eigen::AlignedBox3f& box, const Eigen::Vector3f& p_m) {
   const Eigen::Vector3f q = (p_m - box.center()).cwiseAbs() - 0.5f * box.sizes();
   return q.cwiseMax(0.0f).norm() + std::min(q.maxCoeff(), 0.0f);

@@ -64,6 +64,9 @@ ClosedScene box_on_floor();
 
 ClosedScene ball_under_lamp();
 
+/// A floor with the light that a lamp and an even sky give it, seen from near by a small camera; no object.
+ClosedScene floor_under_lamp();
+
 /// Signed distance to a box, negative inside.
 float box_distance(const Eigen::AlignedBox3f& box, const Eigen::Vector3f& p_m);
 

@@ -40,13 +40,6 @@ std::string textured_block() {
 class MaterialOverrides : public ClosedTest {
  protected:
   MaterialOverrides() {
-    scene_.width = 48;
-    scene_.height = 36;
-    scene_.focal_px = 45;
-    scene_.eye_m = {0, -0.5f, 0.35f};
-    scene_.look_at_m = {0, 0, 0.06f};
-    scene_.sky = 0.3f;
-    scene_.lamps = {lamp_at({0.3f, -0.3f, 0.6f}, 0.03f, 0.3f)};
     folder_.write("block.ply", colored_block());
     folder_.write("texture.png", from_base64(red_grey_png));
     folder_.write("block.mtl", "newmtl painted\nmap_Kd texture.png\nKs 0 0 0\nnewmtl blue\nKd 0.1 0.1 0.7\nKs 0 0 0\n");
@@ -74,7 +67,7 @@ class MaterialOverrides : public ClosedTest {
   }
 
   TemporaryFolder folder_;
-  ClosedScene scene_;
+  ClosedScene scene_ = floor_under_lamp();
 };
 ON_BOTH_DEVICES(MaterialOverrides);
 

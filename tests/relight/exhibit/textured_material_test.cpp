@@ -71,9 +71,6 @@ class TexturedMaterials : public ClosedTest {
     scene_.height = 48;
     scene_.focal_px = 75;
     scene_.eye_m = {0.1f, -0.5f, 0.4f};
-    scene_.look_at_m = {0, 0, 0.06f};
-    scene_.sky = 0.3f;
-    scene_.lamps = {lamp_at({0.3f, -0.3f, 0.6f}, 0.03f, 0.3f)};
   }
 
   template <typename MakeRenderer>
@@ -120,9 +117,6 @@ class TexturedMaterials : public ClosedTest {
     relight::Plan paths;
     paths.method = "reference";
     paths.samples = 256;
-    scene_.radiance = [&](const Eigen::Vector3f& p) {
-      return scene_.albedo * (irradiance(scene_.lamps[0], p, Eigen::Vector3f::UnitZ()) / relight::kPi + scene_.sky);
-    };
     const auto ball = [&](bool gltf) {
       auto model = std::make_shared<relight::Model>(*sphere_object(0.1f, {0, 0, 0}, 1).model);
       for (Eigen::Vector3f& p : model->positions_m) p.z() += 0.12f;
@@ -137,7 +131,7 @@ class TexturedMaterials : public ClosedTest {
         << "a layer that is passed twice";
   }
 
-  ClosedScene scene_;
+  ClosedScene scene_ = floor_under_lamp();
 };
 ON_BOTH_DEVICES(TexturedMaterials);
 
@@ -153,9 +147,6 @@ TEST_P(TexturedMaterials, MixedAsInGltfByCones) {
 
 // Stripes that are wider than pixels, without specular reflection.
 TEST_P(TexturedMaterials, EdgesWithinPixelsByCones) {
-  scene_.radiance = [&](const Eigen::Vector3f& p) {
-    return scene_.albedo * (irradiance(scene_.lamps[0], p, Eigen::Vector3f::UnitZ()) / relight::kPi + scene_.sky);
-  };
   auto striped = plate(true);
   relight::Model::Part& part = striped->parts[0];
   part.normal_texture = nullptr;
@@ -175,6 +166,27 @@ TEST_P(TexturedMaterials, EdgesWithinPixelsByCones) {
   EXPECT_LT(off, 4) << "5.8 where only the colour of the larger part of a pixel counts";
 }
 
+// Samples of a glTF file's plate and of another one's in one pixel are no metal.
+TEST_P(TexturedMaterials, FilesOfBothKindsWithinAPixelByCones) {
+  const auto plates = [&](bool left, bool right) {
+    auto model = plate(false);
+    model->normals.assign(model->normals.size(), Eigen::Vector3f::UnitZ());
+    model->parts[0].material = {.base_color = {0.7f, 0.7f, 0.7f}, .roughness = 0.8f, .gltf = left};
+    relight::Model::Part other = model->parts[0];
+    other.material.gltf = right;
+    other.first_index = 3;
+    other.index_count = model->parts[0].index_count = 3;
+    model->parts.push_back(other);
+    return picture(model, careful_plan(32, 1),
+                   [&] { return std::make_unique<relight::Relighter>(device_, scene_.session()); });
+  };
+  const Bytes gltf = plates(true, true), others = plates(false, false), both = plates(true, false);
+  for (std::size_t i = 0; i < both.size(); ++i) {
+    EXPECT_GE(both[i] + 4, std::min(gltf[i], others[i])) << i;
+    EXPECT_LE(both[i], std::max(gltf[i], others[i]) + 4) << i;
+  }
+}
+
 // A relief of waves of 3 mm, narrower than pixels, on a varnished plate: rough, as mip levels of its map say.
 TEST_P(TexturedMaterials, AnUnresolvedReliefByCones) {
   constexpr int kEdge = 64;  // of a texture of 8 × 8 waves
@@ -191,7 +203,6 @@ TEST_P(TexturedMaterials, AnUnresolvedReliefByCones) {
   model->parts[0].normal_texture = relief;
   model->parts[0].material = {.base_color = {0.05f, 0.05f, 0.05f}, .roughness = 0.3f};
   for (Eigen::Vector2f& uv : model->texcoords) uv /= 0.024f;
-  scene_.eye_m = {0.1f, -0.5f, 0.4f};
   scene_.sky = 0;
   scene_.radiance = [](const Eigen::Vector3f&) { return 0.02f; };
   scene_.lamps = {lamp_at({0.0f, 0.4f, 0.45f}, 0.03f, 1)};  // reflected to the camera

@@ -268,6 +268,23 @@ TEST(ObjectField, ColorsOfTheNearestPart) {
   }
 }
 
+TEST(ObjectField, MetallicOfItsTexture) {
+  Model model;
+  auto halves = std::make_shared<capture::Image<std::uint8_t>>(2, 1, 3, std::uint8_t{0});
+  halves->at(1, 0, 2) = 255;
+  const Points corners = box({-1, -1, -1}, {1, 1, 1});
+  std::vector<Eigen::Vector2f> texcoords;
+  for (const Eigen::Vector3f& p : corners) texcoords.emplace_back((p.x() + 1) / 2, 0.5f);
+  test::add_part(&model, corners, {}, nullptr, texcoords);
+  model.parts[0].metallic_roughness_texture = halves;
+  const auto field = compute_object_field(model, 40);
+  for (const float x : {-0.5f, 0.5f}) {
+    const Eigen::Vector3i at =
+        ((Eigen::Vector3f(x, 0, 1) - field->origin_m) / field->voxel_m).array().round().cast<int>();
+    EXPECT_NEAR(field->metallic[index_of(*field, at.x(), at.y(), at.z())], x < 0 ? 0 : 1, 0.06f) << x;
+  }
+}
+
 TEST(ObjectField, TexturesAreLinearAndAveragedOverAVoxel) {
   Material material;
   material.base_color = {1, 0.5f, 1};

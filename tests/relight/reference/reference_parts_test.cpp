@@ -203,6 +203,28 @@ TEST(ReferenceMeshes, TexturesColoursAndSmoothNormals) {
   EXPECT_FALSE(meshes.blocked({0.5f, -1, 2.5f}, {0, 1, 0}, 0.5f));
 }
 
+// A ray that represents a solid angle makes what it hits rougher: by the lobe's width, and by the curvature within.
+TEST(ReferenceMeshes, WithinASolidAngleSurfacesAreRougher) {
+  const auto alpha = [](float radius_m, float solid_angle_sr) {
+    relight::ReferenceMesh ball;
+    auto model = std::make_shared<relight::Model>(model_of(sphere(radius_m, 60)));
+    for (std::size_t i = 0; i < model->normals.size(); ++i) model->normals[i] = model->positions_m[i].normalized();
+    model->parts[0].material = metal(1, 0.2f);
+    ball.model = model;
+    const relight::Meshes meshes({ball}, nullptr);
+    const Vector3f w(0, 0.99f, std::sqrt(1 - 0.99f * 0.99f));
+    const auto hit = meshes.hit(-(radius_m + 0.5f) * w, w, 10);
+    return meshes.surface_within(*hit, w, solid_angle_sr).bsdf.alpha;
+  };
+  EXPECT_NEAR(alpha(0.1f, 0), 0.04f, 1e-6);
+  const float large = alpha(1000, 0.05f);
+  EXPECT_NEAR(large, std::sqrt(0.05f / (4 * relight::kPi)), 0.01f) << "nearly flat: the lobe's width";
+  // α² grows by twice the normals' variance: a twelfth of the square of footprint over radius.
+  const float footprint_m = 0.5f * std::sqrt(0.001f), radius_m = 0.05f;
+  EXPECT_NEAR(alpha(radius_m, 0.001f), std::sqrt(0.0016f + 2 * std::pow(footprint_m / radius_m, 2.0f) / 12), 0.01f);
+  EXPECT_EQ(alpha(0.001f, 1), 1);
+}
+
 TEST(ReferenceMeshes, WhatACameraSeesCountsBeforeColours) {
   relight::ReferenceMesh floor = square(1, 0, lambert(0.5f));
   floor.seen = true;

@@ -6,6 +6,7 @@
 #include "relight/tracing/build_trace_scene.h"
 #include "relight/tracing/trace_scene.h"
 #include "tests/relight/closed_form/closed_scene.h"
+#include "tests/relight/exhibit/model_files.h"
 #include "tests/relight/exhibit/model_shapes.h"
 
 namespace lumigraft::test {
@@ -135,6 +136,25 @@ TEST(ReferenceSceneOf, AKnownSurfaceTakesThePlaceOfTheFields) {
                               static_cast<double>(without.real[0].model->indices.size());
   EXPECT_NEAR(gone, 0.16 / 3.24, 0.01);
   EXPECT_NEAR(without.real[0].model->colors[0].x(), 0.5f, 1e-5f);
+}
+
+// A real surface has the material that the session states, whatever its file says.
+TEST(ReferenceSceneOf, AKnownSurfaceOfAGltfFileHasNoMaterialOfItsOwn) {
+  TemporaryFolder folder;
+  GltfFile file;
+  file.json["images"] = {{{"uri", "data:image/png;base64," + red_grey_png}}};
+  file.json["textures"] = {{{"source", 0}}};
+  file.json["materials"] = {{{"normalTexture", {{"index", 0}}}}};
+  file.primitive()["material"] = 0;
+  capture::RealSurface surface;
+  surface.mesh = folder.write("table.gltf", file.gltf());
+  surface.specular = 1;
+  const auto known = relight::known_surfaces({surface});
+  ASSERT_EQ(known.size(), 1u);
+  const relight::Model::Part& part = known[0].model->parts.at(0);
+  EXPECT_EQ(part.normal_texture, nullptr);
+  EXPECT_FALSE(relight::MaterialOverride(known[0].material).over(part.material).gltf);
+  EXPECT_EQ(part.index_count, 3u);
 }
 
 }  // namespace
