@@ -4,7 +4,7 @@
 #include "common/surface_material.glsl"
 layout(location = 0) in vec3 world;
 layout(location = 1) in vec3 world_normal;
-layout(location = 2) in vec2 uv;
+layout(location = 2) in vec4 uv;
 layout(location = 3) in vec3 tint;
 layout(location = 4) in float depth_m;
 layout(location = 5) in vec3 front;

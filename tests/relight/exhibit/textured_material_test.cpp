@@ -40,7 +40,7 @@ std::shared_ptr<relight::Model> block(bool textured) {
     texcoords.emplace_back((i < kMetalSides.size() ? 0.25f : 0.75f) + 1e-3f * k, 0.5f + 1e-3f * k * k);
   }
   add_part(model.get(), kTwoMaterials, mean, nullptr, texcoords);
-  model->parts[0].metallic_roughness_texture = texture(2, {0, 102, 255, 0, 255, 0});
+  model->parts[0].metallic_roughness_texture.picture = texture(2, {0, 102, 255, 0, 255, 0});
   return model;
 }
 
@@ -57,7 +57,7 @@ std::shared_ptr<relight::Model> plate(bool textured) {
   const float up = std::sqrt(1 - tilt.squaredNorm());
   if (textured) {
     const auto z = static_cast<std::uint8_t>(std::lround(127.5f * (up + 1)));
-    model->parts[0].normal_texture = texture(1, {55, 75, z});
+    model->parts[0].normal_texture.picture = texture(1, {55, 75, z});
   } else {
     for (Eigen::Vector3f& n : model->normals) n = {-tilt.x(), tilt.y(), up};
   }
@@ -96,7 +96,7 @@ class TexturedMaterials : public ClosedTest {
     };
     const Bytes with = drawn(block(true));
     auto mean = block(true);
-    mean->parts[0].metallic_roughness_texture = nullptr;
+    mean->parts[0].metallic_roughness_texture.picture = nullptr;
     const double without = apart(drawn(mean), with);
     EXPECT_GT(without, 5 * kBound) << "the scene shows no difference";
     EXPECT_LT(apart(drawn(block(false)), with), kBound);
@@ -106,7 +106,7 @@ class TexturedMaterials : public ClosedTest {
     scene_.lamps = {lamp_at({0.3f, -0.3f, 0.6f}, 0.03f, 1)};
     const Bytes turned = drawn(plate(true));
     auto flat = plate(true);
-    flat->parts[0].normal_texture = nullptr;
+    flat->parts[0].normal_texture.picture = nullptr;
     EXPECT_GT(apart(drawn(flat), turned), 2.5 * turned_bound) << "the scene shows no difference";
     EXPECT_LT(apart(drawn(plate(false)), turned), turned_bound);
   }
@@ -149,11 +149,11 @@ TEST_P(TexturedMaterials, MixedAsInGltfByCones) {
 TEST_P(TexturedMaterials, EdgesWithinPixelsByCones) {
   auto striped = plate(true);
   relight::Model::Part& part = striped->parts[0];
-  part.normal_texture = nullptr;
+  part.normal_texture.picture = nullptr;
   part.material = {.base_color = {1, 1, 1}, .specular = 0};
   Bytes stripes;
   for (int u = 0; u < 512; ++u) stripes.insert(stripes.end(), 3, u / 128 % 2 ? 255 : 0);
-  part.base_color_texture = texture(512, stripes);
+  part.base_color_texture.picture = texture(512, stripes);
   for (Eigen::Vector2f& uv : striped->texcoords) uv = 10 * (uv + Eigen::Vector2f(uv.y(), 0)) / 2;
   relight::Plan paths;
   paths.method = "reference";
@@ -200,7 +200,7 @@ TEST_P(TexturedMaterials, AnUnresolvedReliefByCones) {
     }
   }
   auto model = plate(true);
-  model->parts[0].normal_texture = relief;
+  model->parts[0].normal_texture.picture = relief;
   model->parts[0].material = {.base_color = {0.05f, 0.05f, 0.05f}, .roughness = 0.3f};
   for (Eigen::Vector2f& uv : model->texcoords) uv /= 0.024f;
   scene_.sky = 0;
@@ -216,7 +216,7 @@ TEST_P(TexturedMaterials, AnUnresolvedReliefByCones) {
                    [&] { return std::make_unique<relight::Relighter>(device_, scene_.session()); });
   };
   auto smooth = std::make_shared<relight::Model>(*model);
-  smooth->parts[0].normal_texture = nullptr;
+  smooth->parts[0].normal_texture.picture = nullptr;
   // The slopes of waves are not distributed as those of GGX.
   EXPECT_LT(apart(cones(model), reference), apart(cones(smooth), reference) / 2);
 }

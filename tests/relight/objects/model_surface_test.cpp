@@ -52,7 +52,7 @@ TEST(ModelSurface, RoughnessAndMetallicAtTheirTexel) {
   Model::Part& part = model.parts[0];
   part.metallic_factor = 0.9f;
   part.roughness_factor = 0.5f;
-  part.metallic_roughness_texture = picture(2, [](int u, int) {
+  part.metallic_roughness_texture.picture = picture(2, [](int u, int) {
     return u ? std::array<std::uint8_t, 3>{7, 255, 0} : std::array<std::uint8_t, 3>{99, 102, 255};
   });
   const ModelSurface surface(model, true);
@@ -89,7 +89,7 @@ TEST(ModelSurface, NormalMapFollowsTheTexture) {
                {stretched, {1, 0, 0}, {0, 1, 0}}};
   for (const auto& c : cases) {
     Model model = square(c.M);
-    model.parts[0].normal_texture = picture(2, [&](int, int) {
+    model.parts[0].normal_texture.picture = picture(2, [&](int, int) {
       return std::array<std::uint8_t, 3>{code(map.x()), code(map.y()), code(map.z())};
     });
     const Vector3f normal = ModelSurface(model, true).at(point_at(0.6f, 0.2f), {}).normal;
@@ -101,7 +101,7 @@ TEST(ModelSurface, NormalMapFollowsTheTexture) {
 
 TEST(ModelSurface, NormalMapWithoutTextureCoordinatesChangesNothing) {
   Model model = square(Eigen::Matrix2f::Zero());
-  model.parts[0].normal_texture = picture(1, [](int, int) { return std::array<std::uint8_t, 3>{255, 128, 128}; });
+  model.parts[0].normal_texture.picture = picture(1, [](int, int) { return std::array<std::uint8_t, 3>{255, 128, 128}; });
   EXPECT_EQ(ModelSurface(model, true).at(point_at(0.6f, 0.2f), {}).normal, Vector3f::UnitZ());
 }
 
@@ -115,7 +115,7 @@ TEST(ModelSurface, AnUnresolvedReliefIsRough) {
     return std::array<std::uint8_t, 3>{code(n.x()), code(n.y()), code(n.z())};
   };
   Model model = square(lying());
-  model.parts[0].normal_texture = picture(kEdge, relief);
+  model.parts[0].normal_texture.picture = picture(kEdge, relief);
   model.parts[0].material.roughness = 0.3f;
   const ModelSurface surface(model, true);
   const auto far = surface.at(point_at(0.6f, 0.2f, 0.3f), {});
