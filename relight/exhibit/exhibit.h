@@ -21,23 +21,36 @@ struct Material {
   float specular = 1.0f;
   /// Whether layer and body are mixed as in glTF 2.0, appendix B; else light passes the layer twice (bsdf_params.h).
   bool gltf = false;
+  /// Radiance that the front of the surface emits, linear, 1: the white of the picture (VirtualObject::white_radiance).
+  Eigen::Vector3f emission = Eigen::Vector3f::Zero();
 };
 
+inline constexpr double kMaxEmission = 100000;  ///< about the radiance of the sun over that of white paper in its light
+
 /// Overrides for a model's own materials, which keep the way in which they are mixed. Unset values keep each part's
-/// own; a base colour also replaces textures and vertex colours.
+/// own; a base colour also replaces textures and vertex colours, and emission its texture.
 struct MaterialOverride {
   std::optional<Eigen::Vector3f> base_color;  ///< linear
   std::optional<float> metallic, roughness, specular;
+  std::optional<Eigen::Vector3f> emission;
 
   MaterialOverride() = default;
   MaterialOverride(const Material& all)  ///< replaces everything
-      : base_color(all.base_color), metallic(all.metallic), roughness(all.roughness), specular(all.specular) {}
+      : base_color(all.base_color),
+        metallic(all.metallic),
+        roughness(all.roughness),
+        specular(all.specular),
+        emission(all.emission) {}
 
   bool empty() const { return *this == MaterialOverride(); }
   /// The resulting material of a part whose own is `part`.
   Material over(const Material& part) const {
-    return {base_color.value_or(part.base_color), metallic.value_or(part.metallic), roughness.value_or(part.roughness),
-            specular.value_or(part.specular), part.gltf};
+    return {base_color.value_or(part.base_color),
+            metallic.value_or(part.metallic),
+            roughness.value_or(part.roughness),
+            specular.value_or(part.specular),
+            part.gltf,
+            emission.value_or(part.emission)};
   }
   bool operator==(const MaterialOverride&) const = default;
 };
@@ -86,6 +99,7 @@ struct VirtualObject {
   double scale = 1.0;
   bool visible = true;
   MaterialOverride material;
+  float white_radiance = 1;      ///< of emission 1, W/sr/m²: 1 over the exposure of the colour camera
   std::vector<KeyFrame> motion;  ///< sorted by time; position linear, rotation slerp, constant outside the range
 
   Eigen::Affine3d T_tag_model(double time_s) const;
