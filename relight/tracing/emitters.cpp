@@ -71,6 +71,10 @@ LightSample Emitters::sample(const Vector3f& from_m, Eigen::Vector2f u) const {
 }
 
 float Emitters::pdf(const MeshHit& hit, const Vector3f& w) const {
+  return empty() ? 0 : of_mesh_[hit.mesh].share * point_pdf(hit, w);
+}
+
+float Emitters::point_pdf(const MeshHit& hit, const Vector3f& w) const {
   if (empty() || !emits(hit.mesh)) return 0;
   const Placed& placed = of_mesh_[hit.mesh];
   const float of_model = placed.surface->pdf(hit.triangle);
@@ -81,7 +85,7 @@ float Emitters::pdf(const MeshHit& hit, const Vector3f& w) const {
       placed.cofactor * (p[corner[1]] - p[corner[0]]).cross(p[corner[2]] - p[corner[0]]).stableNormalized();
   // |cosine| times the factor by which areas grow.
   const float cosine = std::abs(normal.dot(w));
-  return cosine > 0 ? placed.share * of_model * hit.t_m * hit.t_m / cosine : 0;
+  return cosine > 0 ? of_model * hit.t_m * hit.t_m / cosine : 0;
 }
 
 }  // namespace lumigraft::relight

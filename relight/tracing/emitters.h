@@ -34,6 +34,8 @@ class Emitters {
   LightSample sample(const Eigen::Vector3f& from_m, Eigen::Vector2f u) const;
   /// Density of `sample` for a ray that hits a mesh, 1/sr; 0 where it does not emit.
   float pdf(const MeshHit& hit, const Eigen::Vector3f& w) const;
+  /// The same of `point`, of its mesh alone.
+  float point_pdf(const MeshHit& hit, const Eigen::Vector3f& w) const;
 
  private:
   struct Placed {
