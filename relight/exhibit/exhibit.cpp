@@ -47,6 +47,15 @@ MaterialOverride read_material(const capture::ConfigTable& table) {
   material.metallic = read_unit(table, "metallic");
   material.roughness = read_unit(table, "roughness");
   material.specular = read_unit(table, "specular");
+  if (table.has("emission")) {
+    const std::vector<double> color = table.numbers("emission", 3);
+    if (*std::min_element(color.begin(), color.end()) < 0 ||
+        *std::max_element(color.begin(), color.end()) > kMaxEmission) {
+      table.fail("emission", "found a value outside 0 to " + std::to_string(static_cast<int>(kMaxEmission)) +
+                                 ", allowed: three linear radiances, 1 being the white of the picture");
+    }
+    material.emission = Eigen::Vector3d(color[0], color[1], color[2]).cast<float>();
+  }
   return material;
 }
 

@@ -21,25 +21,37 @@ struct Material {
   float specular = 1.0f;
   /// Whether layer and body are mixed as in glTF 2.0, appendix B; else light passes the layer twice (bsdf_params.h).
   bool gltf = false;
-  /// Radiance that the surface emits in all directions, linear; 1: white of the picture. A texture multiplies it.
+  /// Radiance that the front of the surface emits, linear, 1: the white of the picture (VirtualObject::white_radiance).
+  /// A texture multiplies it.
   Eigen::Vector3f emission = Eigen::Vector3f::Zero();
 };
 
+inline constexpr double kMaxEmission = 100000;  ///< about the radiance of the sun over that of white paper in its light
+
 /// Overrides for a model's own materials, which keep the way in which they are mixed. Unset values keep each part's
-/// own; a base colour also replaces textures and vertex colours, another value the texture that multiplies it.
+/// own; a base colour also replaces textures and vertex colours, and emission its texture.
 struct MaterialOverride {
   std::optional<Eigen::Vector3f> base_color;  ///< linear
   std::optional<float> metallic, roughness, specular;
+  std::optional<Eigen::Vector3f> emission;
 
   MaterialOverride() = default;
   MaterialOverride(const Material& all)  ///< replaces everything
-      : base_color(all.base_color), metallic(all.metallic), roughness(all.roughness), specular(all.specular) {}
+      : base_color(all.base_color),
+        metallic(all.metallic),
+        roughness(all.roughness),
+        specular(all.specular),
+        emission(all.emission) {}
 
   bool empty() const { return *this == MaterialOverride(); }
   /// The resulting material of a part whose own is `part`.
   Material over(const Material& part) const {
-    return {base_color.value_or(part.base_color), metallic.value_or(part.metallic), roughness.value_or(part.roughness),
-            specular.value_or(part.specular), part.gltf, part.emission};
+    return {base_color.value_or(part.base_color),
+            metallic.value_or(part.metallic),
+            roughness.value_or(part.roughness),
+            specular.value_or(part.specular),
+            part.gltf,
+            emission.value_or(part.emission)};
   }
   bool operator==(const MaterialOverride&) const = default;
 };
@@ -77,11 +89,11 @@ struct Model {
   std::vector<Eigen::Vector3f> normals;      ///< unit
   std::vector<Eigen::Vector2f> texcoords;    ///< zero if the model has none; v increases downwards
   std::vector<Eigen::Vector2f> texcoords_1;  ///< the second set; empty if no texture reads it
-  /// As in glTF: unit tangent, then the handedness: the bitangent is w · (normal × tangent). Zero where a part has none,
-  /// empty if the model has none.
+  /// As in glTF: unit tangent, then the handedness: the bitangent is w · (normal × tangent). Zero where a part has
+  /// none, empty if the model has none.
   std::vector<Eigen::Vector4f> tangents;
   std::vector<Eigen::Vector3f> colors;  ///< linear vertex colours, white if the model has none
-  std::vector<std::uint32_t> indices;      ///< three per triangle
+  std::vector<std::uint32_t> indices;   ///< three per triangle
   std::vector<Part> parts;
   std::size_t unusable_triangles = 0;  ///< triangles of the file that were dropped
   std::vector<std::string> not_drawn;  ///< features that the file asks for, each with the first material that does
@@ -105,6 +117,7 @@ struct VirtualObject {
   double scale = 1.0;
   bool visible = true;
   MaterialOverride material;
+  float white_radiance = 1;      ///< of emission 1, W/sr/m²: 1 over the exposure of the colour camera
   std::vector<KeyFrame> motion;  ///< sorted by time; position linear, rotation slerp, constant outside the range
 
   Eigen::Affine3d T_tag_model(double time_s) const;

@@ -9,7 +9,7 @@ namespace lumigraft::relight {
 /// Plain floats without padding: corners with equal bytes are merged to vertices.
 struct Corner {
   Eigen::Vector3f position_m = Eigen::Vector3f::Zero();
-  Eigen::Vector3f normal = Eigen::Vector3f::Zero();        ///< unit; zero if the file has none
+  Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< unit; zero if the file has none
   std::array<Eigen::Vector2f, 2> texcoords = {Eigen::Vector2f::Zero(), Eigen::Vector2f::Zero()};  ///< of both sets
   Eigen::Vector3f color = Eigen::Vector3f::Ones();
   Eigen::Vector3f tangent = Eigen::Vector3f::Zero();  ///< unit; zero if the file has none

@@ -180,7 +180,8 @@ std::shared_ptr<const Model> load_model(const fs::path& path, char up) {
   capture::refuse_if(!fs::is_regular_file(path), path.string() + ": no such file");
   const std::shared_ptr<const Model> model =
       gltf ? load_gltf(path, up) : load_with_assimp(path, ply ? AssimpFormat::ply : AssimpFormat::obj, up);
-  capture::refuse_if(model->indices.empty(), path.string() + ": found no triangles with an area, allowed: at least one");
+  capture::refuse_if(model->indices.empty(),
+                     path.string() + ": found no triangles with an area, allowed: at least one");
   return model;
 }
 

@@ -72,9 +72,9 @@ PictureHeader webp_header(Bytes bytes) {
 
 void check_size(std::int64_t width, std::int64_t height) {
   capture::refuse_if(width < 1 || height < 1, "not a picture that can be read");
-  capture::refuse_if(width > kMaxEdge || height > kMaxEdge,
-                     "found " + std::to_string(width) + " x " + std::to_string(height) + " pixels, allowed: at most " +
-                         std::to_string(kMaxEdge) + " along an edge");
+  capture::refuse_if(width > kMaxEdge || height > kMaxEdge, "found " + std::to_string(width) + " x " +
+                                                                std::to_string(height) + " pixels, allowed: at most " +
+                                                                std::to_string(kMaxEdge) + " along an edge");
 }
 
 }  // namespace

@@ -3,8 +3,8 @@
 #include <vector>
 
 #include "relight/gather/gbuffer.h"
-#include "relight/gather/light_samples.h"
 #include "relight/passes/screen/camera_upload.h"
+#include "relight/tracing/light_samples.h"
 
 namespace lumigraft::relight {
 

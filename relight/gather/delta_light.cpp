@@ -78,15 +78,55 @@ Rgb DeltaLight::lamps(const PathVertex& vertex, Sampler& sampler, Counts counts)
 }
 
 Rgb DeltaLight::lit(const PathVertex& vertex, Sampler& sampler) const {
-  return lamps(vertex, sampler, [&](const Vector3f& from, const Vector3f& w, float limit, std::size_t lamp) {
+  const auto open = [&](const Vector3f& from, const Vector3f& w, float limit, std::size_t lamp) {
     return !objects_.meshes().blocked(from, w, limit) && !blocked_by_room(from, w, limit, lamp);
-  });
+  };
+  return lamps(vertex, sampler, open) + lit_by_objects(vertex, sampler);
 }
 
-Rgb DeltaLight::hidden(const PathVertex& vertex, Sampler& sampler) const {
-  return lamps(vertex, sampler, [&](const Vector3f& from, const Vector3f& w, float limit, std::size_t lamp) {
-    return objects_.meshes().blocked(from, w, limit) && !blocked_by_room(from, w, limit, lamp);
-  });
+Rgb DeltaLight::change_of_lamps(const PathVertex& vertex, Sampler& sampler) const {
+  const Rgb hidden =
+      lamps(vertex, sampler, [&](const Vector3f& from, const Vector3f& w, float limit, std::size_t lamp) {
+        return objects_.meshes().blocked(from, w, limit) && !blocked_by_room(from, w, limit, lamp);
+      });
+  return lit_by_objects(vertex, sampler) - hidden;
+}
+
+Rgb DeltaLight::lit_by_objects(const PathVertex& vertex, Sampler& sampler) const {
+  if (objects_.emitters().empty() || !vertex.mirrors()) return Rgb::Zero();
+  const Vector3f from_m = vertex.leave();
+  const LightSample s = objects_.emitters().sample(from_m, sampler.two());
+  if (!(s.pdf > 0)) return Rgb::Zero();
+  const Rgb f = vertex.response(s.w);
+  const float limit_m = s.distance_m - kTracing.before_lamp_m;
+  if (f.maxCoeff() <= 0 || objects_.meshes().blocked(from_m, s.w, limit_m) ||
+      blocked_by_room(from_m, s.w, limit_m, kNoLamp))
+    return Rgb::Zero();
+  return f * s.radiance * (balanced(s.pdf, vertex.pdf(s.w) + vertex.aim_pdf(s.w)) / s.pdf);
+}
+
+Rgb DeltaLight::lit_by_points(const SurfaceHit& surface, int set) const {
+  Rgb sum = Rgb::Zero();
+  for (const EmitterSampleSet& emitter : objects_.emitter_samples()) {
+    ShadowRayPacket fan = emitter.from(surface, set);
+    if (!(fan.all > 0)) continue;
+    fan.rays.some &= ~objects_.meshes().blocked(fan.rays);
+    fan.rays.some &= ~behind_room(fan.rays, kNoLamp);
+    float arrives = 0;
+    for (std::size_t k = 0; k < RayFan::kMaxRays; ++k) {
+      if (fan.rays.some >> k & 1) arrives += fan.weight[k];
+    }
+    if (arrives > 0) sum += arrives / fan.all * emitter.irradiance(surface);
+  }
+  return sum;
+}
+
+Rgb DeltaLight::emitted(const SampledRay& ray, const MeshHit& hit) const {
+  const Emitters& emitters = objects_.emitters();
+  if (!(ray.pdf > 0 || ray.cosine > 0) || emitters.empty() || !emitters.emits(hit.mesh)) return Rgb::Zero();
+  const float share = ray.cosine > 0 ? EmitterSampleSet::share_of_ray(ray.cosine, emitters.point_pdf(hit, ray.w))
+                                     : balanced(ray.pdf, emitters.pdf(hit, ray.w));
+  return share * objects_.meshes().surface(hit, ray.w).emission;
 }
 
 std::uint32_t DeltaLight::behind_room(const RayFan& fan, std::size_t lamp) const {
@@ -173,7 +213,7 @@ Rgb DeltaLight::left_change(const SampledRay& ray, const MeshHit& hit, Sampler& 
   }
   const RealPoint point = room_.point(hit, ray.w);
   const PathVertex vertex(point.surface, ray.w);
-  Rgb sum = -hidden(vertex, sampler);
+  Rgb sum = change_of_lamps(vertex, sampler);
   if (point.is_even()) {
     return sum + point.surface.bsdf.diffuse / kPi * cells_.at(point.surface.position_m, point.surface.face);
   }
@@ -203,7 +243,8 @@ Rgb DeltaLight::change(const SampledRay& ray, Sampler& sampler, int mirrors, flo
   const std::optional<MeshHit> room = in_room(ray);
   if (const auto object = on_objects(ray, room)) {
     if (to_object_m) *to_object_m = std::min(*to_object_m, object->t_m);
-    return left_object(ray, *object, sampler, mirrors) - arriving_before(ray, object->t_m, room, sampler, mirrors);
+    return emitted(ray, *object) + left_object(ray, *object, sampler, mirrors) -
+           arriving_before(ray, object->t_m, room, sampler, mirrors);
   }
   if (!room) return Rgb::Zero();  // the sky, equal in both scenes
   return left_change(ray, *room, sampler, mirrors);
@@ -213,7 +254,7 @@ Rgb DeltaLight::with_objects_unless(const SampledRay& ray, Sampler& sampler, int
   const std::optional<MeshHit> room = in_room(ray);
   if (const auto object = on_objects(ray, room)) {
     *end = objects_.even_radiance(*object, ray.w);
-    const Rgb nearer = lamps_along(ray, 0, object->t_m);
+    const Rgb nearer = lamps_along(ray, 0, object->t_m) + emitted(ray, *object);
     return *end ? nearer : (nearer + left_object(ray, *object, sampler, mirrors)).eval();
   }
   const Rgb before = arriving_before(ray, 0, room, sampler, mirrors);

@@ -2,6 +2,7 @@
 // Radiance along rays with and without the objects. Rays end at the first surface, in the radiance that cameras
 // measured of the room or in the cached light of objects and cells; only specular surfaces continue them.
 // L_ρ: with the objects; L_μ: without; L_Δ = L_ρ - L_μ (Franke 2015, eq. 3.11).
+#include <limits>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -25,6 +26,9 @@ struct SampledRay {
   float pdf = 0;
   /// That the ray represents in a sum of irradiance; an object that it hits is rougher by it (Meshes::surface_within).
   float solid_angle_sr = 0;
+  /// To the normal of a matt surface that gathers light over its hemisphere: what an object on the ray emits is
+  /// weighted against sample points of it (EmitterSampleSet). 0: as lamps.
+  float cosine = 0;
 };
 
 class DeltaLight {
@@ -44,11 +48,15 @@ class DeltaLight {
 
   /// Radiance that an object's specular lobe reflects to the viewer, including lamps. `mirrors` is at least 1.
   Rgb mirrored_by_object(const PathVertex& lobe, Sampler& sampler, int mirrors) const;
-  /// lit: light of lamps at the vertex that objects do not occlude. Below it: the light from before that they occlude.
+  /// lit: light of lamps at the vertex that objects do not occlude. change_of_lamps: less the light from before that
+  /// they occlude. If the vertex is specular both include objects that emit.
   Rgb lit(const PathVertex& vertex, Sampler& sampler) const;
-  Rgb hidden(const PathVertex& vertex, Sampler& sampler) const;
-  /// Bit mask of the rays of a fan towards a lamp that the room or another lamp blocks.
+  Rgb change_of_lamps(const PathVertex& vertex, Sampler& sampler) const;
+  /// Irradiance of a matt surface by sample points of the objects that emit. `set`: LightSource::from.
+  Rgb lit_by_points(const SurfaceHit& surface, int set) const;
+  /// Bit mask of the rays of a fan towards a lamp that the room or another lamp blocks. `lamp`: kNoLamp for an object.
   std::uint32_t behind_room(const RayFan& fan, std::size_t lamp) const;
+  static constexpr std::size_t kNoLamp = std::numeric_limits<std::size_t>::max();
   /// Whether the objects may be between a point and a lamp.
   bool may_hide(std::size_t lamp, const Eigen::Vector3f& p_m) const;
 
@@ -62,7 +70,7 @@ class DeltaLight {
   void set_shadows(std::shared_ptr<const reconstruct::LampShadows> shadows);
   /// At most this fraction of a lamp's light reaches a point, as the shadows show.
   float open(std::size_t lamp, const Eigen::Vector3f& p_m) const {
-    return of_lamps_.empty() || !of_lamps_[lamp] ? 1 : of_lamps_[lamp]->open_at(p_m);
+    return lamp >= of_lamps_.size() || !of_lamps_[lamp] ? 1 : of_lamps_[lamp]->open_at(p_m);
   }
 
   const LightChange* light_change() const { return light_change_.get(); }  ///< null: none
@@ -83,6 +91,10 @@ class DeltaLight {
   Rgb left_object(const SampledRay& ray, const MeshHit& hit, Sampler& sampler, int mirrors) const;
   /// Irradiance of lamps, from one sample per lamp, that the objects occlude at a point of the room.
   Rgb hidden_from(const Eigen::Vector3f& p_m, const Eigen::Vector3f& normal, Sampler& sampler) const;
+  /// What an object that the ray hits emits, weighted as lamps are.
+  Rgb emitted(const SampledRay& ray, const MeshHit& hit) const;
+  /// Direct light of objects that emit, at a specular vertex.
+  Rgb lit_by_objects(const PathVertex& vertex, Sampler& sampler) const;
   bool blocked_by_room(const Eigen::Vector3f& from_m, const Eigen::Vector3f& w, float limit_m, std::size_t lamp) const;
   template <typename Counts>
   Rgb lamps(const PathVertex& vertex, Sampler& sampler, Counts counts) const;

@@ -7,9 +7,9 @@
 
 #include "relight/compose/current_depth.h"
 #include "relight/gather/gbuffer.h"
-#include "relight/gather/light_samples.h"
 #include "relight/gather/moved_occluders.h"
 #include "relight/passes/screen/camera_upload.h"
+#include "relight/tracing/light_samples.h"
 
 namespace lumigraft::relight {
 

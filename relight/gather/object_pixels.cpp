@@ -39,11 +39,11 @@ struct TracedRays {
 /// Arrays are per pixel of the window, unless noted.
 class ObjectView {
  public:
-  ObjectView(const DeltaLight& light, const std::vector<LightSampleSet>& lamps, const std::vector<GBufferPixel>& room,
-             const CameraRays& eye, const CurrentDepth& depth, const GatherQuality& detail,
-             std::vector<GBufferPixel> memory)
+  ObjectView(const DeltaLight& light, const std::vector<const LightSource*>& sources,
+             const std::vector<GBufferPixel>& room, const CameraRays& eye, const CurrentDepth& depth,
+             const GatherQuality& detail, std::vector<GBufferPixel> memory)
       : light_(light),
-        lamps_(lamps),
+        sources_(sources),
         room_(room),
         eye_(eye),
         depth_(depth),
@@ -65,7 +65,7 @@ class ObjectView {
     for_each_index(window_.height, kRows, [&](int v) { trace_row(v); });
     if (detail_.inside == 1) add_outlines();
     if (detail_.on_object > 1) blocks_.emplace(first_, model_, detail_.on_object);
-    open_ = open_to_lamps(light_, lamps_, blocks_ ? blocks_->seen() : first_, blocks_ ? blocks_->camera() : model_,
+    open_ = open_to_lamps(light_, sources_, blocks_ ? blocks_->seen() : first_, blocks_ ? blocks_->camera() : model_,
                           detail_);
     const capture::Image<float> empty(window_.width, window_.height, 1);
     ObjectPixels out{{window_.left, window_.top, capture::Image<float>(window_.width, window_.height, 3), empty, empty},
@@ -264,18 +264,18 @@ class ObjectView {
            first.surface.normal.dot(surface.normal) > kGather.shared_cosine;
   }
 
-  /// Irradiance of lamps over π.
+  /// Irradiance of lamps and of objects that emit, over π.
   Rgb lit(const SurfaceHit& surface, int u, int v, int ray, bool uses_shadow_of_pixel) const {
     Rgb sum = Rgb::Zero();
     const BlockMix mix = blocks_ ? blocks_->mix(u, v, surface) : BlockMix{};
-    for (std::size_t lamp = 0; lamp < lamps_.size(); ++lamp) {
-      const Rgb radiance = lamps_[lamp].lamp().radiance / kPi;
-      if (const auto open = open_to(lamp, mix, u, v, uses_shadow_of_pixel)) {
-        if (*open > 0) sum += radiance * (*open * lamps_[lamp].unhidden(surface));
+    for (std::size_t i = 0; i < sources_.size(); ++i) {
+      if (const auto open = open_to(i, mix, u, v, uses_shadow_of_pixel)) {
+        if (*open > 0) sum += *open / kPi * sources_[i]->irradiance(surface);
         continue;
       }
       // Where shadows are sharp, each ray uses its own small set of points.
-      ShadowRayPacket fan = lamps_[lamp].from(surface, (4 * (v & 3) + (u & 3) + ray) % LightSampleSet::kSets);
+      const std::size_t lamp = i < light_.room().lamps().size() ? i : DeltaLight::kNoLamp;
+      ShadowRayPacket fan = sources_[i]->from(surface, (4 * (v & 3) + (u & 3) + ray) % LightSource::kSets);
       fan.rays.some &= 0xfu << (4 * (ray & 3));
       const std::uint32_t own = fan.rays.some;
       std::uint32_t open = own & ~light_.objects().meshes().blocked(fan.rays);
@@ -286,25 +286,27 @@ class ObjectView {
         if (own >> k & 1) all += fan.weight[k];
         if (open >> k & 1) arrives += fan.weight[k];
       }
-      sum += 4 * radiance * std::min(arrives, light_.open(lamp, surface.position_m) * all);
+      if (!(all > 0)) continue;
+      const float open_share = std::min(arrives / all, light_.open(lamp, surface.position_m));
+      sum += open_share / kPi * sources_[i]->irradiance(surface);
     }
     return sum;
   }
 
-  /// Visibility of a lamp shared by the surfaces of a pixel, if they share it.
-  std::optional<float> open_to(std::size_t lamp, const BlockMix& mix, int u, int v, bool uses_shadow_of_pixel) const {
+  /// Visibility of a source shared by the surfaces of a pixel, if they share it.
+  std::optional<float> open_to(std::size_t source, const BlockMix& mix, int u, int v, bool uses_shadow_of_pixel) const {
     if (!blocks_) {
-      const LampVisibility& visibility = open_[lamp][index(u, v)];
+      const LampVisibility& visibility = open_[source][index(u, v)];
       return uses_shadow_of_pixel && visibility.holds_near ? std::optional(visibility.open) : std::nullopt;
     }
     if (mix.empty()) return std::nullopt;
-    return blocks_->mixed(mix, [&](std::size_t block) { return open_[lamp][block].open; });
+    return blocks_->mixed(mix, [&](std::size_t block) { return open_[source][block].open; });
   }
 
   Rgb radiance(const Vector3f& w, const MeshHit& hit, const SurfaceHit& surface, const Rgb& lamps, Sampler& sampler,
                int mirror_rays) const {
     const Rgb arriving = light_.objects().irradiance(hit, surface.face).indirect / kPi;
-    const Rgb sum = diffuse_under(surface.bsdf, -surface.normal.dot(w)) * (arriving + lamps);
+    const Rgb sum = surface.emission + diffuse_under(surface.bsdf, -surface.normal.dot(w)) * (arriving + lamps);
     if (!surface.bsdf.mirrors()) return sum;
     const PathVertex lobe(mirror_of(surface), w);
     Rgb mirrored = Rgb::Zero();
@@ -313,7 +315,7 @@ class ObjectView {
   }
 
   const DeltaLight& light_;
-  const std::vector<LightSampleSet>& lamps_;
+  const std::vector<const LightSource*>& sources_;
   const std::vector<GBufferPixel>& room_;  ///< per pixel of the full image
   const CameraRays& eye_;
   const CurrentDepth& depth_;
@@ -325,15 +327,15 @@ class ObjectView {
   std::vector<GBufferPixel> first_;                    ///< the first hit among a pixel's rays
   std::vector<std::vector<Found>> rows_;
   std::optional<LowResView> blocks_;
-  std::vector<std::vector<LampVisibility>> open_;  ///< by lamp, then pixel or block
+  std::vector<std::vector<LampVisibility>> open_;  ///< by source, then pixel or block
 };
 
 }  // namespace
 
-ObjectPixels trace_objects(const DeltaLight& light, const std::vector<LightSampleSet>& lamps,
+ObjectPixels trace_objects(const DeltaLight& light, const std::vector<const LightSource*>& sources,
                            const std::vector<GBufferPixel>& room, const CameraRays& eye, const CurrentDepth& depth,
                            const GatherQuality& detail, ObjectPixels last) {
-  return ObjectView(light, lamps, room, eye, depth, detail, std::move(last.surfaces)).see();
+  return ObjectView(light, sources, room, eye, depth, detail, std::move(last.surfaces)).see();
 }
 
 }  // namespace lumigraft::relight

@@ -12,10 +12,10 @@ struct ObjectPixels : ObjectLayer {
   std::vector<GBufferPixel> surfaces;  ///< object surface at each pixel's first ray
 };
 
-/// `room`: the room's G-buffer of the same camera, full image. Where `depth` is clearly before or behind an object, the
-/// fused room does not hide it: what is before it is left to foreground_matte.h. `last`: an earlier frame's result,
-/// whose memory is reused.
-ObjectPixels trace_objects(const DeltaLight& light, const std::vector<LightSampleSet>& lamps,
+/// `sources`: see light_sources. `room`: the room's G-buffer of the same camera, full image. Where `depth` is clearly
+/// before or behind an object, the fused room does not hide it: what is before it is left to foreground_matte.h.
+/// `last`: an earlier frame's result, whose memory is reused.
+ObjectPixels trace_objects(const DeltaLight& light, const std::vector<const LightSource*>& sources,
                            const std::vector<GBufferPixel>& room, const CameraRays& eye, const CurrentDepth& depth,
                            const GatherQuality& detail, ObjectPixels last);
 

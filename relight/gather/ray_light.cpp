@@ -74,13 +74,21 @@ std::shared_ptr<const IrradianceProbes> RayLight::places_of(const std::shared_pt
 
 /// Prepares an object from cached data, or creates it.
 PlacedModel RayLight::placed(const ReferenceMesh& object) {
-  PlacedModel result{object.model, places_of(object.model), nullptr, object.T_tag_model, object.material};
+  PlacedModel result{.model = object.model,
+                     .places = places_of(object.model),
+                     .facets = nullptr,
+                     .emissive = nullptr,
+                     .T_tag_model = object.T_tag_model,
+                     .material = object.material,
+                     .white_radiance = object.white_radiance};
   for (const PlacedModel& other : placed_) {
     if (other.places != result.places || !(other.material == object.material)) continue;
     result.facets = other.facets;
+    result.emissive = other.emissive;
     return result;
   }
   result.facets = std::make_shared<const std::vector<ObjectFacet>>(find_facets(*result.places, object.material));
+  result.emissive = EmissiveSurface::of(*result.places->model, object.material);
   return result;
 }
 

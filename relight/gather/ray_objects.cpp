@@ -13,7 +13,12 @@ using Eigen::Vector3f;
 
 std::vector<ReferenceMesh> meshes_of(const std::vector<PlacedModel>& objects) {
   std::vector<ReferenceMesh> meshes;
-  for (const PlacedModel& o : objects) meshes.push_back({o.places->model, o.T_tag_model, o.material, false});
+  for (const PlacedModel& o : objects) {
+    meshes.push_back({.model = o.places->model,
+                      .T_tag_model = o.T_tag_model,
+                      .material = o.material,
+                      .white_radiance = o.white_radiance});
+  }
   return meshes;
 }
 
@@ -21,6 +26,12 @@ std::vector<std::shared_ptr<const ModelTree>> trees_of(const std::vector<PlacedM
   std::vector<std::shared_ptr<const ModelTree>> trees;
   for (const PlacedModel& o : objects) trees.push_back(o.places->tree);
   return trees;
+}
+
+std::vector<std::shared_ptr<const EmissiveSurface>> emissive_of(const std::vector<PlacedModel>& objects) {
+  std::vector<std::shared_ptr<const EmissiveSurface>> surfaces;
+  for (const PlacedModel& o : objects) surfaces.push_back(o.emissive);
+  return surfaces;
 }
 
 }  // namespace
@@ -41,7 +52,10 @@ std::vector<ObjectFacet> find_facets(const IrradianceProbes& places, const Mater
 }
 
 RayObjects::RayObjects(std::vector<PlacedModel> objects)
-    : objects_(std::move(objects)), meshes_(meshes_of(objects_), trees_of(objects_)) {
+    : objects_(std::move(objects)),
+      meshes_(meshes_of(objects_), trees_of(objects_)),
+      emitters_(meshes_of(objects_), emissive_of(objects_)),
+      emitter_samples_(emitter_samples_of(emitters_)) {
   for (const PlacedModel& object : objects_) {
     first_.push_back(places_.size());
     normals_.push_back(object.T_tag_model.linear().inverse().transpose());

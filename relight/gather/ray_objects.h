@@ -8,6 +8,7 @@
 
 #include "reconstruct/math/spherical_harmonics.h"
 #include "relight/gather/irradiance_probes.h"
+#include "relight/tracing/emitter_samples.h"
 #include "relight/tracing/meshes.h"
 
 namespace lumigraft::relight {
@@ -24,8 +25,10 @@ struct PlacedModel {
   std::shared_ptr<const Model> model;  ///< with the exhibit's materials
   std::shared_ptr<const IrradianceProbes> places;
   std::shared_ptr<const std::vector<ObjectFacet>> facets;
+  std::shared_ptr<const EmissiveSurface> emissive;  ///< null: it does not emit
   Eigen::Affine3f T_tag_model = Eigen::Affine3f::Identity();
   MaterialOverride material;
+  float white_radiance = 1;  ///< as in ReferenceMesh
 };
 
 class RayObjects {
@@ -33,6 +36,8 @@ class RayObjects {
   explicit RayObjects(std::vector<PlacedModel> objects);
 
   const Meshes& meshes() const { return meshes_; }
+  const Emitters& emitters() const { return emitters_; }
+  const std::vector<EmitterSampleSet>& emitter_samples() const { return emitter_samples_; }
   /// Probes of all objects, tag frame.
   const std::vector<IrradianceProbes::Place>& places() const { return places_; }
   /// Whether a ray from this point would exit a closed object.
@@ -69,6 +74,8 @@ class RayObjects {
 
   std::vector<PlacedModel> objects_;
   Meshes meshes_;
+  Emitters emitters_;
+  std::vector<EmitterSampleSet> emitter_samples_;
   std::vector<IrradianceProbes::Place> places_;
   std::vector<Rgb> direct_, indirect_;    ///< per probe
   std::vector<bool> has_light_;           ///< likewise

@@ -203,7 +203,8 @@ struct RayRenderer::State {
   void see(const CameraRays& eye, const CurrentDepth& depth, int rays, Clock& clock) {
     const UpdateSubset turn = new_view ? UpdateSubset{} : light.turn();
     new_view = true;  // if this throws, everything is recomputed
-    find_change(rays, turn, clock);
+    const std::vector<EmitterSampleSet>& emitters = light.light().objects().emitter_samples();
+    find_change(emitters, rays, turn, clock);
     if (gloss) {
       gloss->gather(light.light(), light.places(), rays, kGlossSeed, turn);
       const std::vector<Eigen::Array4f> found = gloss->at_pixels();
@@ -212,7 +213,8 @@ struct RayRenderer::State {
       }
       clock.done("gloss");
     }
-    objects = trace_objects(light.light(), lamps, seen, eye, depth, detail, std::move(objects));
+    objects =
+        trace_objects(light.light(), light_sources(lamps, emitters), seen, eye, depth, detail, std::move(objects));
     clock.done("object pixels");
     divide_at_outlines(depth);
     clock.done("change matte");
@@ -236,13 +238,15 @@ struct RayRenderer::State {
     clock.done("soften and matte");
   }
 
-  void find_change(int rays, const UpdateSubset& turn, Clock& clock) {
+  void find_change(const std::vector<EmitterSampleSet>& emitters, int rays, const UpdateSubset& turn, Clock& clock) {
     const std::vector<Eigen::Array4f> hidden = hidden_by_objects(light.light(), lamps, shared(), of_shared(), detail);
+    const std::vector<Eigen::Array4f> added = lit_by_objects(light.light(), emitters, shared(), of_shared(), detail);
     clock.done("shadows");
     indirect->gather(light.light(), light.places(), rays, kPixelSeed, turn);
     std::vector<Eigen::Array4f> delta = indirect->at_pixels();
     const LightChange* light_change = light.light().light_change();
     for_each_index(delta.size(), kRows * change.width, [&](std::size_t i) {
+      delta[i] += added[i];
       delta[i] -= light_change && hidden[i].maxCoeff() > 0 ? hidden[i].min(light_change->lamps_now(lamps, shared()[i]))
                                                            : hidden[i];
     });

@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "reconstruct/math/tag_family.h"
-#include "relight/gather/light_samples.h"
 #include "relight/gather/parameters.h"
+#include "relight/tracing/light_samples.h"
 
 namespace lumigraft::relight {
 namespace {

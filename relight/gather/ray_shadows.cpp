@@ -20,19 +20,21 @@ constexpr int kReach = kGather.penumbra_reach_px;
 constexpr std::uint32_t kShadowSeed = 31;
 
 enum class On { room, objects };
+enum class By { objects, anything };  // what occludes
 
 struct Shadow {
   float hidden = 0;         ///< fraction of the lamp's light that is occluded
+  float all = 0;            ///< ShadowRayPacket::all; 0: not traced
   float penumbra_m = kFar;  ///< width of the narrowest penumbra here
   bool known = true;        ///< else interpolated from the neighbours
 };
 
 class LampShadow {
  public:
-  /// On the room: occlusion by objects only. On objects: occlusion by anything.
-  LampShadow(On on, const DeltaLight& light, std::size_t lamp, const LightSampleSet& points,
+  LampShadow(On on, By by, const DeltaLight& light, std::size_t lamp, const LightSource& points,
              const std::vector<GBufferPixel>& seen, const capture::CameraModel& camera, const GatherQuality& detail)
       : on_(on),
+        by_(by),
         light_(light),
         points_(points),
         lamp_(lamp),
@@ -94,16 +96,16 @@ class LampShadow {
   std::uint8_t trace(int u, int v) {
     const GBufferPixel& p = seen_[at(u, v)];
     if (!is_wanted(p)) return 0;
-    if (on_ == On::room && !light_.may_hide(lamp_, p.surface.position_m)) return kOpen;
+    if (by_ == By::objects && !light_.may_hide(lamp_, p.surface.position_m)) return kOpen;
     ShadowRayPacket fan = points_.from(p.surface, 4 * (v & 3) + (u & 3));
     if (rays_ < RayFan::kMaxRays) fan.keep_first(rays_);
     if (!(fan.all > 0)) return 0;
     std::array<MeshHit, RayFan::kMaxRays> found;
     const std::uint32_t objects = light_.objects().meshes().hits(fan.rays, found);
     RayFan others = fan.rays;
-    others.some = on_ == On::room ? objects : fan.rays.some & ~objects;
+    others.some = by_ == By::objects ? objects : fan.rays.some & ~objects;
     const std::uint32_t room = light_.behind_room(others, lamp_);
-    const std::uint32_t hidden = on_ == On::room ? objects & ~room : objects | room;
+    const std::uint32_t hidden = by_ == By::objects ? objects & ~room : objects | room;
     float sum = 0, by_objects = 0;
     for (std::size_t k = 0; k < RayFan::kMaxRays; ++k) {
       if (hidden >> k & 1) sum += fan.weight[k];
@@ -111,15 +113,16 @@ class LampShadow {
     }
     // What the frame's shadows hide is the same that rays found, or more.
     const float open = light_.open(lamp_, p.surface.position_m);
-    if (open < 1) sum = on_ == On::room ? std::min(sum, open * by_objects) : std::max(sum, (1 - open) * fan.all);
+    if (open < 1) sum = by_ == By::objects ? std::min(sum, open * by_objects) : std::max(sum, (1 - open) * fan.all);
     Shadow& shadow = shadows_[at(u, v)];
-    const float lamp_m = (points_.lamp().centre_m - p.surface.position_m).norm();
+    const float lamp_m = (points_.centre_m() - p.surface.position_m).norm();
     for (std::size_t k = 0; k < RayFan::kMaxRays; ++k) {
       if (!(objects >> k & 1)) continue;
       const float beyond_m = std::max(lamp_m - found[k].t_m, 1e-3f);
-      shadow.penumbra_m = std::min(shadow.penumbra_m, 2 * lamp_reach_m(points_.lamp()) * found[k].t_m / beyond_m);
+      shadow.penumbra_m = std::min(shadow.penumbra_m, 2 * points_.reach_m() * found[k].t_m / beyond_m);
     }
     shadow.hidden = sum / fan.all;
+    shadow.all = fan.all;
     if (open < 1) return kPartly;
     if (hidden == 0) return kOpen;
     if (hidden == fan.rays.some) return kHidden;
@@ -173,7 +176,10 @@ class LampShadow {
 
   template <typename Add>
   void add_mean(int u, int v, Add add) const {
-    constexpr std::array<float, 3> kernel = {3.0f / 8, 1.0f / 4, 1.0f / 16};
+    // Of objects, sets of points differ more than a lamp's: a kernel without response to patterns of 4 × 4 pixels.
+    constexpr std::array<float, 3> of_lamp = {3.0f / 8, 1.0f / 4, 1.0f / 16},
+                                   of_object = {1.0f / 4, 1.0f / 4, 1.0f / 8};
+    const std::array<float, 3>& kernel = lamp_ == DeltaLight::kNoLamp ? of_object : of_lamp;
     const GBufferPixel& own = seen_[at(u, v)];
     const float pixel_m = own.depth_m / focal_px_;
     float mean = 0, weights = 0, narrowest_m = kFar;
@@ -191,17 +197,20 @@ class LampShadow {
         const float w = kernel[static_cast<std::size_t>(std::abs(x - u))] *
                         kernel[static_cast<std::size_t>(std::abs(y - v))] * turn * turn *
                         fast_exp(off * off + 0.5f * apart.squaredNorm() / (within_m * within_m + 1e-12f));
-        mean += w * shadow.hidden;
-        weights += w;
+        // A ratio of sums: near a large source, sets of points differ in their light by more than they are occluded.
+        const float all = shadow.all > 0 ? shadow.all : shadows_[at(u, v)].all;
+        mean += w * all * shadow.hidden;
+        weights += w * all;
       }
     }
     add(at(u, v), weights > 0 ? mean / weights : shadows_[at(u, v)].hidden, narrowest_m / pixel_m);
   }
 
   On on_;
+  By by_;
   const DeltaLight& light_;
-  const LightSampleSet& points_;
-  std::size_t lamp_;
+  const LightSource& points_;
+  std::size_t lamp_;  ///< DeltaLight::kNoLamp: an object
   const std::vector<GBufferPixel>& seen_;
   int width_, height_;
   float focal_px_;
@@ -225,25 +234,47 @@ std::vector<Eigen::Array4f> hidden_by_objects(const DeltaLight& light, const std
                                               const GatherQuality& detail) {
   std::vector<Eigen::Array4f> sum(seen.size(), Eigen::Array4f::Zero());
   for (std::size_t lamp = 0; lamp < lamps.size(); ++lamp) {
-    LampShadow shadow(On::room, light, lamp, lamps[lamp], seen, camera, detail);
+    LampShadow shadow(On::room, By::objects, light, lamp, lamps[lamp], seen, camera, detail);
     shadow.compute(detail.step);
     shadow.smoothed([&](std::size_t pixel, float hidden, float) {
       if (hidden <= 0) return;
-      const float all = lamps[lamp].unhidden(seen[pixel].surface);
-      sum[pixel].head<3>() += lamps[lamp].lamp().radiance * (hidden * all);
+      sum[pixel].head<3>() += hidden * lamps[lamp].irradiance(seen[pixel].surface);
     });
   }
   return sum;
 }
 
+std::vector<Eigen::Array4f> lit_by_objects(const DeltaLight& light, const std::vector<EmitterSampleSet>& emitters,
+                                           const std::vector<GBufferPixel>& seen, const capture::CameraModel& camera,
+                                           const GatherQuality& detail) {
+  std::vector<Eigen::Array4f> sum(seen.size(), Eigen::Array4f::Zero());
+  for (const EmitterSampleSet& emitter : emitters) {
+    LampShadow shadow(On::room, By::anything, light, DeltaLight::kNoLamp, emitter, seen, camera, detail);
+    shadow.compute(detail.step);
+    shadow.smoothed([&](std::size_t pixel, float hidden, float) {
+      if (hidden < 1) sum[pixel].head<3>() += (1 - hidden) * emitter.irradiance(seen[pixel].surface);
+    });
+  }
+  return sum;
+}
+
+std::vector<const LightSource*> light_sources(const std::vector<LightSampleSet>& lamps,
+                                              const std::vector<EmitterSampleSet>& emitters) {
+  std::vector<const LightSource*> sources;
+  for (const LightSampleSet& lamp : lamps) sources.push_back(&lamp);
+  for (const EmitterSampleSet& emitter : emitters) sources.push_back(&emitter);
+  return sources;
+}
+
 std::vector<std::vector<LampVisibility>> open_to_lamps(const DeltaLight& light,
-                                                       const std::vector<LightSampleSet>& lamps,
+                                                       const std::vector<const LightSource*>& sources,
                                                        const std::vector<GBufferPixel>& seen,
                                                        const capture::CameraModel& camera,
                                                        const GatherQuality& detail) {
   std::vector<std::vector<LampVisibility>> open;
-  for (std::size_t lamp = 0; lamp < lamps.size(); ++lamp) {
-    LampShadow shadow(On::objects, light, lamp, lamps[lamp], seen, camera, detail);
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    const std::size_t lamp = i < light.room().lamps().size() ? i : DeltaLight::kNoLamp;
+    LampShadow shadow(On::objects, By::anything, light, lamp, *sources[i], seen, camera, detail);
     shadow.compute(detail.step);
     std::vector<LampVisibility>& by_pixel = open.emplace_back(seen.size());
     shadow.smoothed([&](std::size_t pixel, float hidden, float narrowest_px) {

@@ -9,11 +9,15 @@ using Eigen::Vector3f;
 
 namespace {
 
-PathVertex white_vertex(const Vector3f& position_m, const Vector3f& normal) {
+SurfaceHit white_at(const Vector3f& position_m, const Vector3f& normal) {
   SurfaceHit s;
   s.position_m = position_m;
   s.face = s.normal = normal;
-  return PathVertex(white_surface(s), -normal);
+  return white_surface(s);
+}
+
+PathVertex white_vertex(const Vector3f& position_m, const Vector3f& normal) {
+  return PathVertex(white_at(position_m, normal), -normal);
 }
 
 /// `gather(vertex, sampler, ray)`: one sample of the irradiance over π.
@@ -39,8 +43,17 @@ std::vector<Rgb> at_places(const RayObjects& objects, int samples, std::uint32_t
 
 void gather_lamps(const DeltaLight& light, int samples, std::uint32_t seed, const UpdateSubset& turn,
                   RayObjects& objects) {
-  objects.set_direct(at_places(objects, samples, seed, turn, objects.direct(),
-                               [&](const PathVertex& v, Sampler& s, std::size_t) { return light.lit(v, s); }));
+  std::vector<Rgb> found = at_places(objects, samples, seed, turn, objects.direct(),
+                                     [&](const PathVertex& v, Sampler& s, std::size_t) { return light.lit(v, s); });
+  if (!objects.emitters().empty()) {
+    for_each_index(static_cast<int>(found.size()), kGather.probe_block, [&](int i) {
+      if (!turn.is_of(i) && objects.has_light(i)) return;
+      const auto& place = objects.places()[static_cast<std::size_t>(i)];
+      found[static_cast<std::size_t>(i)] +=
+          light.lit_by_points(white_at(place.position_m, place.normal), i % LightSource::kSets);
+    });
+  }
+  objects.set_direct(std::move(found));
 }
 
 void gather_objects(const DeltaLight& light, int rays, int bounces, std::uint32_t seed, const UpdateSubset& turn,
@@ -51,7 +64,8 @@ void gather_objects(const DeltaLight& light, int rays, int bounces, std::uint32_
       objects, rays, seed, turn, objects.indirect(), [&](const PathVertex& vertex, Sampler& sampler, std::size_t ray) {
         const Vector3f w = vertex.sample(sampler);
         const float solid_angle_sr = 1 / (static_cast<float>(rays) * vertex.pdf(w));
-        return light.with_objects_unless({vertex.leave(w), w, 0, solid_angle_sr}, sampler, kGather.mirrors, &ends[ray]);
+        const SampledRay sent{vertex.leave(w), w, 0, solid_angle_sr, kPi * vertex.pdf(w)};
+        return light.with_objects_unless(sent, sampler, kGather.mirrors, &ends[ray]);
       });
   for (int bounce = 0; bounce < bounces; ++bounce) {
     std::vector<Rgb> all = first;
@@ -71,7 +85,8 @@ void gather_cells(const DeltaLight& light, const std::vector<ChangeRegion>& plac
     PathVertex vertex = white_vertex(cell.position_m, cell.normal);
     vertex.aim_at(places);
     found[static_cast<std::size_t>(i)] =
-        changed_irradiance(light, vertex, {rays, rays}, seed, static_cast<std::uint32_t>(i), nullptr);
+        changed_irradiance(light, vertex, {rays, rays}, seed, static_cast<std::uint32_t>(i), nullptr) +
+        light.lit_by_points(white_at(cell.position_m, cell.normal), i % LightSource::kSets);
   });
   cells.irradiance = std::move(found);
 }
@@ -83,7 +98,7 @@ Rgb changed_radiance(const DeltaLight& light, const PathVertex& vertex, Sampler&
     if (!(response.maxCoeff() > 0 && pdf > 0)) return Rgb::Zero();
     return light.change({vertex.leave(w), w, pdf}, sampler, kGather.mirrors, to_object_m) * response / pdf;
   };
-  Rgb sum = towards(vertex.sample(sampler)) - light.hidden(vertex, sampler);
+  Rgb sum = towards(vertex.sample(sampler)) + light.change_of_lamps(vertex, sampler);
   if (vertex.has_aim()) sum += towards(vertex.aim(sampler));
   return sum;
 }
@@ -101,7 +116,8 @@ Rgb changed_irradiance(const DeltaLight& light, const PathVertex& vertex, const 
         static_cast<float>(rays.hemisphere) * vertex.pdf(w) + static_cast<float>(aimed) * vertex.aim_pdf(w);
     const float weight = vertex.response(w)[0] / pdf;
     if (weight > 0)
-      sum += weight * light.change({vertex.leave(w), w, 0, 1 / pdf}, sampler, kGather.mirrors, to_object_m);
+      sum += weight *
+             light.change({vertex.leave(w), w, 0, 1 / pdf, kPi * vertex.pdf(w)}, sampler, kGather.mirrors, to_object_m);
   }
   return sum * kPi;
 }

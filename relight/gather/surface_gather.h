@@ -13,7 +13,7 @@ struct UpdateSubset {
   bool is_of(int place) const { return place % of == now; }
 };
 
-/// Direct light of lamps at the objects' probes. `samples`: per lamp.
+/// Direct light of lamps, and of sample points of objects that emit, at the objects' probes. `samples`: per lamp.
 void gather_lamps(const DeltaLight& light, int samples, std::uint32_t seed, const UpdateSubset& turn,
                   RayObjects& objects);
 
@@ -30,8 +30,8 @@ void gather_cells(const DeltaLight& light, const std::vector<ChangeRegion>& plac
 struct RayCounts {
   int hemisphere = 0, aimed = 0;  ///< hemisphere: cosine distributed; aimed: towards regions of changed light
 };
-/// That change at a white vertex whose regions are set, W/m². `place`: seed of its rays. `to_object_m`: lowered to the
-/// distance of the nearest object that rays hit; may be null.
+/// That change at a white vertex whose regions are set, without sample points of objects that emit, W/m². `place`: seed
+/// of its rays. `to_object_m`: lowered to the distance of the nearest object that rays hit; may be null.
 Rgb changed_irradiance(const DeltaLight& light, const PathVertex& vertex, const RayCounts& rays, std::uint32_t seed,
                        std::uint32_t place, float* to_object_m);
 

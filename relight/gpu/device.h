@@ -148,8 +148,8 @@ struct Binding {
   const Buffer* buffer = nullptr;
   Sampling sampling = {};  ///< if sampled
 };
-Binding sampled(int slot, const Texture& texture, Filter filter = Filter::nearest,
-                Wrap wrap_u = Wrap::clamp_to_edge, Wrap wrap_v = Wrap::clamp_to_edge);
+Binding sampled(int slot, const Texture& texture, Filter filter = Filter::nearest, Wrap wrap_u = Wrap::clamp_to_edge,
+                Wrap wrap_v = Wrap::clamp_to_edge);
 Binding image(int slot, const Texture& texture);  ///< mip 0
 Binding storage(int slot, const Buffer& buffer);
 

@@ -141,8 +141,8 @@ std::optional<Vector3f> ModelSurface::texel(const ModelPoint& point, TextureUse 
   if (!placed.texture) return std::nullopt;
   const Model::TextureSlot& slot = slot_of(model_.parts[part], use);
   const Vector2f uv = slot.transform * mixed(model_, texcoords_of(model_, slot.texcoord_set), point).homogeneous();
-  const float density = Triangle(model_, point.triangle)
-                            .texcoord_density(texcoords_of(model_, point.triangle, slot.texcoord_set));
+  const float density =
+      Triangle(model_, point.triangle).texcoord_density(texcoords_of(model_, point.triangle, slot.texcoord_set));
   return placed.texture->at(uv, point.footprint_m * density * placed.texels_per_texcoord, slot.wrap_u, slot.wrap_v);
 }
 
@@ -154,7 +154,9 @@ ModelSurface::Shading ModelSurface::at(const ModelPoint& point, const MaterialOv
     s.material.base_color.array() *= mixed(model_, model_.colors, point).array();
     if (const auto color = texel(point, TextureUse::base_color)) s.material.base_color.array() *= color->array();
   }
-  if (const auto emission = texel(point, TextureUse::emission)) s.material.emission.array() *= emission->array();
+  if (!material.emission) {
+    if (const auto emission = texel(point, TextureUse::emission)) s.material.emission.array() *= emission->array();
+  }
   if (!(material.metallic && material.roughness)) {
     if (const auto both = texel(point, TextureUse::metallic_roughness)) {
       if (!material.roughness) s.material.roughness = part.roughness_factor * both->y();

@@ -37,9 +37,9 @@ class ModelSurface {
     Eigen::Vector3f interpolated;  ///< normal, unit, model frame
     Eigen::Vector3f normal;        ///< the same, turned by the normal map
   };
-  /// Base colour: texture × vertex colour × the part's, linear; emission: texture × the part's. Where normals of the map differ within the footprint
-  /// the roughness is increased by their variance along each axis, which is about 1 - l, l being the length of the mean
-  /// of its unit vectors (Toksvig 2005, "Mipmapping Normal Maps").
+  /// Base colour: texture × vertex colour × the part's, linear; emission: texture × the part's. Where normals of the
+  /// map differ within the footprint the roughness is increased by their variance along each axis, which is about 1 -
+  /// l, l being the length of the mean of its unit vectors (Toksvig 2005, "Mipmapping Normal Maps").
   Shading at(const ModelPoint& point, const MaterialOverride& material) const;
 
   /// Variance of the interpolated normals along each axis, in a square with edges of a metre of the model; of another
@@ -57,8 +57,8 @@ class ModelSurface {
   };
 
   const Model& model_;
-  std::vector<std::uint32_t> part_of_triangle_;            ///< empty if the model has only one
-  std::vector<PerTextureUse<PlacedTexture>> textures_;     ///< per part
+  std::vector<std::uint32_t> part_of_triangle_;         ///< empty if the model has only one
+  std::vector<PerTextureUse<PlacedTexture>> textures_;  ///< per part
 };
 
 }  // namespace lumigraft::relight

@@ -54,12 +54,14 @@ struct Neighbours {
 
 int wrapped(int texel, int size, Wrap wrap) {
   switch (wrap) {
-    case Wrap::clamp_to_edge: return std::clamp(texel, 0, size - 1);
+    case Wrap::clamp_to_edge:
+      return std::clamp(texel, 0, size - 1);
     case Wrap::mirrored_repeat: {
       const int in_pair = (texel + 2 * size) % (2 * size);
       return in_pair < size ? in_pair : 2 * size - 1 - in_pair;
     }
-    case Wrap::repeat: break;
+    case Wrap::repeat:
+      break;
   }
   return (texel + size) % size;
 }
@@ -89,20 +91,27 @@ Vector3f bilinear(const capture::Image<T>& image, const Eigen::Vector2f& uv, Wra
 
 Texels texels_of(TextureUse use) {
   switch (use) {
-    case TextureUse::metallic_roughness: return Texels::linear;
-    case TextureUse::normals: return Texels::normals;
+    case TextureUse::metallic_roughness:
+      return Texels::linear;
+    case TextureUse::normals:
+      return Texels::normals;
     case TextureUse::base_color:
-    case TextureUse::emission: break;
+    case TextureUse::emission:
+      break;
   }
   return Texels::srgb;
 }
 
 const Model::TextureSlot& slot_of(const Model::Part& part, TextureUse use) {
   switch (use) {
-    case TextureUse::metallic_roughness: return part.metallic_roughness_texture;
-    case TextureUse::normals: return part.normal_texture;
-    case TextureUse::emission: return part.emissive_texture;
-    case TextureUse::base_color: break;
+    case TextureUse::metallic_roughness:
+      return part.metallic_roughness_texture;
+    case TextureUse::normals:
+      return part.normal_texture;
+    case TextureUse::emission:
+      return part.emissive_texture;
+    case TextureUse::base_color:
+      break;
   }
   return part.base_color_texture;
 }

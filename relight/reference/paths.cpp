@@ -12,7 +12,7 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr std::size_t kNoLamp = std::numeric_limits<std::size_t>::max();
+constexpr std::size_t kNoLamp = std::numeric_limits<std::size_t>::max(), kObject = kNoLamp - 1;
 
 }  // namespace
 
@@ -83,6 +83,24 @@ Rgb Paths::direct(const PathVertex& vertex, Counts counts) {
   return sum;
 }
 
+Rgb Paths::emitted_by_object(const MeshHit& hit, const SurfaceHit& surface, const Vector3f& w, float pdf) const {
+  if (!(pdf > 0) || surface.emission.maxCoeff() <= 0) return surface.emission;
+  return surface.emission * balanced(pdf, world_.emitters.pdf(hit, w));
+}
+
+Rgb Paths::lit_by_objects(const PathVertex& vertex) {
+  if (world_.emitters.empty()) return Rgb::Zero();
+  const Vector3f from_m = vertex.leave();
+  const LightSample s = world_.emitters.sample(from_m, sampler_.two());
+  if (!(s.pdf > 0)) return Rgb::Zero();
+  const Rgb f = vertex.response(s.w);
+  const float limit_m = s.distance_m - kTracing.before_lamp_m;
+  if (f.maxCoeff() <= 0 || world_.objects.blocked(from_m, s.w, limit_m) ||
+      blocked_by_room(from_m, s.w, limit_m, kObject))
+    return Rgb::Zero();
+  return f * s.radiance * (balanced(s.pdf, vertex.pdf(s.w) + vertex.aim_pdf(s.w)) / s.pdf);
+}
+
 float Paths::Past::chance_to_go_on() const {
   return bounces < kPaths.sure_bounces ? 1 : std::min(throughput.maxCoeff(), kPaths.max_survival);
 }
@@ -101,11 +119,14 @@ Rgb Paths::followed(PathRay ray, Past past, bool with_objects) {
     sum += past.throughput * on_the_way(ray, a, past.pdf);
     if (a.at == Arrival::At::sky || a.at == Arrival::At::lamp) return sum + past.throughput * emitted(ray, a, past.pdf);
     const Meshes& meshes = a.at == Arrival::At::object ? world_.objects : world_.real;
-    const PathVertex vertex(meshes.surface(a.hit, ray.w), ray.w);
+    const SurfaceHit surface = meshes.surface(a.hit, ray.w);
+    const PathVertex vertex(surface, ray.w);
+    if (a.at == Arrival::At::object) sum += past.throughput * emitted_by_object(a.hit, surface, ray.w, past.pdf);
     const auto open = [&](const Vector3f& from, const Vector3f& w, float limit, std::size_t lamp) {
       return !blocked_by_room(from, w, limit, lamp) && !(with_objects && world_.objects.blocked(from, w, limit));
     };
     sum += past.throughput * direct(vertex, open);
+    if (with_objects) sum += past.throughput * lit_by_objects(vertex);
     if (!lives(past, past.chance_to_go_on())) return sum;
     ray.w = vertex.sample(sampler_);
     ray.from_m = vertex.leave(ray.w);
@@ -124,7 +145,7 @@ Rgb Paths::changed(const PathRay& ray, const Arrival& a, Past past) {
   const auto lost = [&](const Vector3f& from, const Vector3f& w, float limit, std::size_t lamp) {
     return world_.objects.blocked(from, w, limit) && !blocked_by_room(from, w, limit, lamp);
   };
-  Rgb sum = -past.throughput * direct(vertex, lost);
+  Rgb sum = past.throughput * (lit_by_objects(vertex) - direct(vertex, lost));
   if (!lives(past, past.chance_to_go_on())) return sum;
   if (vertex.has_aim()) sum += changed_towards(vertex, vertex.aim(sampler_), past);
   return sum + changed_towards(vertex, vertex.sample(sampler_), past);

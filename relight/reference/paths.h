@@ -45,6 +45,10 @@ class Paths {
   Rgb emitted(const PathRay& ray, const Arrival& arrival, float pdf) const;
   /// The same for non-occluding lamps along the ray, up to its hit.
   Rgb on_the_way(const PathRay& ray, const Arrival& arrival, float pdf) const;
+  /// Radiance that an object emits along a ray, MIS-weighted against the sampling of emitters; pdf 0: all of it.
+  Rgb emitted_by_object(const MeshHit& hit, const SurfaceHit& surface, const Eigen::Vector3f& w, float pdf) const;
+  /// Direct light of objects that emit, at the vertex.
+  Rgb lit_by_objects(const PathVertex& vertex);
   Rgb followed(PathRay ray, Past past, bool with_objects);
   /// The change of radiance along a ray whose hit is `arrival` in the scene with objects.
   Rgb changed(const PathRay& ray, const Arrival& arrival, Past past);

@@ -228,6 +228,7 @@ SurfaceHit Meshes::surface(const MeshHit& hit, const Vector3f& w, float pixel_ra
       {hit.triangle, barycentric, footprint_m(hit, s.face.dot(w), pixel_rad) / placed.scale}, placed.mesh.material);
   const Vector3f interpolated = (placed.normals * shading.interpolated).stableNormalized();
   s.normal = interpolated;
+  if (interpolated.dot(s.face) * s.face.dot(w) < 0) s.emission = placed.mesh.white_radiance * shading.material.emission;
   s.face_ray(w);
   if (shading.normal != shading.interpolated) {
     Vector3f turned = (placed.normals * shading.normal).stableNormalized();

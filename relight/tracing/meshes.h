@@ -21,6 +21,7 @@ struct SurfaceHit {
   Eigen::Vector3f face = Eigen::Vector3f::UnitZ();    ///< unit, geometric, on the side of the ray's origin
   Eigen::Vector3f normal = Eigen::Vector3f::UnitZ();  ///< unit, interpolated and by the normal map, on the same side
   BsdfParams bsdf;
+  Rgb emission = Rgb::Zero();  ///< radiance that leaves the point on the side of the ray's origin, W/sr/m²
 
   /// Turns both normals towards the origin of a ray along w.
   void face_ray(const Eigen::Vector3f& w) {

@@ -26,6 +26,7 @@ struct ReferenceMesh {
   bool seen = false;  ///< where ReferenceScene::seen covers a point, its material replaces the mesh's
   /// false: it reflects, but does not occlude lamps or other surfaces
   bool hides = true;
+  float white_radiance = 1;  ///< of emission 1, W/sr/m²
 };
 
 /// Whether models, poses and materials are equal.

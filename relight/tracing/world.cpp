@@ -62,6 +62,7 @@ TraceWorld::TraceWorld(std::shared_ptr<const ReferenceScene> the_scene)
     : scene(std::move(the_scene)),
       real(scene->real, scene->seen.get()),
       objects(scene->objects, nullptr),
+      emitters(scene->objects),
       sky(*scene),
       places(change_regions(scene->lamps, real, objects)) {}
 

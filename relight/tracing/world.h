@@ -3,7 +3,7 @@
 #include <memory>
 #include <vector>
 
-#include "relight/tracing/meshes.h"
+#include "relight/tracing/emitters.h"
 #include "relight/tracing/sky.h"
 
 namespace lumigraft::relight {
@@ -24,6 +24,7 @@ struct TraceWorld {
 
   std::shared_ptr<const ReferenceScene> scene;
   Meshes real, objects;
+  Emitters emitters;  ///< of the objects
   Sky sky;
   /// Used for importance sampling only: affects noise, not the expected result.
   std::vector<ChangeRegion> places;

@@ -18,6 +18,7 @@ relight::MaterialOverride changed(relight::MaterialOverride material, const Mate
   material.metallic = change.metallic.value_or(material.metallic);
   material.roughness = change.roughness.value_or(material.roughness);
   material.specular = change.specular.value_or(material.specular);
+  material.emission = change.emission.value_or(material.emission);
   return material;
 }
 
@@ -28,12 +29,14 @@ Json json_or_null(const std::optional<T>& value) {
 
 Json json_of(const relight::MaterialOverride& material) {
   if (material.empty()) return nullptr;
-  std::optional<std::array<float, 3>> base_color;
-  if (const auto& c = material.base_color) base_color = {c->x(), c->y(), c->z()};
-  return {{"base_color", json_or_null(base_color)},
+  const auto color_or_null = [](const std::optional<Eigen::Vector3f>& color) {
+    return color ? Json(std::array<float, 3>{color->x(), color->y(), color->z()}) : Json();
+  };
+  return {{"base_color", color_or_null(material.base_color)},
           {"metallic", json_or_null(material.metallic)},
           {"roughness", json_or_null(material.roughness)},
-          {"specular", json_or_null(material.specular)}};
+          {"specular", json_or_null(material.specular)},
+          {"emission", color_or_null(material.emission)}};
 }
 
 }  // namespace

@@ -117,6 +117,8 @@ ServiceInput read_service(const ServiceFiles& files, const relight::Plan& defaul
   if (!exhibit_file.empty()) {
     const capture::ConfigTable root = capture::ConfigTable::load(exhibit_file);
     input.exhibit = relight::read_exhibit(root);
+    for (relight::VirtualObject& object : input.exhibit.objects)
+      object.white_radiance = static_cast<float>(1 / input.session.color.exposure);
     finish(root, input);
   }
   return input;

@@ -54,6 +54,9 @@ MaterialChange material(const nlohmann::json& value) {
     if (key == "base_color") {
       change.base_color.emplace();
       if (!v.is_null()) *change.base_color = vector<3>(v, key, 0, 1).cast<float>();
+    } else if (key == "emission") {
+      change.emission.emplace();
+      if (!v.is_null()) *change.emission = vector<3>(v, key, 0, relight::kMaxEmission).cast<float>();
     } else if (key == "metallic") {
       change.metallic = unit_or_null(v, key);
     } else if (key == "roughness") {
@@ -61,7 +64,7 @@ MaterialChange material(const nlohmann::json& value) {
     } else if (key == "specular") {
       change.specular = unit_or_null(v, key);
     } else {
-      throw Refused{"material: base_color, metallic, roughness, specular"};
+      throw Refused{"material: base_color, metallic, roughness, specular, emission"};
     }
   }
   return change;

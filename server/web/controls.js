@@ -3,11 +3,12 @@ import { pointOnPlane } from "./camera.js";
 
 const MATERIALS = {
   own: null,
-  plaster: { base_color: [0.78, 0.76, 0.72], metallic: 0, roughness: 1, specular: 0 },
-  terracotta: { base_color: [0.55, 0.2, 0.1], metallic: 0, roughness: 1, specular: 0 },
-  jade: { base_color: [0.1, 0.36, 0.18], metallic: 0, roughness: 0.3, specular: 1 },
-  gold: { base_color: [1.0, 0.77, 0.34], metallic: 1, roughness: 0.3, specular: 1 },
-  steel: { base_color: [0.56, 0.57, 0.58], metallic: 1, roughness: 0.45, specular: 1 },
+  plaster: { base_color: [0.78, 0.76, 0.72], metallic: 0, roughness: 1, specular: 0, emission: [0, 0, 0] },
+  terracotta: { base_color: [0.55, 0.2, 0.1], metallic: 0, roughness: 1, specular: 0, emission: [0, 0, 0] },
+  jade: { base_color: [0.1, 0.36, 0.18], metallic: 0, roughness: 0.3, specular: 1, emission: [0, 0, 0] },
+  gold: { base_color: [1.0, 0.77, 0.34], metallic: 1, roughness: 0.3, specular: 1, emission: [0, 0, 0] },
+  steel: { base_color: [0.56, 0.57, 0.58], metallic: 1, roughness: 0.45, specular: 1, emission: [0, 0, 0] },
+  lamp: { base_color: [0.8, 0.8, 0.8], metallic: 0, roughness: 1, specular: 0, emission: [4, 2.8, 1.5] },
 };
 const STEP_M = 0.01;
 const TURN_DEGREES = 5;
@@ -159,7 +160,7 @@ export class Controls {
 function nameOf(material) {
   if (material !== null && Object.values(material).includes(null)) return "set"; // partly the model's own
   const same = (a, b) => a.every((value, i) => Math.abs(value - b[i]) < 1e-4);
-  const list = (m) => [...m.base_color, m.metallic, m.roughness, m.specular];
+  const list = (m) => [...m.base_color, m.metallic, m.roughness, m.specular, ...m.emission];
   const found = Object.entries(MATERIALS).find(([, m]) => (m === null ? material === null : material !== null && same(list(m), list(material))));
   return found ? found[0] : "set";
 }

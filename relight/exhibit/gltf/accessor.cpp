@@ -6,7 +6,6 @@
 #include <span>
 #include <utility>
 
-
 namespace lumigraft::relight {
 namespace {
 
@@ -14,13 +13,20 @@ using Bytes = std::span<const std::uint8_t>;
 
 GltfComponents component_type(const GltfValue& value) {
   switch (value.exists() ? value.integer(0, 65535) : 0) {
-    case 5120: return kGltfByte;
-    case 5121: return kGltfUnsignedByte;
-    case 5122: return kGltfShort;
-    case 5123: return kGltfUnsignedShort;
-    case 5125: return kGltfUnsignedInt;
-    case 5126: return kGltfFloat;
-    default: value.refuse("5120, 5121, 5122, 5123, 5125 or 5126");
+    case 5120:
+      return kGltfByte;
+    case 5121:
+      return kGltfUnsignedByte;
+    case 5122:
+      return kGltfShort;
+    case 5123:
+      return kGltfUnsignedShort;
+    case 5125:
+      return kGltfUnsignedInt;
+    case 5126:
+      return kGltfFloat;
+    default:
+      value.refuse("5120, 5121, 5122, 5123, 5125 or 5126");
   }
 }
 
@@ -41,12 +47,18 @@ std::size_t components_of(const GltfValue& type) {
 template <typename Use>
 void with_type(GltfComponents type, const Use& use) {
   switch (type) {
-    case kGltfByte: return use(std::int8_t{});
-    case kGltfUnsignedByte: return use(std::uint8_t{});
-    case kGltfShort: return use(std::int16_t{});
-    case kGltfUnsignedShort: return use(std::uint16_t{});
-    case kGltfUnsignedInt: return use(std::uint32_t{});
-    case kGltfFloat: return use(float{});
+    case kGltfByte:
+      return use(std::int8_t{});
+    case kGltfUnsignedByte:
+      return use(std::uint8_t{});
+    case kGltfShort:
+      return use(std::int16_t{});
+    case kGltfUnsignedShort:
+      return use(std::uint16_t{});
+    case kGltfUnsignedInt:
+      return use(std::uint32_t{});
+    case kGltfFloat:
+      return use(float{});
   }
 }
 
@@ -82,23 +94,40 @@ struct Elements {
 
 float GltfAccessorFormat::from_integer(float c) const {
   switch (type) {
-    case kGltfByte: return std::max(c / 127, -1.0f);
-    case kGltfUnsignedByte: return c / 255;
-    case kGltfShort: return std::max(c / 32767, -1.0f);
-    case kGltfUnsignedShort: return c / 65535;
-    default: return c;
+    case kGltfByte:
+      return std::max(c / 127, -1.0f);
+    case kGltfUnsignedByte:
+      return c / 255;
+    case kGltfShort:
+      return std::max(c / 32767, -1.0f);
+    case kGltfUnsignedShort:
+      return c / 65535;
+    default:
+      return c;
   }
 }
 
 std::string GltfAccessors::name_of(GltfComponents type, bool normalized) {
   std::string name;
   switch (type) {
-    case kGltfByte: name = "BYTE"; break;
-    case kGltfUnsignedByte: name = "UNSIGNED_BYTE"; break;
-    case kGltfShort: name = "SHORT"; break;
-    case kGltfUnsignedShort: name = "UNSIGNED_SHORT"; break;
-    case kGltfUnsignedInt: name = "UNSIGNED_INT"; break;
-    case kGltfFloat: name = "FLOAT"; break;
+    case kGltfByte:
+      name = "BYTE";
+      break;
+    case kGltfUnsignedByte:
+      name = "UNSIGNED_BYTE";
+      break;
+    case kGltfShort:
+      name = "SHORT";
+      break;
+    case kGltfUnsignedShort:
+      name = "UNSIGNED_SHORT";
+      break;
+    case kGltfUnsignedInt:
+      name = "UNSIGNED_INT";
+      break;
+    case kGltfFloat:
+      name = "FLOAT";
+      break;
   }
   return name + (normalized ? ", normalized" : "");
 }
@@ -118,8 +147,8 @@ GltfAccessorFormat GltfAccessors::format(const GltfValue& reference) const {
 
 void GltfAccessors::charge(const GltfValue& for_what, std::size_t elements) {
   if (elements > elements_left_) {
-    for_what.fail("found " + std::to_string(elements) + " elements more, allowed: " +
-                  std::to_string(kGltf.max_elements) + " of all accessors together");
+    for_what.fail("found " + std::to_string(elements) +
+                  " elements more, allowed: " + std::to_string(kGltf.max_elements) + " of all accessors together");
   }
   elements_left_ -= elements;
 }

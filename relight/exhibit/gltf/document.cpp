@@ -34,10 +34,10 @@ std::span<const std::uint8_t> chunk(std::span<const std::uint8_t> bytes, std::si
 }  // namespace
 
 bool is_read_of_gltf(std::string_view extension) {
-  constexpr std::array<std::string_view, 8> kRead = {
-      "EXT_meshopt_compression",         "EXT_texture_webp",     "KHR_draco_mesh_compression",
-      "KHR_materials_emissive_strength", "KHR_materials_ior",    "KHR_materials_specular",
-      "KHR_mesh_quantization",           "KHR_texture_transform"};
+  constexpr std::array<std::string_view, 8> kRead = {"EXT_meshopt_compression",    "EXT_texture_webp",
+                                                     "KHR_draco_mesh_compression", "KHR_materials_emissive_strength",
+                                                     "KHR_materials_ior",          "KHR_materials_specular",
+                                                     "KHR_mesh_quantization",      "KHR_texture_transform"};
   return std::find(kRead.begin(), kRead.end(), extension) != kRead.end();
 }
 
@@ -45,8 +45,8 @@ std::vector<std::uint8_t> read_bytes(const fs::path& file, std::uintmax_t max_by
   std::error_code ignored;
   capture::refuse_if(!fs::is_regular_file(file, ignored), "no such file");
   const std::uintmax_t size = fs::file_size(file, ignored);
-  capture::refuse_if(size > max_bytes, "found " + std::to_string(size) + " bytes, allowed: at most " +
-                                           std::to_string(max_bytes));
+  capture::refuse_if(size > max_bytes,
+                     "found " + std::to_string(size) + " bytes, allowed: at most " + std::to_string(max_bytes));
   std::vector<std::uint8_t> bytes(size);
   std::ifstream in(file, std::ios::binary);
   in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));

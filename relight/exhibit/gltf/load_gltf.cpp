@@ -18,13 +18,16 @@ namespace {
 class GltfLoader {
  public:
   GltfLoader(const std::filesystem::path& file, char up)
-      : document_(file), buffers_(document_), accessors_(document_, buffers_), textures_(document_, buffers_), up_(up) {}
+      : document_(file),
+        buffers_(document_),
+        accessors_(document_, buffers_),
+        textures_(document_, buffers_),
+        up_(up) {}
 
   std::shared_ptr<const Model> load() {
     for (const GltfInstance& instance : read_instances(document_.root())) add(instance);
     const std::size_t material_count = document_.root().member("materials").size();
-    const std::shared_ptr<Model> model =
-        builder_.build([&](std::size_t material) { return parts_.at(material); });
+    const std::shared_ptr<Model> model = builder_.build([&](std::size_t material) { return parts_.at(material); });
     std::set<std::size_t> used;
     for (const auto& [material, part] : parts_) {
       if (material < material_count) used.insert(material);
@@ -94,6 +97,8 @@ class GltfLoader {
 
 }  // namespace
 
-std::shared_ptr<const Model> load_gltf(const std::filesystem::path& file, char up) { return GltfLoader(file, up).load(); }
+std::shared_ptr<const Model> load_gltf(const std::filesystem::path& file, char up) {
+  return GltfLoader(file, up).load();
+}
 
 }  // namespace lumigraft::relight

@@ -51,8 +51,8 @@ Model::Part read_material(const GltfValue& material, GltfTextures& textures) {
   part.material.metallic = part.metallic_factor;
   part.material.roughness = part.roughness_factor;
   part.material.specular = specular_of(material).factor;
-  const double strength = material.extension("KHR_materials_emissive_strength")
-                              .number("emissiveStrength", 0, kGltf.max_emissive_strength, 1);
+  const double strength =
+      material.extension("KHR_materials_emissive_strength").number("emissiveStrength", 0, kMaxEmission, 1);
   part.material.emission = unit_color(material, "emissiveFactor", 3, 0) * static_cast<float>(strength);
 
   part.base_color_texture = textures.slot(pbr.member("baseColorTexture"));

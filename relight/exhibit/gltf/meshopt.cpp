@@ -47,7 +47,8 @@ std::vector<std::uint8_t> decode_meshopt(const GltfValue& extension, std::span<c
   const int error = vertices    ? meshopt_decodeVertexBuffer(data.data(), count, stride, bytes.data(), bytes.size())
                     : triangles ? meshopt_decodeIndexBuffer(data.data(), count, stride, bytes.data(), bytes.size())
                                 : meshopt_decodeIndexSequence(data.data(), count, stride, bytes.data(), bytes.size());
-  if (error != 0) extension.fail("found data that cannot be decompressed, allowed: meshoptimizer's codec, version 0 or 1");
+  if (error != 0)
+    extension.fail("found data that cannot be decompressed, allowed: meshoptimizer's codec, version 0 or 1");
   apply_filter(extension, count, stride, data);
   return data;
 }

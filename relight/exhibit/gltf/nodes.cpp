@@ -13,7 +13,8 @@ Eigen::Affine3f transform_of(const GltfValue& node) {
   Eigen::Affine3f T = Eigen::Affine3f::Identity();
   const double far = kGltf.max_length;
   if (const auto matrix = node.numbers("matrix", 16, -far, far)) {
-    for (Eigen::Index i = 0; i < 16; ++i) T.matrix()(i % 4, i / 4) = static_cast<float>((*matrix)[static_cast<std::size_t>(i)]);
+    for (Eigen::Index i = 0; i < 16; ++i)
+      T.matrix()(i % 4, i / 4) = static_cast<float>((*matrix)[static_cast<std::size_t>(i)]);
     const float off = (T.matrix().row(3) - Eigen::RowVector4f(0, 0, 0, 1)).cwiseAbs().maxCoeff();
     if (off > kMaxRounding) node.member("matrix").fail("found a projection, allowed: an affine matrix");
     T.makeAffine();
@@ -25,7 +26,8 @@ Eigen::Affine3f transform_of(const GltfValue& node) {
   if (const auto translation = node.numbers("translation", 3, -far, far)) T.translate(vector(*translation));
   if (const auto q = node.numbers("rotation", 4, -far, far)) {
     const Eigen::Quaterniond rotation((*q)[3], (*q)[0], (*q)[1], (*q)[2]);
-    if (!(rotation.norm() > 1e-9)) node.member("rotation").fail("found a quaternion of length 0, allowed: one of length 1");
+    if (!(rotation.norm() > 1e-9))
+      node.member("rotation").fail("found a quaternion of length 0, allowed: one of length 1");
     T.rotate(rotation.normalized().cast<float>());
   }
   if (const auto scale = node.numbers("scale", 3, -far, far)) T.scale(vector(*scale));

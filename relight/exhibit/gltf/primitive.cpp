@@ -13,9 +13,7 @@ namespace {
 
 enum Mode : std::size_t { kTriangles = 4, kStrip = 5, kFan = 6 };
 
-Mode mode_of(const GltfValue& primitive) {
-  return static_cast<Mode>(primitive.integer("mode", 0, 6, kTriangles));
-}
+Mode mode_of(const GltfValue& primitive) { return static_cast<Mode>(primitive.integer("mode", 0, 6, kTriangles)); }
 
 /// What the specification allows of an attribute: component types as they are, and normalized; further ones by
 /// KHR_mesh_quantization.
@@ -102,8 +100,8 @@ class Reader {
     const GltfValue id = compressed_.member("attributes").member(rule.name);
     if (!draco_ || !id.exists()) return accessors_.floats(reference);
     if (format.count != draco_->vertices()) {
-      reference.fail("found " + std::to_string(format.count) + " elements, allowed: " +
-                     std::to_string(draco_->vertices()) + ", as of the compressed mesh");
+      reference.fail("found " + std::to_string(format.count) +
+                     " elements, allowed: " + std::to_string(draco_->vertices()) + ", as of the compressed mesh");
     }
     accessors_.charge(id, format.count);
     return draco_->floats(id, format);
@@ -113,13 +111,12 @@ class Reader {
     const unsigned plain = rule.plain | (quantized_ ? rule.quantized_plain : 0),
                    normalized = rule.normalized | (quantized_ ? rule.quantized_normalized : 0);
     if (!((format.normalized && format.type != kGltfFloat ? normalized : plain) & format.type)) {
-      reference.fail("found " + GltfAccessors::name_of(format.type, format.normalized) +
-                     ", allowed: " + types_of(plain, normalized) +
-                     (quantized_ ? "" : " (others with KHR_mesh_quantization)"));
+      reference.fail("found " + GltfAccessors::name_of(format.type, format.normalized) + ", allowed: " +
+                     types_of(plain, normalized) + (quantized_ ? "" : " (others with KHR_mesh_quantization)"));
     }
     if (format.components < rule.min_components || format.components > rule.max_components) {
-      reference.fail("found " + std::to_string(format.components) + " components, allowed: " +
-                     std::to_string(rule.min_components) +
+      reference.fail("found " + std::to_string(format.components) +
+                     " components, allowed: " + std::to_string(rule.min_components) +
                      (rule.max_components > rule.min_components ? " or " + std::to_string(rule.max_components) : ""));
     }
   }

@@ -17,10 +17,14 @@ constexpr std::size_t kMaxTexcoordSet = 1;
 
 Wrap wrap_of(const GltfValue& sampler, const char* key) {
   switch (sampler.integer(key, 0, 65535, 10497)) {
-    case 10497: return Wrap::repeat;
-    case 33071: return Wrap::clamp_to_edge;
-    case 33648: return Wrap::mirrored_repeat;
-    default: sampler.member(key).refuse("10497 (repeat), 33071 (clamp to edge) or 33648 (mirrored repeat)");
+    case 10497:
+      return Wrap::repeat;
+    case 33071:
+      return Wrap::clamp_to_edge;
+    case 33648:
+      return Wrap::mirrored_repeat;
+    default:
+      sampler.member(key).refuse("10497 (repeat), 33071 (clamp to edge) or 33648 (mirrored repeat)");
   }
 }
 

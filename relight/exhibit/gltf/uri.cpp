@@ -62,7 +62,8 @@ std::vector<std::uint8_t> read_uri(const GltfValue& uri, const fs::path& folder,
   if (text.starts_with("data:")) {
     const std::size_t comma = text.find(',');
     const std::string_view head = std::string_view(text).substr(0, comma);
-    if (comma == std::string::npos || !head.ends_with(";base64")) uri.fail("found no base64, allowed: \"data:...;base64,\"");
+    if (comma == std::string::npos || !head.ends_with(";base64"))
+      uri.fail("found no base64, allowed: \"data:...;base64,\"");
     std::vector<std::uint8_t> bytes = base64_decoded(uri, std::string_view(text).substr(comma + 1));
     if (bytes.size() > max_bytes) {
       uri.fail("found " + std::to_string(bytes.size()) + " bytes, allowed: at most " + std::to_string(max_bytes));

@@ -145,9 +145,12 @@ void Context::read_limits() {
 
 GLint gl_wrap(Wrap wrap) {
   switch (wrap) {
-    case Wrap::repeat: return GL_REPEAT;
-    case Wrap::mirrored_repeat: return GL_MIRRORED_REPEAT;
-    case Wrap::clamp_to_edge: break;
+    case Wrap::repeat:
+      return GL_REPEAT;
+    case Wrap::mirrored_repeat:
+      return GL_MIRRORED_REPEAT;
+    case Wrap::clamp_to_edge:
+      break;
   }
   return GL_CLAMP_TO_EDGE;
 }

@@ -66,9 +66,12 @@ void Context::create_device() {
 
 VkSamplerAddressMode address_mode(Wrap wrap) {
   switch (wrap) {
-    case Wrap::repeat: return VK_SAMPLER_ADDRESS_MODE_REPEAT;
-    case Wrap::mirrored_repeat: return VK_SAMPLER_ADDRESS_MODE_MIRRORED_REPEAT;
-    case Wrap::clamp_to_edge: break;
+    case Wrap::repeat:
+      return VK_SAMPLER_ADDRESS_MODE_REPEAT;
+    case Wrap::mirrored_repeat:
+      return VK_SAMPLER_ADDRESS_MODE_MIRRORED_REPEAT;
+    case Wrap::clamp_to_edge:
+      break;
   }
   return VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE;
 }
@@ -78,8 +81,8 @@ void Context::create_samplers() {
     const Sampling sampling = Sampling::at(i);
     auto info = zeroed<VkSamplerCreateInfo>(VK_STRUCTURE_TYPE_SAMPLER_CREATE_INFO);
     info.magFilter = info.minFilter = sampling.filter == Filter::nearest ? VK_FILTER_NEAREST : VK_FILTER_LINEAR;
-    info.mipmapMode = sampling.filter == Filter::linear_mip_linear ? VK_SAMPLER_MIPMAP_MODE_LINEAR
-                                                                   : VK_SAMPLER_MIPMAP_MODE_NEAREST;
+    info.mipmapMode =
+        sampling.filter == Filter::linear_mip_linear ? VK_SAMPLER_MIPMAP_MODE_LINEAR : VK_SAMPLER_MIPMAP_MODE_NEAREST;
     info.addressModeU = address_mode(sampling.wrap_u);
     info.addressModeV = address_mode(sampling.wrap_v);
     info.addressModeW = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE;

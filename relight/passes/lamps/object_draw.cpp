@@ -17,9 +17,12 @@ namespace {
 
 gpu::Wrap wrap_of(Wrap wrap) {
   switch (wrap) {
-    case Wrap::clamp_to_edge: return gpu::Wrap::clamp_to_edge;
-    case Wrap::mirrored_repeat: return gpu::Wrap::mirrored_repeat;
-    case Wrap::repeat: break;
+    case Wrap::clamp_to_edge:
+      return gpu::Wrap::clamp_to_edge;
+    case Wrap::mirrored_repeat:
+      return gpu::Wrap::mirrored_repeat;
+    case Wrap::repeat:
+      break;
   }
   return gpu::Wrap::repeat;
 }
@@ -38,9 +41,9 @@ shader::DrawParams params_of(const StoredModel::Mesh::Part& part, const Material
   p.tint << flag(own_color), 0, 0, 0;
   p.material << (rough_map ? part.roughness_factor : combined.roughness),
       (metal_map ? part.metallic_factor : combined.metallic), combined.specular, static_cast<float>(number + 1);
-  p.maps << flag(rough_map), flag(metal_map),
-      (part.texture(TextureUse::normals).texture ? part.normal_scale : 0.0f), flag(combined.gltf);
-  p.emission << combined.emission, flag(part.texture(TextureUse::emission).texture);
+  p.maps << flag(rough_map), flag(metal_map), (part.texture(TextureUse::normals).texture ? part.normal_scale : 0.0f),
+      flag(combined.gltf);
+  p.emission << combined.emission, flag(part.texture(TextureUse::emission).texture && !material.emission);
   for (std::size_t use = 0; use < kTextureUses.size(); ++use) {
     const Model::TextureSlot& slot = part.textures[use].slot;
     p.texture_rows[2 * use] << slot.transform.row(0).transpose(), static_cast<float>(slot.texcoord_set);

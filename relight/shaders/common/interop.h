@@ -111,8 +111,8 @@ struct DrawParams {
   vec4 maps;        // 1: a texture multiplies roughness (x), metallic (y); scale of the normal map (z), 0: none;
                     // 1: layer and body mixed as in glTF (w)
   vec4 emission;    // rgb; a: 1 when there is a texture
-  // The transform of each texture's coordinates, two rows of three each, in the order of TextureUse (objects/texture.h);
-  // a of the first row: the set of coordinates.
+  // The transform of each texture's coordinates, two rows of three each, in the order of TextureUse
+  // (objects/texture.h); a of the first row: the set of coordinates.
   vec4 texture_rows[8];
 };
 

@@ -3,10 +3,10 @@
 #include <random>
 
 #include "relight/gather/irradiance_change_cache.h"
-#include "relight/gather/light_samples.h"
 #include "relight/gather/low_res_view.h"
 #include "relight/gather/object_window.h"
 #include "relight/tracing/lamps.h"
+#include "relight/tracing/light_samples.h"
 #include "tests/relight/closed_form/closed_scene.h"
 
 namespace lumigraft::test {

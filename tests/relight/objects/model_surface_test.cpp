@@ -101,7 +101,9 @@ TEST(ModelSurface, NormalMapFollowsTheTexture) {
 
 TEST(ModelSurface, NormalMapWithoutTextureCoordinatesChangesNothing) {
   Model model = square(Eigen::Matrix2f::Zero());
-  model.parts[0].normal_texture.picture = picture(1, [](int, int) { return std::array<std::uint8_t, 3>{255, 128, 128}; });
+  model.parts[0].normal_texture.picture = picture(1, [](int, int) {
+    return std::array<std::uint8_t, 3>{255, 128, 128};
+  });
   EXPECT_EQ(ModelSurface(model, true).at(point_at(0.6f, 0.2f), {}).normal, Vector3f::UnitZ());
 }
 

@@ -77,12 +77,12 @@ TEST(ExhibitState, WhatIsNotSetStaysTheModelsOwn) {
   ExhibitState board(two_objects());
   const auto material = [&] { return nlohmann::json::parse(board.objects_json())[0]["material"]; };
   apply(board, R"({"type":"object","index":0,"material":{"roughness":0.5}})");
-  EXPECT_EQ(material(),
-            nlohmann::json::parse(R"({"base_color":null,"metallic":null,"roughness":0.5,"specular":null})"));
+  EXPECT_EQ(material(), nlohmann::json::parse(
+                            R"({"base_color":null,"metallic":null,"roughness":0.5,"specular":null,"emission":null})"));
   apply(board, R"({"type":"object","index":0,"material":{"base_color":[1,0,0],"specular":0.25}})");
   apply(board, R"({"type":"object","index":0,"material":{"base_color":null,"roughness":null}})");
-  EXPECT_EQ(material(),
-            nlohmann::json::parse(R"({"base_color":null,"metallic":null,"roughness":null,"specular":0.25})"));
+  EXPECT_EQ(material(), nlohmann::json::parse(
+                            R"({"base_color":null,"metallic":null,"roughness":null,"specular":0.25,"emission":null})"));
 }
 
 }  // namespace

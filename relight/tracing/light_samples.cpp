@@ -1,9 +1,8 @@
-#include "relight/gather/light_samples.h"
+#include "relight/tracing/light_samples.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "relight/tracing/lamps.h"
 #include "relight/tracing/sampler.h"
 #include "relight/tracing/vertex.h"
 
@@ -109,7 +108,7 @@ ShadowRayPacket LightSampleSet::from(const SurfaceHit& surface, int number) cons
 Rgb unoccluded_irradiance(const reconstruct::Illumination& light, const std::vector<LightSampleSet>& lamps,
                           const SurfaceHit& surface) {
   Rgb irradiance = reconstruct::sh_irradiance(light.environment_sh, surface.normal).array().max(0);
-  for (const LightSampleSet& lamp : lamps) irradiance += lamp.lamp().radiance * lamp.unhidden(surface);
+  for (const LightSampleSet& lamp : lamps) irradiance += lamp.irradiance(surface);
   return irradiance;
 }
 

@@ -1,0 +1,43 @@
+#pragma once
+// The triangles of a model that emit light, to sample points on them. In the model's frame: constant for a rigid
+// object.
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "relight/objects/model_surface.h"
+
+namespace lumigraft::relight {
+
+class EmissiveSurface {
+ public:
+  /// Null if nothing emits. Keeps a reference to the model.
+  static std::shared_ptr<const EmissiveSurface> of(const Model& model, const MaterialOverride& material);
+
+  struct Point {
+    std::uint32_t triangle = 0;
+    Eigen::Vector3f barycentric = Eigen::Vector3f::Zero();
+    Eigen::Vector3f position_m, normal;                ///< geometric, on the side that emits
+    Eigen::Array3f emission = Eigen::Array3f::Zero();  ///< as in Material
+    float pdf = 0;                                     ///< 1/m² of the model
+  };
+  /// Stratified if `u` is.
+  Point sample(const Eigen::Vector2f& u) const;
+  float pdf(std::uint32_t triangle) const { return pdf_[triangle]; }
+
+  float power() const { return power_; }      ///< luminance of emission times area, m²
+  float area_m2() const { return area_m2_; }  ///< of what emits
+
+ private:
+  EmissiveSurface(const Model& model, const MaterialOverride& material);
+
+  const Model& model_;
+  MaterialOverride material_;
+  ModelSurface surface_;
+  std::vector<std::uint32_t> triangles_;  ///< that emit
+  std::vector<float> until_;              ///< of each of them: cumulative share of power
+  std::vector<float> pdf_;                ///< of every triangle of the model
+  float power_ = 0, area_m2_ = 0;
+};
+
+}  // namespace lumigraft::relight

@@ -1,0 +1,44 @@
+#pragma once
+// Light of objects that emit, at matt surfaces: the sum over sample points, combined by multiple importance sampling
+// (Veach & Guibas 1995) with rays that the surfaces send over their hemisphere. Far from an object the points decide,
+// next to it the rays.
+#include "relight/tracing/emitters.h"
+#include "relight/tracing/light_samples.h"
+
+namespace lumigraft::relight {
+
+class EmitterSampleSet final : public LightSource {
+ public:
+  /// Of a mesh that emits.
+  EmitterSampleSet(const Emitters& emitters, std::size_t mesh, std::uint32_t seed);
+
+  /// What a ray over the hemisphere that hits an object counts of its emission. `cosine`: to the surface's normal;
+  /// `point_pdf`: Emitters::point_pdf.
+  static float share_of_ray(float cosine, float point_pdf);
+
+  /// The part that the points count, as in `irradiance`.
+  ShadowRayPacket from(const SurfaceHit& surface, int set) const override;
+  Rgb irradiance(const SurfaceHit& surface) const override;
+  const Eigen::Vector3f& centre_m() const override { return centre_m_; }
+  float reach_m() const override { return reach_m_; }
+
+ private:
+  struct Point {
+    Eigen::Vector3f position_m, normal;
+    Rgb radiance;
+    float pdf;  ///< 1/m²
+  };
+  /// Calls `add(k, point, vector to it, distance, irradiance over radiance)` for those of `count` points that face a
+  /// surface.
+  template <typename Add>
+  void for_each(const SurfaceHit& surface, std::size_t first, std::size_t count, Add add) const;
+
+  std::vector<Point> points_;  ///< set by set
+  Eigen::Vector3f centre_m_;
+  float reach_m_ = 0;
+};
+
+/// One per mesh that emits.
+std::vector<EmitterSampleSet> emitter_samples_of(const Emitters& emitters);
+
+}  // namespace lumigraft::relight

@@ -1,0 +1,54 @@
+#pragma once
+// Objects that emit light, sampled as lamps are.
+#include <memory>
+#include <vector>
+
+#include "relight/tracing/emissive_surface.h"
+#include "relight/tracing/lamps.h"
+#include "relight/tracing/meshes.h"
+
+namespace lumigraft::relight {
+
+/// A point of an object, tag frame.
+struct EmitterPoint {
+  Eigen::Vector3f position_m, normal;  ///< unit, geometric, on the side that emits
+  Rgb radiance;                        ///< W/sr/m²
+  float pdf;                           ///< 1/m²
+};
+
+class Emitters {
+ public:
+  Emitters() = default;
+  /// Per mesh, null if it does not emit.
+  Emitters(const std::vector<ReferenceMesh>& meshes,
+           const std::vector<std::shared_ptr<const EmissiveSurface>>& surfaces);
+  explicit Emitters(const std::vector<ReferenceMesh>& meshes);
+
+  bool empty() const { return power_ <= 0; }
+  std::size_t meshes() const { return of_mesh_.size(); }
+  bool emits(std::size_t mesh) const { return of_mesh_[mesh].surface != nullptr; }
+  /// Of a mesh that emits, in proportion to its power; stratified if `u` is.
+  EmitterPoint point(std::size_t mesh, const Eigen::Vector2f& u) const;
+
+  /// Towards a point of one of them, chosen by their power.
+  LightSample sample(const Eigen::Vector3f& from_m, Eigen::Vector2f u) const;
+  /// Density of `sample` for a ray that hits a mesh, 1/sr; 0 where it does not emit.
+  float pdf(const MeshHit& hit, const Eigen::Vector3f& w) const;
+  /// The same of `point`, of its mesh alone.
+  float point_pdf(const MeshHit& hit, const Eigen::Vector3f& w) const;
+
+ private:
+  struct Placed {
+    std::shared_ptr<const EmissiveSurface> surface;  ///< null: none
+    std::shared_ptr<const Model> model;
+    Eigen::Affine3f T_tag_model;
+    Eigen::Matrix3f cofactor;  ///< of its linear part: turns normals, with the factor by which areas grow
+    float white_radiance = 1;
+    float until = 0;  ///< cumulative share of the power
+    float share = 0;
+  };
+  std::vector<Placed> of_mesh_;
+  float power_ = 0;
+};
+
+}  // namespace lumigraft::relight
