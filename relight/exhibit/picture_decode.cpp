@@ -14,6 +14,7 @@ namespace {
 
 using Bytes = std::span<const std::uint8_t>;
 
+constexpr const char* kBroken = "found a broken picture, allowed: one that can be decoded";
 constexpr std::int64_t kMaxEdge = 8192;  // 200 MB decoded, and as much as mip levels; every device takes it
 
 bool has(Bytes bytes, std::size_t at, std::string_view text) {
@@ -71,7 +72,7 @@ PictureHeader webp_header(Bytes bytes) {
 }
 
 void check_size(std::int64_t width, std::int64_t height) {
-  capture::refuse_if(width < 1 || height < 1, "not a picture that can be read");
+  capture::refuse_if(width < 1 || height < 1, kBroken);
   capture::refuse_if(width > kMaxEdge || height > kMaxEdge, "found " + std::to_string(width) + " x " +
                                                                 std::to_string(height) + " pixels, allowed: at most " +
                                                                 std::to_string(kMaxEdge) + " along an edge");
@@ -101,7 +102,7 @@ TexturePicture decode_picture(Bytes bytes) {
   } catch (const cv::Exception&) {
     picture.release();
   }
-  if (picture.empty()) throw capture::InputError("not a picture that can be read");
+  if (picture.empty()) throw capture::InputError(kBroken);
   check_size(picture.cols, picture.rows);
   auto image = std::make_shared<capture::Image<std::uint8_t>>(picture.cols, picture.rows, 3);
   cv::cvtColor(picture, cv::Mat(picture.rows, picture.cols, CV_8UC3, image->data.data()), cv::COLOR_BGR2RGB);

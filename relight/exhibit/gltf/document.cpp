@@ -65,9 +65,10 @@ GltfDocument::GltfDocument(const fs::path& file)
       *json_ = nlohmann::json::parse(text.begin(), text.end());
     } catch (const nlohmann::json::parse_error& error) {
       throw capture::InputError("not a model that can be read: found a fault at byte " + std::to_string(error.byte) +
-                                " of its JSON");
+                                " of its JSON, allowed: glTF 2.0");
     } catch (const nlohmann::json::exception&) {
-      throw capture::InputError("not a model that can be read: found a number in its JSON that no double holds");
+      throw capture::InputError(
+          "not a model that can be read: found a number in its JSON that no double holds, allowed: glTF 2.0");
     }
   });
   if (!json_->is_object()) root_.refuse("an object");
@@ -80,7 +81,8 @@ std::span<const std::uint8_t> GltfDocument::json_text() {
   const std::span<const std::uint8_t> all = bytes_;
   if (all.size() < 4 || std::memcmp(all.data(), "glTF", 4) != 0) return all;
   const auto refuse = [](const std::string& why) { throw capture::InputError("not a model that can be read: " + why); };
-  if (all.size() < kHeaderBytes + kChunkHeaderBytes) refuse("found " + std::to_string(all.size()) + " bytes of a GLB");
+  if (all.size() < kHeaderBytes + kChunkHeaderBytes)
+    refuse("found " + std::to_string(all.size()) + " bytes of a GLB, allowed: at least 20");
   const std::uint32_t version = word_at(all, 4), length = word_at(all, 8);
   if (version != 2) refuse("found version " + std::to_string(version) + " of GLB, allowed: 2");
   if (length > all.size()) {

@@ -9,7 +9,7 @@ namespace {
 
 constexpr float kMaxRounding = 1e-5f;
 
-Eigen::Affine3f transform_of(const GltfValue& node) {
+Eigen::Affine3f node_transform(const GltfValue& node) {
   Eigen::Affine3f T = Eigen::Affine3f::Identity();
   const double far = kGltf.max_length;
   if (const auto matrix = node.numbers("matrix", 16, -far, far)) {
@@ -69,7 +69,7 @@ std::vector<GltfInstance> read_instances(const GltfValue& root) {
     }
     visited[index] = true;
     const GltfValue node = nodes[index];
-    const Eigen::Affine3f T_file_node = visit.T_file_parent * transform_of(node);
+    const Eigen::Affine3f T_file_node = visit.T_file_parent * node_transform(node);
     if (const GltfValue mesh = node.member("mesh"); mesh.exists())
       instances.push_back({mesh.index(mesh_count, "meshes"), T_file_node});
     push_children(node.member("children"), T_file_node, node_count, &waiting);

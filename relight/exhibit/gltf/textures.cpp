@@ -30,7 +30,7 @@ Wrap wrap_of(const GltfValue& sampler, const char* key) {
 
 /// The rotation is from u towards -v: the GLSL in the extension's text turns the other way, but its example, its words
 /// and the viewers do not (github.com/KhronosGroup/glTF/issues/1563).
-Eigen::Matrix<float, 2, 3> transform_of(const GltfValue& extension) {
+Eigen::Matrix<float, 2, 3> texture_transform(const GltfValue& extension) {
   const double far = kGltf.max_texcoord;
   const std::vector<double> offset = extension.numbers("offset", 2, -far, far).value_or(std::vector<double>{0, 0}),
                             scale = extension.numbers("scale", 2, -far, far).value_or(std::vector<double>{1, 1});
@@ -76,7 +76,7 @@ Model::TextureSlot GltfTextures::slot(const GltfValue& texture_info) {
   if (!image.exists() || set > kMaxTexcoordSet) return slot;
   slot.picture = picture(image);
   slot.texcoord_set = static_cast<unsigned>(set);
-  slot.transform = transform_of(texture_info.extension("KHR_texture_transform"));
+  slot.transform = texture_transform(texture_info.extension("KHR_texture_transform"));
   if (const GltfValue reference = texture.member("sampler"); reference.exists()) {
     const GltfValue samplers = document_.root().member("samplers");
     const GltfValue sampler = samplers[reference.index(samplers.size(), "samplers")];

@@ -44,8 +44,9 @@ std::shared_ptr<relight::Model> block(bool textured) {
   return model;
 }
 
-/// A plate whose normals are turned to one side, by a map or by its vertices.
-std::shared_ptr<relight::Model> plate(bool textured) {
+/// A plate whose normals are turned to one side, by a map or by its vertices. With a handedness, the map is in the
+/// frame of the vertices' tangents, which are along y.
+std::shared_ptr<relight::Model> plate(bool textured, float handedness = 0) {
   const Points corners{{-0.1f, -0.1f, 0.01f}, {0.1f, -0.1f, 0.01f}, {0.1f, 0.1f, 0.01f},
                        {-0.1f, -0.1f, 0.01f}, {0.1f, 0.1f, 0.01f},  {-0.1f, 0.1f, 0.01f}};
   std::vector<Eigen::Vector2f> texcoords;
@@ -59,8 +60,58 @@ std::shared_ptr<relight::Model> plate(bool textured) {
     const auto z = static_cast<std::uint8_t>(std::lround(127.5f * (up + 1)));
     model->parts[0].normal_texture.picture = texture(1, {55, 75, z});
   } else {
-    for (Eigen::Vector3f& n : model->normals) n = {-tilt.x(), tilt.y(), up};
+    for (Eigen::Vector3f& n : model->normals) {
+      n = handedness == 0 ? Eigen::Vector3f(-tilt.x(), tilt.y(), up)
+                          : Eigen::Vector3f(-handedness * tilt.y(), tilt.x(), up);
+    }
   }
+  if (textured && handedness != 0) model->tangents.assign(model->normals.size(), {0, 1, 0, handedness});
+  return model;
+}
+
+/// A plate with a picture of coloured squares and another of roughness and metal. Either these have a coordinate set, a
+/// transform and wrap modes each, or all repeat, with the same squares written out.
+std::shared_ptr<relight::Model> plate_with_slots(bool slots) {
+  constexpr int kEdge = 2;  // so that texels are larger than pixels, and mip levels of both alike
+  const auto square = [](int u, int v) { return Eigen::Vector3i(40 + 60 * (u % 4), 250 - 50 * v, 60 * ((u + v) % 4)); };
+  const auto squares = [&](int width, int height, const auto& place) {
+    auto image = std::make_shared<capture::Image<std::uint8_t>>(width, height, 3);
+    for (int v = 0; v < height; ++v) {
+      for (int u = 0; u < width; ++u) {
+        const auto [x, y] = place(u, v);
+        for (int c = 0; c < 3; ++c) image->at(u, v, c) = static_cast<std::uint8_t>(square(x, y)[c]);
+      }
+    }
+    return image;
+  };
+  auto model = plate(false);
+  model->normals.assign(model->normals.size(), Eigen::Vector3f::UnitZ());
+  relight::Model::Part& part = model->parts[0];
+  part.material = {.base_color = {0.9f, 0.9f, 0.9f}, .metallic = 1, .roughness = 0.6f};
+  model->texcoords.clear();
+  for (const Eigen::Vector3f& p : model->positions_m) {
+    // From -1 to 1 along both edges.
+    const Eigen::Vector2f at = 10 * p.head<2>();
+    model->texcoords.push_back(slots ? Eigen::Vector2f(0.4f * at)
+                                     : Eigen::Vector2f((at.x() + 1) / 2, (at.y() + 1) / 3));
+    if (slots) model->texcoords_1.emplace_back(at.y(), at.x() - 3);
+  }
+  if (!slots) {
+    // Two tiles along u, the first mirrored; three along v, of which two repeat the rows at the edges.
+    part.base_color_texture.picture = squares(2 * kEdge, 3 * kEdge, [](int u, int v) {
+      return std::pair(u < kEdge ? kEdge - 1 - u : u - kEdge, std::clamp(v - kEdge, 0, kEdge - 1));
+    });
+    part.metallic_roughness_texture = part.base_color_texture;
+    return model;
+  }
+  part.base_color_texture = {.picture = squares(kEdge, kEdge, [](int u, int v) { return std::pair(u, v); }),
+                             .texcoord_set = 1,
+                             .wrap_u = relight::Wrap::mirrored_repeat,
+                             .wrap_v = relight::Wrap::clamp_to_edge};
+  part.metallic_roughness_texture = part.base_color_texture;
+  part.base_color_texture.transform << 0, 1, 3, 1, 0, 0;
+  part.metallic_roughness_texture.texcoord_set = 0;
+  part.metallic_roughness_texture.transform << 2.5f, 0, 0, 0, 2.5f, 0;
   return model;
 }
 
@@ -109,6 +160,13 @@ class TexturedMaterials : public ClosedTest {
     flat->parts[0].normal_texture.picture = nullptr;
     EXPECT_GT(apart(drawn(flat), turned), 2.5 * turned_bound) << "the scene shows no difference";
     EXPECT_LT(apart(drawn(plate(false)), turned), turned_bound);
+    for (const float handedness : {1.0f, -1.0f})
+      EXPECT_LT(apart(drawn(plate(false, handedness)), drawn(plate(true, handedness))), turned_bound) << handedness;
+    const Bytes written_out = drawn(plate_with_slots(false));
+    EXPECT_LT(apart(drawn(plate_with_slots(true)), written_out), kBound);
+    auto other = plate_with_slots(true);
+    other->parts[0].base_color_texture.wrap_u = relight::Wrap::repeat;
+    EXPECT_GT(apart(drawn(other), written_out), 5 * kBound) << "the scene shows no difference";
   }
 
   /// A varnished ball, mixed as in glTF files, against one of paths.
