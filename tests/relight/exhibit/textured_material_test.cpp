@@ -72,7 +72,7 @@ std::shared_ptr<relight::Model> plate(bool textured, float handedness = 0) {
 /// A plate with a picture of coloured squares and another of roughness and metal. Either these have a coordinate set, a
 /// transform and wrap modes each, or all repeat, with the same squares written out.
 std::shared_ptr<relight::Model> plate_with_slots(bool slots) {
-  constexpr int kEdge = 2;  // so that texels are larger than pixels, and mip levels of both alike
+  constexpr int kEdge = 4;
   const auto square = [](int u, int v) { return Eigen::Vector3i(40 + 60 * (u % 4), 250 - 50 * v, 60 * ((u + v) % 4)); };
   const auto squares = [&](int width, int height, const auto& place) {
     auto image = std::make_shared<capture::Image<std::uint8_t>>(width, height, 3);
@@ -90,8 +90,8 @@ std::shared_ptr<relight::Model> plate_with_slots(bool slots) {
   part.material = {.base_color = {0.9f, 0.9f, 0.9f}, .metallic = 1, .roughness = 0.6f};
   model->texcoords.clear();
   for (const Eigen::Vector3f& p : model->positions_m) {
-    // From -1 to 1 along both edges.
-    const Eigen::Vector2f at = 10 * p.head<2>();
+    // From -0.8 to 0.8 along both edges: within the centres of the texels that are written out.
+    const Eigen::Vector2f at = 8 * p.head<2>();
     model->texcoords.push_back(slots ? Eigen::Vector2f(0.4f * at)
                                      : Eigen::Vector2f((at.x() + 1) / 2, (at.y() + 1) / 3));
     if (slots) model->texcoords_1.emplace_back(at.y(), at.x() - 3);
