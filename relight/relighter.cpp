@@ -183,7 +183,10 @@ struct Relighter::State {
   }
 
   shader::FrameParams frame_params(const reconstruct::Scene& scene, const Eigen::Isometry3d& T_tag_camera,
-                                   const Placement& placement, const Plan& plan) {
+                                   const std::vector<PlacedObject>& objects, const Placement& placement,
+                                   const Plan& plan) {
+    Eigen::Vector3f emission = Eigen::Vector3f::Zero();  // of the brightest object, by channel
+    for (const PlacedObject& object : objects) emission = emission.cwiseMax(object.emission());
     const Quality quality = quality_of(plan);
     const capture::CameraModel& model = session.color.model;
     shader::FrameParams p{};
@@ -193,7 +196,7 @@ struct Relighter::State {
     const auto& k = model.distortion;
     p.distortion << Eigen::Vector4d(k[0], k[1], k[2], k[3]).cast<float>();
     p.camera << static_cast<float>(k[4]), kRelight.near_plane_m, 0, 0;
-    p.exposure << view.camera().exposure().matrix(), 0;
+    p.exposure << view.camera().exposure().matrix(), (view.camera().exposure() * emission.array()).maxCoeff();
     p.lens << widest_tangent, 0, 0, 0;
     p.picture << model.width, model.height, plan.trace_scale, quality.supersampling;
     p.cascade[0] = placement.cascade[0];
@@ -233,7 +236,7 @@ struct Relighter::State {
     }
     p.tag << static_cast<float>(0.5 * print_m), 0, 0, 0;
     p.pass_f.x() = quality.min_code_change;
-    light.passes().inject().choose_unit(p);
+    light.passes().inject().choose_unit(objects, p);
     lamp_maps->choose(*device, p);
     mirrors.describe(p);
     LampShadows::choose_views(p);
@@ -357,8 +360,9 @@ RelitPicture Relighter::relight(const capture::FrameSet& frame, const reconstruc
   bool moved = false;
   const float nearest_m = (placement.sphere.centre_m - scene.pose->T_tag_camera.translation().cast<float>()).norm() -
                           placement.sphere.radius_m;
-  shader::FrameParams params = s.frame_params(
-      scene, s.view.hold(scene.pose->T_tag_camera, std::max(nearest_m, kRelight.min_still_m), &moved), placement, plan);
+  shader::FrameParams params =
+      s.frame_params(scene, s.view.hold(scene.pose->T_tag_camera, std::max(nearest_m, kRelight.min_still_m), &moved),
+                     objects, placement, plan);
 
   const LightKey key{objects, placement, scene.illumination, scene.enclosure, s.room.field(), s.room.albedo(), plan};
   const bool live = s.is_live(params);

@@ -47,7 +47,11 @@ Placement place_volumes(const std::vector<PlacedBounds>& objects, int voxels) {
 
   const float edge = kObjects.inner_edge * sphere.radius_m;
   placement.cascade[0] = centred(placement.sphere.centre_m, edge, voxels);
-  placement.cascade[1] = centred(placement.sphere.centre_m, kObjects.outer_edge * edge, voxels);
+  float lit_m = 0;  // from the middle: there the brightest object's irradiance over π is `visible` of its emission
+  for (const auto& object : objects)
+    lit_m = std::max(lit_m, object.sphere.radius_m * std::sqrt(object.emission / kObjects.visible));
+  const float outer = std::clamp(2 * lit_m, kObjects.outer_edge * edge, kObjects.max_outer_edge * edge);
+  placement.cascade[1] = centred(placement.sphere.centre_m, outer, voxels);
 
   const float voxel = box.sizes().maxCoeff() / static_cast<float>(voxels - 2 * kObjects.margin - 1);
   const Eigen::Vector3f low = ((box.min() / voxel).array().floor() - kObjects.margin).matrix() * voxel;

@@ -37,9 +37,11 @@ struct StoredModel {
   std::string why_simple;  ///< non-empty: device memory is too small for all triangles, `full` is the simple mesh
   Mesh rough;              ///< coarsest mesh, for small shadow maps; positions only
   std::vector<std::unique_ptr<gpu::Texture>> textures;
-  std::unique_ptr<gpu::Buffer> samples;  ///< surface samples: position, area; normal, 0; model frame
+  std::unique_ptr<gpu::Buffer> samples;  ///< of the surface: position, area; normal, 0; emission, 0; model frame
   int sample_count = 0;
-  std::unique_ptr<gpu::Texture> distance, reflectance;  ///< on the grid; reflectance for uniform incident light
+  float area_m2 = 0;
+  Eigen::Vector3f max_emission = Eigen::Vector3f::Zero();  ///< of its own materials, as in Material
+  std::unique_ptr<gpu::Texture> distance, reflectance;     ///< on the grid; reflectance for uniform incident light
   Eigen::Vector3f grid_origin_m = Eigen::Vector3f::Zero();
   float grid_voxel_m = 0;
   BoundingSphere sphere;  ///< model frame
@@ -50,8 +52,11 @@ struct PlacedObject {
   std::shared_ptr<const StoredModel> stored;
   Eigen::Affine3f T_tag_model = Eigen::Affine3f::Identity();
   MaterialOverride material;
+  float white_radiance = 1;  ///< of emission 1, W/sr/m²
   PlacedBounds bounds;
 
+  /// Of its brightest material, W/sr/m²; 0: it does not emit.
+  Eigen::Vector3f emission() const { return white_radiance * material.emission.value_or(stored->max_emission); }
   bool operator==(const PlacedObject& o) const;
 };
 

@@ -14,8 +14,8 @@ Eigen::Matrix4f view_along(const Eigen::Vector3f& from, const Eigen::Vector3f& d
 }
 
 void ObjectDraws::add(const StoredModel::Mesh& mesh, const Eigen::Affine3f& T_tag_model,
-                      const MaterialOverride& material, int number, const shader::DrawParams& view,
-                      const gpu::Texture& white) {
+                      const MaterialOverride& material, float white_radiance, int number,
+                      const shader::DrawParams& view, const gpu::Texture& white) {
   for (const auto& part : mesh.parts) {
     if (part.index_count == 0) continue;
     const Material combined = material.over(part.material);
@@ -30,6 +30,7 @@ void ObjectDraws::add(const StoredModel::Mesh& mesh, const Eigen::Affine3f& T_ta
         (metal_map ? part.metallic_factor : combined.metallic), combined.specular, static_cast<float>(number + 1);
     p.maps << (rough_map ? 1.0f : 0.0f), (metal_map ? 1.0f : 0.0f), (part.normals ? part.normal_scale : 0),
         (combined.gltf ? 1.0f : 0.0f);
+    p.emission << white_radiance * combined.emission, 0;
     gpu::DrawCall& call = calls.emplace_back();
     const auto bound = [&](int slot, const gpu::Texture* texture) {
       return gpu::sampled(slot, texture ? *texture : white, gpu::Filter::repeated);

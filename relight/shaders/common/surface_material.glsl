@@ -51,3 +51,6 @@ vec3 surface_normal(vec3 n, vec3 world, vec2 uv) {
   vec3 map = 2.0 * texture_mean(normal_texture, uv, uv_right, uv_down).rgb - 1.0;
   return normalize(draw.maps.z * (map.x * x + map.y * y) + map.z * n);
 }
+
+// Radiance that leaves a side of the surface, W/sr/m².
+vec3 surface_emission(bool front) { return front ? draw.emission.rgb : vec3(0); }
