@@ -186,10 +186,16 @@ struct Relighter::State {
                                    const std::vector<PlacedObject>& objects, const Placement& placement,
                                    const Plan& plan) {
     Eigen::Vector3f emission = Eigen::Vector3f::Zero();  // of the brightest object, by channel
-    for (const PlacedObject& object : objects) emission = emission.cwiseMax(object.emission());
+    shader::FrameParams p{};
+    for (const PlacedObject& object : objects) {
+      emission = emission.cwiseMax(object.emission());
+      // A convex surface shows a quarter of its area in the mean of all directions (Cauchy 1832), any other less.
+      const float area_m2 = object.stored->area_m2 * object.T_tag_model.linear().col(0).squaredNorm();
+      const float sphere_m2 = std::numbers::pi_v<float> * object.bounds.sphere.radius_m * object.bounds.sphere.radius_m;
+      p.emission.head<3>() += std::min(area_m2 / 4, sphere_m2) * object.mean_emission();
+    }
     const Quality quality = quality_of(plan);
     const capture::CameraModel& model = session.color.model;
-    shader::FrameParams p{};
     p.T_tag_camera = T_tag_camera.matrix().cast<float>();
     p.T_camera_tag = T_tag_camera.inverse().matrix().cast<float>();
     p.pinhole << Eigen::Vector4d(model.fx, model.fy, model.cx, model.cy).cast<float>();
@@ -350,7 +356,7 @@ RelitPicture Relighter::relight(const capture::FrameSet& frame, const reconstruc
   const std::vector<PlacedObject> objects = s.store.place(exhibit, static_cast<double>(frame.time_ns) * 1e-9);
   std::vector<PlacedBounds> bounds;
   for (const auto& object : objects) bounds.push_back(object.bounds);
-  const Placement placement = place_volumes(bounds, plan.volume);
+  const Placement placement = place_volumes(bounds, plan.volume, scene.field->truncation_m);
   for (const std::string& line : quality_warnings(exhibit, objects, placement, scene)) {
     result.warnings.push_back("relight: " + line);
   }

@@ -40,8 +40,9 @@ struct StoredModel {
   std::unique_ptr<gpu::Buffer> samples;  ///< of the surface: position, area; normal, 0; emission, 0; model frame
   int sample_count = 0;
   float area_m2 = 0;
-  Eigen::Vector3f max_emission = Eigen::Vector3f::Zero();  ///< of its own materials, as in Material
-  std::unique_ptr<gpu::Texture> distance, reflectance;     ///< on the grid; reflectance for uniform incident light
+  /// Of its own materials, as in Material; mean over its area.
+  Eigen::Vector3f max_emission = Eigen::Vector3f::Zero(), mean_emission = Eigen::Vector3f::Zero();
+  std::unique_ptr<gpu::Texture> distance, reflectance;  ///< on the grid; reflectance for uniform incident light
   Eigen::Vector3f grid_origin_m = Eigen::Vector3f::Zero();
   float grid_voxel_m = 0;
   BoundingSphere sphere;  ///< model frame
@@ -57,6 +58,7 @@ struct PlacedObject {
 
   /// Of its brightest material, W/sr/m²; 0: it does not emit.
   Eigen::Vector3f emission() const { return white_radiance * material.emission.value_or(stored->max_emission); }
+  Eigen::Vector3f mean_emission() const { return white_radiance * material.emission.value_or(stored->mean_emission); }
   bool operator==(const PlacedObject& o) const;
 };
 

@@ -115,6 +115,10 @@ std::shared_ptr<const UploadModel> make_upload_model(const std::shared_ptr<const
   const double area_m2 = surface_area_m2(*model);
   made->area_m2 = static_cast<float>(area_m2);
   made->samples = surface_samples(*model, area_m2 / kUpload.samples);
+  for (std::size_t i = 0; i < made->samples.size(); i += kSampleFloats) {
+    const float* sample = &made->samples[i];
+    made->mean_emission += sample[3] / made->area_m2 * Eigen::Vector3f(sample[8], sample[9], sample[10]);
+  }
   for (const Model::Part& part : model->parts) {
     for (const auto& [picture, texels] : textures_of(part)) {
       if (!made->textures.contains({picture.get(), texels}))

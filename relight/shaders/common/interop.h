@@ -70,6 +70,7 @@ struct FrameParams {
   vec4 camera;        // k3, near plane in metres
   vec4 exposure;      // rgb: linear pixel value over radiance; a: highest pixel value that objects emit
   vec4 lens;          // x: maximum of |x, y| / z for which the distortion does not fold back
+  vec4 emission;      // rgb: of all objects that emit, mean over all directions, W/sr
   ivec4 picture;      // width, height, trace scale, supersampling of the object
   vec4 cascade[2];    // centre of voxel (0, 0, 0), voxel size
   vec4 virtual_grid;  // the same for the virtual distance volume
