@@ -30,7 +30,9 @@ std::vector<LightStep> LightVolumeBuilder::steps(const Work& work, const BrickPo
   if (surfaces) add_surfaces(work, bricks, room, &steps);
   steps.push_back({"volumes", 20, [this, work, &volumes](gpu::CommandList& list) {
                      fill_.virtual_areas(list, work.params, work.key.objects, volumes);
-                     bounce_.list_cells(list, work.params, kRelight.min_hemisphere, volumes);
+                     // Objects that emit change surfaces of which they cover less.
+                     const float brighter = 1 + work.params.exposure.w() / kRelight.dim_pixel;
+                     bounce_.list_cells(list, work.params, kRelight.min_hemisphere / brighter, volumes);
                    }});
   steps.push_back({"inject", 5, [&volumes](gpu::CommandList& list) {
                      // The first resolve must not use bounces under other lamps.
@@ -47,6 +49,9 @@ std::vector<LightStep> LightVolumeBuilder::steps(const Work& work, const BrickPo
                        inject_->record(list, work.params, lamp, work.key.objects, white, volumes);
                      }});
   }
+  steps.push_back({"inject", 5, [this, work, &volumes](gpu::CommandList& list) {
+                     inject_->record_emission(list, work.params, work.key.objects, volumes);
+                   }});
   add_resolve(work, room, &steps);
   Work coarse = work;
   coarse.params.counts.y() = coarse.params.counts.z() = quality.voxel_cones;

@@ -183,17 +183,26 @@ struct Relighter::State {
   }
 
   shader::FrameParams frame_params(const reconstruct::Scene& scene, const Eigen::Isometry3d& T_tag_camera,
-                                   const Placement& placement, const Plan& plan) {
+                                   const std::vector<PlacedObject>& objects, const Placement& placement,
+                                   const Plan& plan) {
+    Eigen::Vector3f emission = Eigen::Vector3f::Zero();  // of the brightest object, by channel
+    shader::FrameParams p{};
+    for (const PlacedObject& object : objects) {
+      emission = emission.cwiseMax(object.emission());
+      // A convex surface shows a quarter of its area in the mean of all directions (Cauchy 1832), any other less.
+      const float area_m2 = object.stored->area_m2 * object.T_tag_model.linear().col(0).squaredNorm();
+      const float sphere_m2 = std::numbers::pi_v<float> * object.bounds.sphere.radius_m * object.bounds.sphere.radius_m;
+      p.emission.head<3>() += std::min(area_m2 / 4, sphere_m2) * object.mean_emission();
+    }
     const Quality quality = quality_of(plan);
     const capture::CameraModel& model = session.color.model;
-    shader::FrameParams p{};
     p.T_tag_camera = T_tag_camera.matrix().cast<float>();
     p.T_camera_tag = T_tag_camera.inverse().matrix().cast<float>();
     p.pinhole << Eigen::Vector4d(model.fx, model.fy, model.cx, model.cy).cast<float>();
     const auto& k = model.distortion;
     p.distortion << Eigen::Vector4d(k[0], k[1], k[2], k[3]).cast<float>();
     p.camera << static_cast<float>(k[4]), kRelight.near_plane_m, 0, 0;
-    p.exposure << view.camera().exposure().matrix(), 0;
+    p.exposure << view.camera().exposure().matrix(), (view.camera().exposure() * emission.array()).maxCoeff();
     p.lens << widest_tangent, 0, 0, 0;
     p.picture << model.width, model.height, plan.trace_scale, quality.supersampling;
     p.cascade[0] = placement.cascade[0];
@@ -233,7 +242,7 @@ struct Relighter::State {
     }
     p.tag << static_cast<float>(0.5 * print_m), 0, 0, 0;
     p.pass_f.x() = quality.min_code_change;
-    light.passes().inject().choose_unit(p);
+    light.passes().inject().choose_unit(objects, p);
     lamp_maps->choose(*device, p);
     mirrors.describe(p);
     LampShadows::choose_views(p);
@@ -347,7 +356,7 @@ RelitPicture Relighter::relight(const capture::FrameSet& frame, const reconstruc
   const std::vector<PlacedObject> objects = s.store.place(exhibit, static_cast<double>(frame.time_ns) * 1e-9);
   std::vector<PlacedBounds> bounds;
   for (const auto& object : objects) bounds.push_back(object.bounds);
-  const Placement placement = place_volumes(bounds, plan.volume);
+  const Placement placement = place_volumes(bounds, plan.volume, scene.field->truncation_m);
   for (const std::string& line : quality_warnings(exhibit, objects, placement, scene)) {
     result.warnings.push_back("relight: " + line);
   }
@@ -357,8 +366,9 @@ RelitPicture Relighter::relight(const capture::FrameSet& frame, const reconstruc
   bool moved = false;
   const float nearest_m = (placement.sphere.centre_m - scene.pose->T_tag_camera.translation().cast<float>()).norm() -
                           placement.sphere.radius_m;
-  shader::FrameParams params = s.frame_params(
-      scene, s.view.hold(scene.pose->T_tag_camera, std::max(nearest_m, kRelight.min_still_m), &moved), placement, plan);
+  shader::FrameParams params =
+      s.frame_params(scene, s.view.hold(scene.pose->T_tag_camera, std::max(nearest_m, kRelight.min_still_m), &moved),
+                     objects, placement, plan);
 
   const LightKey key{objects, placement, scene.illumination, scene.enclosure, s.room.field(), s.room.albedo(), plan};
   const bool live = s.is_live(params);

@@ -46,7 +46,8 @@ gpu::RasterDesc vertex_raster(const char* vertex_shader, const char* fragment_sh
 }
 
 bool PlacedObject::operator==(const PlacedObject& o) const {
-  return stored == o.stored && T_tag_model.matrix() == o.T_tag_model.matrix() && material == o.material;
+  return stored == o.stored && T_tag_model.matrix() == o.T_tag_model.matrix() && material == o.material &&
+         white_radiance == o.white_radiance;
 }
 
 bool same_models(const std::vector<PlacedObject>& a, const std::vector<PlacedObject>& b) {
@@ -123,7 +124,7 @@ std::deque<ObjectStore::Upload> ObjectStore::uploads(const std::shared_ptr<const
                    }});
   }
   all.push_back({from->samples.size() * sizeof(float), [this, from, &to] {
-                   to.sample_count = static_cast<int>(from->samples.size() / 8);
+                   to.sample_count = static_cast<int>(from->samples.size() / kSampleFloats);
                    to.samples = device_.create_buffer(from->samples.size() * sizeof(float), "surface samples");
                    device_.upload(*to.samples, 0, std::as_bytes(std::span(from->samples)));
                  }});
@@ -147,6 +148,10 @@ ObjectStore::Entry& ObjectStore::entry_of(const std::shared_ptr<const Model>& mo
   entry.stored->grid_origin_m = prepared->grid_origin_m;
   entry.stored->grid_voxel_m = prepared->grid_voxel_m;
   entry.stored->sphere = prepared->sphere;
+  entry.stored->area_m2 = prepared->area_m2;
+  entry.stored->mean_emission = prepared->mean_emission;
+  for (const Model::Part& part : model->parts)
+    entry.stored->max_emission = entry.stored->max_emission.cwiseMax(part.material.emission);
   entry.uploads = uploads(prepared, *entry.stored);
   return entry;
 }
@@ -195,9 +200,11 @@ std::vector<PlacedObject> ObjectStore::place(const Exhibit& exhibit, double time
     p.stored = stored(object.model);
     p.T_tag_model = object.T_tag_model(time_s).cast<float>();
     p.material = object.material;
+    p.white_radiance = object.white_radiance;
     const auto scale = static_cast<float>(object.scale);  // exact: the volumes' size must not jitter while it rotates
     p.bounds.sphere = {p.T_tag_model * p.stored->sphere.centre_m, scale * p.stored->sphere.radius_m};
     for (const auto& v : object.model->positions_m) p.bounds.box.extend(p.T_tag_model * v);
+    p.bounds.emission = p.emission().maxCoeff() / p.white_radiance;
     placed.push_back(std::move(p));
   }
   std::erase_if(models_, [&](const auto& entry) { return !kept.contains(entry.first); });

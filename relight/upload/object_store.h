@@ -42,8 +42,11 @@ struct StoredModel {
   std::string why_simple;  ///< non-empty: device memory is too small for all triangles, `full` is the simple mesh
   Mesh rough;              ///< coarsest mesh, for small shadow maps; positions only
   std::vector<std::unique_ptr<gpu::Texture>> textures;
-  std::unique_ptr<gpu::Buffer> samples;  ///< surface samples: position, area; normal, 0; model frame
+  std::unique_ptr<gpu::Buffer> samples;  ///< of the surface: position, area; normal, 0; emission, 0; model frame
   int sample_count = 0;
+  float area_m2 = 0;
+  /// Of its own materials, as in Material; mean over its area.
+  Eigen::Vector3f max_emission = Eigen::Vector3f::Zero(), mean_emission = Eigen::Vector3f::Zero();
   std::unique_ptr<gpu::Texture> distance, reflectance;  ///< on the grid; reflectance for uniform incident light
   Eigen::Vector3f grid_origin_m = Eigen::Vector3f::Zero();
   float grid_voxel_m = 0;
@@ -55,8 +58,12 @@ struct PlacedObject {
   std::shared_ptr<const StoredModel> stored;
   Eigen::Affine3f T_tag_model = Eigen::Affine3f::Identity();
   MaterialOverride material;
+  float white_radiance = 1;  ///< of emission 1, W/sr/m²
   PlacedBounds bounds;
 
+  /// Of its brightest material, W/sr/m²; 0: it does not emit.
+  Eigen::Vector3f emission() const { return white_radiance * material.emission.value_or(stored->max_emission); }
+  Eigen::Vector3f mean_emission() const { return white_radiance * material.emission.value_or(stored->mean_emission); }
   bool operator==(const PlacedObject& o) const;
 };
 

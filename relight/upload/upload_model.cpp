@@ -8,6 +8,7 @@
 #include "relight/exhibit/bsdf_params.h"
 #include "relight/objects/mesh_refine.h"
 #include "relight/objects/mesh_simplify.h"
+#include "relight/objects/model_surface.h"
 #include "relight/upload/parameters.h"
 
 namespace lumigraft::relight {
@@ -18,6 +19,7 @@ std::uint8_t to_byte(float x) { return static_cast<std::uint8_t>(std::clamp(x, 0
 /// Points distributed over all triangles, each for at most `sample_area_m2` of area.
 std::vector<float> surface_samples(const Model& model, double sample_area_m2) {
   std::vector<float> samples;
+  const ModelSurface surface(model, /*mips=*/false);
   for (std::size_t t = 0; t + 2 < model.indices.size(); t += 3) {
     const std::uint32_t* v = &model.indices[t];
     const Eigen::Vector3f &a = model.positions_m[v[0]], &b = model.positions_m[v[1]], &c = model.positions_m[v[2]];
@@ -31,7 +33,10 @@ std::vector<float> surface_samples(const Model& model, double sample_area_m2) {
         const float w = (static_cast<float>(j / 2) + (j % 2 == 0 ? 1.0f : 2.0f) / 3) / static_cast<float>(k);
         const Eigen::Vector3f p = a + u * (b - a) + w * (c - a);
         const Eigen::Vector3f n = (1 - u - w) * model.normals[v[0]] + u * model.normals[v[1]] + w * model.normals[v[2]];
-        samples.insert(samples.end(), {p.x(), p.y(), p.z(), area / static_cast<float>(k * k), n.x(), n.y(), n.z(), 0});
+        const ModelPoint point{static_cast<std::uint32_t>(t / 3), {1 - u - w, u, w}, 0};
+        const Eigen::Vector3f e = surface.at(point, {}).material.emission;
+        samples.insert(samples.end(), {p.x(), p.y(), p.z(), area / static_cast<float>(k * k), n.x(), n.y(), n.z(), 0,
+                                       e.x(), e.y(), e.z(), 0});
       }
     }
   }
@@ -107,7 +112,13 @@ std::shared_ptr<const UploadModel> make_upload_model(const std::shared_ptr<const
   made->closed = is_closed(*made->simple);
   made->rough = simplify_model(*model, kUpload.rough_triangles);
   made->sphere = bounding_sphere(model->positions_m);
-  made->samples = surface_samples(*model, surface_area_m2(*model) / kUpload.samples);
+  const double area_m2 = surface_area_m2(*model);
+  made->area_m2 = static_cast<float>(area_m2);
+  made->samples = surface_samples(*model, area_m2 / kUpload.samples);
+  for (std::size_t i = 0; i < made->samples.size(); i += kSampleFloats) {
+    const float* sample = &made->samples[i];
+    made->mean_emission += sample[3] / made->area_m2 * Eigen::Vector3f(sample[8], sample[9], sample[10]);
+  }
   for (const Model::Part& part : model->parts) {
     for (const TextureUse use : kTextureUses) {
       const Model::TextureSlot& slot = slot_of(part, use);

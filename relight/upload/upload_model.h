@@ -14,12 +14,16 @@
 
 namespace lumigraft::relight {
 
+constexpr int kSampleFloats = 12;
+
 struct UploadModel {
   std::shared_ptr<const Model> simple, rough;  ///< see StoredModel
   bool closed = false;                         ///< of `simple`
   BoundingSphere sphere;
-  std::vector<float> samples;  ///< 8 floats each, see StoredModel
-  std::array<int, 3> grid{};   ///< voxels
+  std::vector<float> samples;  ///< kSampleFloats each, see StoredModel
+  float area_m2 = 0;
+  Eigen::Vector3f mean_emission = Eigen::Vector3f::Zero();  ///< over that
+  std::array<int, 3> grid{};                                ///< voxels
   Eigen::Vector3f grid_origin_m = Eigen::Vector3f::Zero();
   float grid_voxel_m = 0;
   std::vector<float> distances_m;

@@ -123,8 +123,8 @@ void LampMaps::record(gpu::CommandList& list, const std::vector<PlacedObject>& o
   ObjectDraws draws;
   for (const shader::DrawParams& view : draws_) {
     for (const PlacedObject& object : objects) {
-      draws.add(rough ? object.stored->rough : object.stored->simple, object.T_tag_model, object.material, 0, view,
-                white);
+      draws.add(rough ? object.stored->rough : object.stored->simple, object.T_tag_model, object.material,
+                object.white_radiance, 0, view, white);
     }
   }
   for (gpu::DrawCall& call : draws.calls) call.bindings.clear();

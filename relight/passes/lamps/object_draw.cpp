@@ -30,8 +30,8 @@ gpu::Wrap wrap_of(Wrap wrap) {
 /// Slots of shaders/common/surface_material.glsl, in the order of TextureUse.
 constexpr PerTextureUse<int> kTextureSlots = {1, 3, 4, 5};
 
-shader::DrawParams params_of(const StoredModel::Mesh::Part& part, const MaterialOverride& material, int number,
-                             const shader::DrawParams& view) {
+shader::DrawParams params_of(const StoredModel::Mesh::Part& part, const MaterialOverride& material,
+                             float white_radiance, int number, const shader::DrawParams& view) {
   const Material combined = material.over(part.material);
   const bool own_color = !material.base_color, both = part.texture(TextureUse::metallic_roughness).texture;
   const bool rough_map = both && !material.roughness, metal_map = both && !material.metallic;
@@ -43,7 +43,8 @@ shader::DrawParams params_of(const StoredModel::Mesh::Part& part, const Material
       (metal_map ? part.metallic_factor : combined.metallic), combined.specular, static_cast<float>(number + 1);
   p.maps << flag(rough_map), flag(metal_map), (part.texture(TextureUse::normals).texture ? part.normal_scale : 0.0f),
       flag(combined.gltf);
-  p.emission << combined.emission, flag(part.texture(TextureUse::emission).texture && !material.emission);
+  p.emission << white_radiance * combined.emission,
+      flag(part.texture(TextureUse::emission).texture && !material.emission);
   for (std::size_t use = 0; use < kTextureUses.size(); ++use) {
     const Model::TextureSlot& slot = part.textures[use].slot;
     p.texture_rows[2 * use] << slot.transform.row(0).transpose(), static_cast<float>(slot.texcoord_set);
@@ -55,11 +56,11 @@ shader::DrawParams params_of(const StoredModel::Mesh::Part& part, const Material
 }  // namespace
 
 void ObjectDraws::add(const StoredModel::Mesh& mesh, const Eigen::Affine3f& T_tag_model,
-                      const MaterialOverride& material, int number, const shader::DrawParams& view,
-                      const gpu::Texture& white) {
+                      const MaterialOverride& material, float white_radiance, int number,
+                      const shader::DrawParams& view, const gpu::Texture& white) {
   for (const auto& part : mesh.parts) {
     if (part.index_count == 0) continue;
-    shader::DrawParams& p = params.emplace_back(params_of(part, material, number, view));
+    shader::DrawParams& p = params.emplace_back(params_of(part, material, white_radiance, number, view));
     p.T_tag_model = T_tag_model.matrix();
     gpu::DrawCall& call = calls.emplace_back();
     for (std::size_t use = 0; use < kTextureUses.size(); ++use) {

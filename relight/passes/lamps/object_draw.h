@@ -12,9 +12,10 @@ struct ObjectDraws {
   std::deque<shader::DrawParams> params;
   std::vector<gpu::DrawCall> calls;
 
-  /// `view` holds the parameters common to all parts: T_view_tag, projection, distortion, more.
+  /// `view` holds the parameters common to all parts: T_view_tag, projection, distortion, more. `white_radiance`: as in
+  /// PlacedObject.
   void add(const StoredModel::Mesh& mesh, const Eigen::Affine3f& T_tag_model, const MaterialOverride& material,
-           int number, const shader::DrawParams& view, const gpu::Texture& white);
+           float white_radiance, int number, const shader::DrawParams& view, const gpu::Texture& white);
 };
 
 /// T_view_tag of a view from a point in a unit direction, its z.

@@ -38,7 +38,8 @@ void LiveView::draw_objects(gpu::CommandList& list, const shader::FrameParams& p
   const shader::DrawParams view = camera_view(params, screen.supersampling);
   for (std::size_t i = 0; i < objects.size(); ++i) {
     const std::size_t first = draws.calls.size();
-    draws.add(objects[i].stored->simple, objects[i].T_tag_model, objects[i].material, static_cast<int>(i), view, white);
+    draws.add(objects[i].stored->simple, objects[i].T_tag_model, objects[i].material, objects[i].white_radiance,
+              static_cast<int>(i), view, white);
     for (std::size_t call = first; call < draws.calls.size(); ++call) {
       draws.calls[call].bindings.push_back(gpu::storage(2, light.of(i)));
     }

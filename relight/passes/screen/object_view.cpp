@@ -24,8 +24,11 @@ shader::DrawParams camera_view(const shader::FrameParams& frame, int samples) {
 }
 
 ObjectView::ObjectView(gpu::Device& device)
-    : raster_(device.create_raster(
-          vertex_raster("object.vert", "object.frag",
+    : raster_(device.create_raster(vertex_raster(
+          "object.vert", "object.frag",
+          {gpu::Format::rgba16_float, gpu::Format::rgba16_float, gpu::Format::rg32_float, gpu::Format::rgba16_float}))),
+      raster_known_(device.create_raster(
+          vertex_raster("object.vert", "known.frag",
                         {gpu::Format::rgba16_float, gpu::Format::rgba16_float, gpu::Format::rg32_float}))),
       resolve_(device.create_compute("object_resolve.comp")),
       ambient_(device.create_compute("ambient.comp")),
@@ -38,10 +41,13 @@ void ObjectView::draw(gpu::CommandList& list, const shader::FrameParams& params,
   const shader::DrawParams view = camera_view(params, screen.supersampling);
   for (std::size_t i = 0; i < objects.size(); ++i) {
     const auto& mesh = simple ? objects[i].stored->simple : objects[i].stored->full;
-    draws.add(mesh, objects[i].T_tag_model, objects[i].material, static_cast<int>(i), view, white);
+    draws.add(mesh, objects[i].T_tag_model, objects[i].material, objects[i].white_radiance, static_cast<int>(i), view,
+              white);
   }
-  list.draw(*raster_, {screen.sample_normal.get(), screen.sample_base.get(), screen.sample_depth.get()},
-            *screen.sample_z, draws.calls);
+  list.draw(
+      *raster_,
+      {screen.sample_normal.get(), screen.sample_base.get(), screen.sample_depth.get(), screen.sample_emission.get()},
+      *screen.sample_z, draws.calls);
 }
 
 void ObjectView::draw_known(gpu::CommandList& list, const shader::FrameParams& params,
@@ -50,10 +56,10 @@ void ObjectView::draw_known(gpu::CommandList& list, const shader::FrameParams& p
   ObjectDraws draws;
   const shader::DrawParams view = camera_view(params, 1);
   for (std::size_t i = 0; i < surfaces.size(); ++i) {
-    draws.add(surfaces[i], Eigen::Affine3f::Identity(), Material{.specular = 0}, static_cast<int>(i), view, white);
+    draws.add(surfaces[i], Eigen::Affine3f::Identity(), Material{.specular = 0}, 1, static_cast<int>(i), view, white);
   }
-  list.draw(*raster_, {screen.known_normal.get(), screen.known_base.get(), screen.known_depth.get()}, *screen.known_z,
-            draws.calls);
+  list.draw(*raster_known_, {screen.known_normal.get(), screen.known_base.get(), screen.known_depth.get()},
+            *screen.known_z, draws.calls);
 }
 
 void ObjectView::resolve(gpu::CommandList& list, const shader::FrameParams& params, const Screen& screen) const {
@@ -61,8 +67,9 @@ void ObjectView::resolve(gpu::CommandList& list, const shader::FrameParams& para
       list, *resolve_,
       {gpu::sampled(1, *screen.sample_normal), gpu::sampled(2, *screen.sample_base),
        gpu::sampled(3, *screen.sample_depth), gpu::sampled(4, *screen.real_position), gpu::sampled(5, *screen.rays),
-       gpu::sampled(6, *screen.depth), gpu::image(12, *screen.object_normal), gpu::image(13, *screen.object_base),
-       gpu::image(14, *screen.object_surface), gpu::image(15, *screen.object_other)},
+       gpu::sampled(6, *screen.depth), gpu::sampled(7, *screen.sample_emission), gpu::image(12, *screen.object_normal),
+       gpu::image(13, *screen.object_base), gpu::image(14, *screen.object_surface),
+       gpu::image(15, *screen.object_other), gpu::image(16, *screen.object_emission)},
       params, screen.tiles->objects());
 }
 
@@ -82,7 +89,8 @@ void ObjectView::shade(gpu::CommandList& list, shader::FrameParams params, const
   dispatch_tiles(list, *shade_,
                  joined(joined(shading_inputs(volumes, screen), maps.bindings()),
                         {gpu::sampled(17, *screen.object_irradiance), gpu::sampled(18, *screen.object_mirrored),
-                         gpu::sampled(19, *screen.object_open), gpu::image(16, *screen.object_radiance)}),
+                         gpu::sampled(19, *screen.object_open), gpu::sampled(20, *screen.object_emission),
+                         gpu::image(16, *screen.object_radiance)}),
                  params, screen.tiles->objects());
 }
 

@@ -32,7 +32,7 @@ class ObjectView {
              const Screen& screen) const;
 
  private:
-  std::unique_ptr<gpu::RasterPipeline> raster_;
+  std::unique_ptr<gpu::RasterPipeline> raster_, raster_known_;
   std::unique_ptr<gpu::ComputePipeline> resolve_, ambient_, shade_;
 };
 

@@ -34,6 +34,7 @@ Screen::Screen(gpu::Device& device, int width_px, int height_px, int trace_scale
   sample_normal = target("object normals", Format::rgba16_float, supersampling);
   sample_base = target("object base colours", Format::rgba16_float, supersampling);
   sample_depth = target("object depths", Format::rg32_float, supersampling);
+  sample_emission = target("object emission", Format::rgba16_float, supersampling);
   lit_samples = target("lit objects", Format::rgba16_float, supersampling);
   sample_z = target("object z buffer", Format::depth32_float, supersampling);
   known_normal = target("known normals", Format::rgba16_float, 1);
@@ -45,6 +46,7 @@ Screen::Screen(gpu::Device& device, int width_px, int height_px, int trace_scale
   object_base = full("object base", Format::rgba16_float);
   object_surface = full("object surface", Format::rgba32_float);
   object_other = full("other object surface", Format::rgba16_float);
+  object_emission = full("object emission, resolved", Format::rgba16_float);
   object_irradiance = coarse("object irradiance", ambient_scale);
   object_mirrored = coarse("object mirrored", ambient_scale);
   object_open = coarse("object open", ambient_scale, (max_lamps + 3) / 4);

@@ -26,7 +26,8 @@ class Bound {
     if (far2 < 1.5f * r2) return true;
     // Change of the pixel value, with the slope of the sRGB curve above its linear part.
     const float root = std::max((static_cast<float>(code) / 255 + 0.055f) / 1.055f, 0.1f);
-    return 255.0f * 1.055f / 2.4f * root * r2 * facing_ > min_codes_ * far2;
+    const float brighter = 1 + p_.exposure.w() / std::pow(root, 2.4f);
+    return 255.0f * 1.055f / 2.4f * root * brighter * r2 * facing_ > min_codes_ * far2;
   }
 
   /// Minimum blur of the objects' reflection by gloss at this point, in pixels (shaders/screen/mirror_blur.glsl); none

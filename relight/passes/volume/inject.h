@@ -12,15 +12,18 @@ class Inject {
  public:
   Inject(gpu::Device& device, int map_edge);
   /// Chooses the fixed-point unit such that no voxel can overflow, and writes it to params.field.
-  void choose_unit(shader::FrameParams& params) const;
+  void choose_unit(const std::vector<PlacedObject>& objects, shader::FrameParams& params) const;
   static void clear(gpu::CommandList& list, const Volumes& volumes);
   void record(gpu::CommandList& list, shader::FrameParams params, int lamp, const std::vector<PlacedObject>& objects,
               const gpu::Texture& white, const Volumes& volumes) const;
+  /// The light of objects that emit. In: their surface samples, virtual_distance. Out: virtual_flux.
+  void record_emission(gpu::CommandList& list, shader::FrameParams params, const std::vector<PlacedObject>& objects,
+                       const Volumes& volumes) const;
 
  private:
   int edge_;
   std::unique_ptr<gpu::RasterPipeline> raster_;
-  std::unique_ptr<gpu::ComputePipeline> inject_;
+  std::unique_ptr<gpu::ComputePipeline> inject_, emit_;
   std::unique_ptr<gpu::Texture> position_, albedo_, normal_, z_;
 };
 

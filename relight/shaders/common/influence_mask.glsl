@@ -13,7 +13,9 @@ float indirect_footprint_of(vec3 p, vec3 n, float root, bool glossy) {
   float far = sqrt(far2);
   float max_cosine = clamp(dot(n, to) / far + frame.sphere.w / far, 0.0, 1.0);
   // For coded images: the change of the pixel value, with the slope of the sRGB curve above its linear part.
-  float codes = 255.0 * 1.055 / 2.4 * clamp(root, 0.1, 1.0) * (r2 / far2) * (glossy ? 4.0 : max_cosine);
+  root = clamp(root, 0.1, 1.0);
+  float codes = 255.0 * 1.055 / 2.4 * root * (r2 / far2) * (glossy ? 4.0 : max_cosine);
+  codes *= 1.0 + frame.exposure.a / pow(root, 2.4);  // objects that emit may be brighter than the room
   return clamp(codes / frame.pass_f.x - 1.0, 0.0, 1.0);
 }
 float indirect_footprint(vec3 p, vec3 n, vec3 b, bool glossy) {

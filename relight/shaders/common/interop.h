@@ -68,8 +68,9 @@ struct FrameParams {
   vec4 pinhole;       // fx fy cx cy
   vec4 distortion;    // k1 k2 p1 p2
   vec4 camera;        // k3, near plane in metres
-  vec4 exposure;      // rgb: linear pixel value over radiance
+  vec4 exposure;      // rgb: linear pixel value over radiance; a: highest pixel value that objects emit
   vec4 lens;          // x: maximum of |x, y| / z for which the distortion does not fold back
+  vec4 emission;      // rgb: of all objects that emit, mean over all directions, W/sr
   ivec4 picture;      // width, height, trace scale, supersampling of the object
   vec4 cascade[2];    // centre of voxel (0, 0, 0), voxel size
   vec4 virtual_grid;  // the same for the virtual distance volume
@@ -108,9 +109,9 @@ struct DrawParams {
   vec4 base_color;  // rgb; a: 1 when there is a texture
   vec4 tint;        // x: weight of the vertex colours
   vec4 material;    // roughness, metallic, specular, object's number + 1
+  vec4 emission;    // rgb: radiance of the front, W/sr/m²; a: 1 when a texture multiplies it
   vec4 maps;        // 1: a texture multiplies roughness (x), metallic (y); scale of the normal map (z), 0: none;
                     // 1: layer and body mixed as in glTF (w)
-  vec4 emission;    // rgb; a: 1 when there is a texture
   // The transform of each texture's coordinates, two rows of three each, in the order of TextureUse
   // (objects/texture.h); a of the first row: the set of coordinates.
   vec4 texture_rows[8];

@@ -32,13 +32,13 @@ vec3 surface_color(vec4 uv, vec3 tint) {
   return base;
 }
 
-// Radiance that the surface emits.
-vec3 surface_emission(vec4 uv) {
+// Radiance that leaves a side of the surface, W/sr/m².
+vec3 surface_emission(bool front, vec4 uv) {
   vec3 emission = draw.emission.rgb;
   if (draw.emission.a > 0.0) {
     emission *= srgb_decode(texture_mean(emissive_texture, texture_uv(kEmission, uv)).rgb);
   }
-  return emission;
+  return front ? emission : vec3(0);
 }
 
 vec2 surface_roughness_metallic(vec4 uv) {

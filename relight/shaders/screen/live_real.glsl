@@ -4,6 +4,7 @@
 #ifndef LIVE_REAL_GLSL
 #define LIVE_REAL_GLSL
 #include "screen/real_depth.glsl"
+#include "screen/emission_beyond.glsl"
 #include "common/influence_mask.glsl"
 #include "common/unoccluded_irradiance.glsl"
 layout(binding = 27) uniform sampler2D codes;    // of the camera, 8-bit sRGB
@@ -74,7 +75,7 @@ LiveReal live_real(ivec2 at, vec3 code) {
   float root = (max(max(code.x, code.y), code.z) + 0.055) / 1.055;
   float footprint = indirect_footprint_of(q.p, q.n, root, false);
   return LiveReal(q.p, q.n, 2.0 * frame.cascade[q.cascade].w, dot(q.n, q.n) > 0.0 ? response : vec3(0),
-                  e.a > 1e-3 ? footprint / e.a * e.rgb : vec3(0));
+                  footprint * with_emission_beyond(e.a > 1e-3 ? e.rgb / e.a : vec3(0), q.p, q.n));
 }
 
 // Factor of the radiance.

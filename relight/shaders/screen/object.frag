@@ -1,28 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "common/surface_material.glsl"
-layout(location = 0) in vec3 world;
-layout(location = 1) in vec3 world_normal;
-layout(location = 2) in vec4 uv;
-layout(location = 3) in vec3 tint;
-layout(location = 4) in float depth_m;
-layout(location = 7) in vec4 world_tangent;
-layout(location = 0) out vec4 out_normal;  // roughness in a
-layout(location = 1) out vec4 out_base;    // metallic in a; + 2: glTF
-layout(location = 2) out vec2 out_depth;   // metres along z; specular + 2 · object's number, 0: nothing
+#include "screen/object_surface.glsl"
+layout(location = 3) out vec4 out_emission;
 
-void main() {
-  float l = length(world_normal);
-  vec3 n = l > 1e-9 ? world_normal / l : vec3(0, 0, 1);
-  vec3 eye = -(transpose(mat3(draw.T_view_tag)) * draw.T_view_tag[3].xyz);
-  vec3 shading = surface_normal(n, world, uv, world_tangent);
-  if (dot(n, eye - world) < 0.0 && !gl_FrontFacing) {
-    n = -n;
-    shading = -shading;
-  }
-  if (dot(shading, eye - world) <= 0.0) shading = n;
-  vec2 roughness_metallic = surface_roughness_metallic(uv);
-  out_normal = vec4(shading, roughness_metallic.x);
-  out_base = vec4(surface_color(uv, tint), roughness_metallic.y + 2.0 * draw.maps.w);
-  out_depth = vec2(depth_m, draw.material.z + 2.0 * draw.material.w);
-}
+void main() { out_emission = vec4(surface_emission(write_surface(), uv), 1.0); }

@@ -15,5 +15,5 @@ void main() {
   vec3 eye = -(transpose(mat3(draw.T_view_tag)) * draw.T_view_tag[3].xyz);
   bool behind = dot(world_normal, eye - world) < 0.0 && !gl_FrontFacing;
   const float kPi = 3.14159265358979;
-  out_sample = vec4(surface_color(uv, tint) / kPi * (behind ? back : front), depth_m);
+  out_sample = vec4(surface_color(uv, tint) / kPi * (behind ? back : front) + surface_emission(!behind, uv), depth_m);
 }

@@ -12,10 +12,12 @@ layout(binding = 3) uniform sampler2D sample_depth;
 layout(binding = 4) uniform sampler2D real_position;                     // a: z in the camera frame, 0: unknown
 layout(binding = 5) uniform sampler2D rays;                              // x/z, y/z per pixel
 layout(binding = 6) uniform sampler2D depth;                             // metres along z, 0: none
+layout(binding = 7) uniform sampler2D sample_emission;
 layout(binding = 12, rgba16f) uniform writeonly image2D object_normal;   // a: roughness
 layout(binding = 13, rgba16f) uniform writeonly image2D object_base;     // a: metallic; + 2: glTF
 layout(binding = 14, rgba32f) uniform writeonly image2D object_surface;  // z, coverage, specular, other's share
 layout(binding = 15, rgba16f) uniform writeonly image2D object_other;    // that surface's normal; z
+layout(binding = 16, rgba16f) uniform writeonly image2D object_emission;
 
 // Samples with one normal at one depth are one surface, whose material is their mean. Of colours the mean is right for all
 // light; where metal borders on a dielectric it is not, but nearer than one of both.
@@ -23,9 +25,12 @@ const float kSameNormal = 0.8, kSameDepth = 0.02;
 
 struct Sum {
   vec4 normal, base;
+  vec3 emission;
   float z, specular;
   int count, gltf;
 };
+
+const Sum kNone = Sum(vec4(0), vec4(0), vec3(0), 0.0, 0.0, 0, 0);
 
 vec3 direction(vec3 sum) {
   float l = length(sum);
@@ -40,7 +45,7 @@ void main() {
   vec2 ray = texelFetch(rays, at, 0).xy;
   // The samples are split in two: those of the first covered sample's surface, and the others; the larger group is the
   // pixel's surface.
-  Sum sums[2] = Sum[](Sum(vec4(0), vec4(0), 0.0, 0.0, 0, 0), Sum(vec4(0), vec4(0), 0.0, 0.0, 0, 0));
+  Sum sums[2] = Sum[](kNone, kNone);
   vec3 first_normal = vec3(0);
   float first_z = 0.0;
   for (int i = 0; i < s * s; ++i) {
@@ -58,6 +63,7 @@ void main() {
     bool gltf = base.a > 1.5;
     sums[which].base += vec4(base.rgb, gltf ? base.a - 2.0 : base.a);
     sums[which].gltf += int(gltf);
+    sums[which].emission += texelFetch(sample_emission, q, 0).rgb;
     sums[which].z += found.x;
     sums[which].specular += mod(found.y, 2.0);
     ++sums[which].count;
@@ -72,5 +78,6 @@ void main() {
   imageStore(object_base, at, to_half(base));
   imageStore(object_surface, at, vec4(largest.z * k, float(covered) / float(s * s), largest.specular * k,
                                       float(other.count) / all));
+  imageStore(object_emission, at, to_half(vec4(largest.emission * k, 1.0)));
   imageStore(object_other, at, to_half(vec4(direction(other.normal.xyz), other.z / max(float(other.count), 1.0))));
 }

@@ -4,6 +4,7 @@
 #ifndef REAL_PIXEL_GLSL
 #define REAL_PIXEL_GLSL
 #include "screen/real_depth.glsl"
+#include "screen/emission_beyond.glsl"
 #include "common/influence_mask.glsl"
 #include "common/unoccluded_irradiance.glsl"
 #include "screen/clipped.glsl"
@@ -81,6 +82,7 @@ RealPixel real_pixel(ivec2 at) {
     }
     vec4 e = textureLod(real_irradiance, cascade_place(c, like, 1.0), 0.0);
     if (inside && e.a > 1e-3) indirect = e.rgb / e.a;
+    indirect = with_emission_beyond(indirect, p, n);
     albedo.a = known > 0.0 ? known : (albedo.a > 0.0 ? 0.0 : -1.0);
   }
   return RealPixel(p, n, guessed ? -z : z, footprint, albedo, indirect);

@@ -6,14 +6,14 @@
 #include "volume/volume.glsl"
 #include "volume/splat.glsl"
 layout(local_size_x = 64) in;
-layout(std430, binding = 16) readonly buffer Samples { vec4 samples[]; };  // position, area; normal
+layout(std430, binding = 16) readonly buffer Samples { vec4 samples[]; };  // position, area; normal; emission
 layout(std430, binding = 17) buffer Area { int area[]; };
 
 void main() {
   for (uint i = gl_GlobalInvocationID.x; i < uint(frame.pass_i.x); i += gl_NumWorkGroups.x * 64u) {
-    vec3 p = (frame.pass_m * vec4(samples[2u * i].xyz, 1.0)).xyz;
-    vec3 n = normalize(mat3(frame.pass_m) * samples[2u * i + 1u].xyz);
-    float m2 = samples[2u * i].w * frame.pass_f.x;
+    vec3 p = (frame.pass_m * vec4(samples[3u * i].xyz, 1.0)).xyz;
+    vec3 n = normalize(mat3(frame.pass_m) * samples[3u * i + 1u].xyz);
+    float m2 = samples[3u * i].w * frame.pass_f.x;
     // A shell has light on both sides, a solid only in front; surfaces inside another object have none.
     for (int side = -1; side <= 1; side += 2) {
       if (virtual_distance(p + 0.75 * float(side) * frame.virtual_grid.w * n) <= 0.0) continue;

@@ -5,7 +5,7 @@
 // voxels of both cascades as reflected flux. Virtual surfaces inject into the voxels in front of them (see
 // volume.glsl). pass_i.x: the lamp; pass_f.x: 1 / tan of the half angle of its view.
 #include "volume/volume.glsl"
-#include "volume/splat.glsl"
+#include "volume/inject_flux.glsl"
 #include "common/lamp.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 12) uniform sampler2D hit_position;
@@ -15,25 +15,6 @@ layout(binding = 14) uniform sampler3D real_albedo;
 layout(std430, binding = 16) buffer VirtualFlux { int virtual_flux[]; };  // chunk, voxel, channel
 layout(std430, binding = 17) buffer RealFlux { int real_flux[]; };
 
-ivec3 fixed_point(vec3 flux) { return ivec3(round(flux * frame.field.z)); }
-
-#define INJECT(name, kind, target)                                                  \
-  void name(vec3 p, vec3 ahead, vec3 flux) {                                       \
-    for (int c = 0; c < kCascades; ++c) {                                          \
-      Splat s = splat_at(c, p, ahead);                                             \
-      if (!s.inside) continue;                                                     \
-      ivec3 left = fixed_point(flux);                                              \
-      for (int i = 0; i < 8; ++i) { /* the last takes what rounding left over */   \
-        ivec3 part = i == 7 ? left : fixed_point(flux * splat_weight(s, i));       \
-        left -= part;                                                              \
-        uint at = splat_voxel(kind, s, i);                                         \
-        if (!is_kept(at)) continue;                                                \
-        atomicAdd(target[3u * at], part.x);                                        \
-        atomicAdd(target[3u * at + 1u], part.y);                                   \
-        atomicAdd(target[3u * at + 2u], part.z);                                   \
-      }                                                                            \
-    }                                                                              \
-  }
 INJECT(inject_virtual, kVirtual, virtual_flux)
 INJECT(inject_real, kReal, real_flux)
 
