@@ -14,7 +14,7 @@
 
 #include "capture/camera/srgb.h"
 #include "capture/error.h"
-#include "relight/exhibit/gltf/load_gltf.h"
+#include "relight/exhibit/load_gltf.h"
 #include "relight/exhibit/model_builder.h"
 #include "relight/exhibit/model_materials.h"
 

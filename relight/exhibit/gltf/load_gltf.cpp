@@ -1,4 +1,4 @@
-#include "relight/exhibit/gltf/load_gltf.h"
+#include "relight/exhibit/load_gltf.h"
 
 #include <map>
 #include <set>

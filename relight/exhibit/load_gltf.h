@@ -1,5 +1,5 @@
 #pragma once
-// Loads .gltf and .glb files.
+// Loads .gltf and .glb files. Implemented in gltf/.
 #include <filesystem>
 #include <memory>
 
