@@ -135,46 +135,80 @@ ModelSurface::ModelSurface(const Model& model, bool mips) : model_(model) {
   }
 }
 
-std::optional<Vector3f> ModelSurface::texel(const ModelPoint& point, TextureUse use) const {
-  const std::uint32_t part = this->part(point.triangle);
-  const PlacedTexture& placed = textures_[part][static_cast<std::size_t>(use)];
-  if (!placed.texture) return std::nullopt;
-  const Model::TextureSlot& slot = slot_of(model_.parts[part], use);
-  const Vector2f uv = slot.transform * mixed(model_, texcoords_of(model_, slot.texcoord_set), point).homogeneous();
-  const float density =
-      Triangle(model_, point.triangle).texcoord_density(texcoords_of(model_, point.triangle, slot.texcoord_set));
-  return placed.texture->at(uv, point.footprint_m * density * placed.texels_per_texcoord, slot.wrap_u, slot.wrap_v);
-}
+/// A point as the textures of its part see it.
+class ModelSurface::TexturedPoint {
+ public:
+  TexturedPoint(const ModelSurface& surface, const ModelPoint& point)
+      : model_(surface.model_),
+        point_(point),
+        part_(surface.part(point.triangle)),
+        textures_(surface.textures_[part_]) {}
+
+  const Model::Part& part() const { return model_.parts[part_]; }
+
+  /// The mean over the point's square; nothing if the part has no such texture.
+  std::optional<Vector3f> texel(TextureUse use) {
+    const PlacedTexture& placed = textures_[static_cast<std::size_t>(use)];
+    if (!placed.texture) return std::nullopt;
+    const Model::TextureSlot& slot = slot_of(part(), use);
+    const Coordinates& at = coordinates(slot.texcoord_set);
+    const Vector2f uv = slot.transform.leftCols<2>() * at.texcoord + slot.transform.col(2);
+    return placed.texture->at(uv, point_.footprint_m * at.density * placed.texels_per_texcoord, slot.wrap_u,
+                              slot.wrap_v);
+  }
+
+ private:
+  struct Coordinates {
+    bool known = false;
+    Vector2f texcoord;
+    float density = 0;
+  };
+
+  const Coordinates& coordinates(unsigned set) {
+    Coordinates& at = coordinates_[set];
+    if (at.known) return at;
+    const TriangleTexcoords corners = texcoords_of(model_, point_.triangle, set);
+    at.texcoord.setZero();
+    for (std::size_t k = 0; k < 3; ++k) at.texcoord += point_.barycentric[static_cast<Eigen::Index>(k)] * corners[k];
+    if (point_.footprint_m > 0) at.density = Triangle(model_, point_.triangle).texcoord_density(corners);
+    at.known = true;
+    return at;
+  }
+
+  const Model& model_;
+  const ModelPoint& point_;
+  std::uint32_t part_;
+  const PerTextureUse<PlacedTexture>& textures_;
+  std::array<Coordinates, 2> coordinates_;  // by set
+};
 
 ModelSurface::Shading ModelSurface::at(const ModelPoint& point, const MaterialOverride& material) const {
-  const Model::Part& part = model_.parts[this->part(point.triangle)];
+  TexturedPoint textured(*this, point);
+  const Model::Part& part = textured.part();
   const Vector3f interpolated = mixed(model_, model_.normals, point).stableNormalized();
   Shading s{material.over(part.material), interpolated, interpolated};
   if (!material.base_color) {
     s.material.base_color.array() *= mixed(model_, model_.colors, point).array();
-    if (const auto color = texel(point, TextureUse::base_color)) s.material.base_color.array() *= color->array();
+    if (const auto color = textured.texel(TextureUse::base_color)) s.material.base_color.array() *= color->array();
   }
   if (!material.emission) {
-    if (const auto emission = texel(point, TextureUse::emission)) s.material.emission.array() *= emission->array();
+    if (const auto emission = textured.texel(TextureUse::emission)) s.material.emission.array() *= emission->array();
   }
   if (!(material.metallic && material.roughness)) {
-    if (const auto both = texel(point, TextureUse::metallic_roughness)) {
+    if (const auto both = textured.texel(TextureUse::metallic_roughness)) {
       if (!material.roughness) s.material.roughness = part.roughness_factor * both->y();
       if (!material.metallic) s.material.metallic = part.metallic_factor * both->z();
     }
   }
-  turn_normal(point, &s);
+  if (const auto map = textured.texel(TextureUse::normals)) turn_normal(point, *map, &s);
   return s;
 }
 
-void ModelSurface::turn_normal(const ModelPoint& point, Shading* s) const {
+void ModelSurface::turn_normal(const ModelPoint& point, Vector3f map, Shading* s) const {
   const Model::Part& part = model_.parts[this->part(point.triangle)];
-  const auto texel = this->texel(point, TextureUse::normals);
-  if (!texel) return;
   auto tangents = vertex_tangents(model_, point, s->normal);
   if (!tangents) tangents = triangle_tangents(model_, point.triangle, part.normal_texture, s->normal);
   if (!tangents) return;
-  Vector3f map = *texel;
   const float variance = part.normal_scale * part.normal_scale * std::max(1 - map.norm(), 0.0f);
   map.head<2>() *= part.normal_scale;
   const Vector3f turned = map.x() * (*tangents)[0] + map.y() * (*tangents)[1] + map.z() * s->normal;

@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <vector>
 
 #include "relight/objects/texture.h"
@@ -47,9 +46,9 @@ class ModelSurface {
   float normal_variance(std::uint32_t triangle) const;
 
  private:
-  /// Its mean over the point's square; nothing if the part has none.
-  std::optional<Eigen::Vector3f> texel(const ModelPoint& point, TextureUse use) const;
-  void turn_normal(const ModelPoint& point, Shading* s) const;
+  class TexturedPoint;
+  /// `map`: the mean of the normal map over the point's square.
+  void turn_normal(const ModelPoint& point, Eigen::Vector3f map, Shading* s) const;
 
   struct PlacedTexture {
     std::shared_ptr<const Texture> texture;  ///< null: none

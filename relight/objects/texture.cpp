@@ -67,24 +67,25 @@ int wrapped(int texel, int size, Wrap wrap) {
 }
 
 Neighbours neighbours(float coordinate, int size, Wrap wrap) {
-  const float period = wrap == Wrap::mirrored_repeat ? 2.0f : 1.0f;
-  const float once = wrap == Wrap::clamp_to_edge ? std::clamp(coordinate, 0.0f, 1.0f)
-                                                 : coordinate - period * std::floor(coordinate / period);
+  float once = coordinate - std::floor(coordinate);
+  if (wrap == Wrap::clamp_to_edge) once = std::clamp(coordinate, 0.0f, 1.0f);
+  if (wrap == Wrap::mirrored_repeat) once = coordinate - 2 * std::floor(coordinate / 2);
   const float x = once * static_cast<float>(size) - 0.5f, first = std::floor(x);
   const int texel = static_cast<int>(first);
-  return {{wrapped(texel, size, wrap), wrapped(texel + 1, size, wrap)}, x - first};
+  const auto weight = x - first;
+  if (texel >= 0 && texel + 1 < size) return {{texel, texel + 1}, weight};  // most: no division
+  return {{wrapped(texel, size, wrap), wrapped(texel + 1, size, wrap)}, weight};
 }
 
 template <typename T>
 Vector3f bilinear(const capture::Image<T>& image, const Eigen::Vector2f& uv, Wrap wrap_u, Wrap wrap_v, Decode decode) {
   const Neighbours x = neighbours(uv.x(), image.width, wrap_u), y = neighbours(uv.y(), image.height, wrap_v);
-  Vector3f sum = Vector3f::Zero();
-  for (std::size_t dy = 0; dy < 2; ++dy) {
-    for (std::size_t dx = 0; dx < 2; ++dx) {
-      sum += (dx ? x.weight : 1 - x.weight) * (dy ? y.weight : 1 - y.weight) * decode(image, x.texel[dx], y.texel[dy]);
-    }
-  }
-  return sum;
+  const auto row = [&](int v) -> Vector3f {
+    const Vector3f left = decode(image, x.texel[0], v), right = decode(image, x.texel[1], v);
+    return left + x.weight * (right - left);
+  };
+  const Vector3f above = row(y.texel[0]), below = row(y.texel[1]);
+  return above + y.weight * (below - above);
 }
 
 }  // namespace

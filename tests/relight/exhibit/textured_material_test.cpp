@@ -87,7 +87,8 @@ std::shared_ptr<relight::Model> plate_with_slots(bool slots) {
   auto model = plate(false);
   model->normals.assign(model->normals.size(), Eigen::Vector3f::UnitZ());
   relight::Model::Part& part = model->parts[0];
-  part.material = {.base_color = {0.9f, 0.9f, 0.9f}, .metallic = 1, .roughness = 0.6f};
+  part.material = {
+      .base_color = {0.9f, 0.9f, 0.9f}, .metallic = 1, .roughness = 0.6f, .emission = {0.1f, 0.05f, 0.02f}};
   model->texcoords.clear();
   for (const Eigen::Vector3f& p : model->positions_m) {
     // From -0.8 to 0.8 along both edges: within the centres of the texels that are written out.
@@ -101,7 +102,7 @@ std::shared_ptr<relight::Model> plate_with_slots(bool slots) {
     part.base_color_texture.picture = squares(2 * kEdge, 3 * kEdge, [](int u, int v) {
       return std::pair(u < kEdge ? kEdge - 1 - u : u - kEdge, std::clamp(v - kEdge, 0, kEdge - 1));
     });
-    part.metallic_roughness_texture = part.base_color_texture;
+    part.metallic_roughness_texture = part.emissive_texture = part.base_color_texture;
     return model;
   }
   part.base_color_texture = {.picture = squares(kEdge, kEdge, [](int u, int v) { return std::pair(u, v); }),
@@ -112,6 +113,7 @@ std::shared_ptr<relight::Model> plate_with_slots(bool slots) {
   part.base_color_texture.transform << 0, 1, 3, 1, 0, 0;
   part.metallic_roughness_texture.texcoord_set = 0;
   part.metallic_roughness_texture.transform << 2.5f, 0, 0, 0, 2.5f, 0;
+  part.emissive_texture = part.metallic_roughness_texture;
   return model;
 }
 
@@ -164,9 +166,11 @@ class TexturedMaterials : public ClosedTest {
       EXPECT_LT(apart(drawn(plate(false, handedness)), drawn(plate(true, handedness))), turned_bound) << handedness;
     const Bytes written_out = drawn(plate_with_slots(false));
     EXPECT_LT(apart(drawn(plate_with_slots(true)), written_out), kBound);
-    auto other = plate_with_slots(true);
+    auto other = plate_with_slots(true), emits_evenly = plate_with_slots(true);
     other->parts[0].base_color_texture.wrap_u = relight::Wrap::repeat;
     EXPECT_GT(apart(drawn(other), written_out), 5 * kBound) << "the scene shows no difference";
+    emits_evenly->parts[0].emissive_texture.picture = nullptr;
+    EXPECT_GT(apart(drawn(emits_evenly), written_out), 5 * kBound) << "the scene shows no difference";
   }
 
   /// A varnished ball, mixed as in glTF files, against one of paths.
