@@ -15,7 +15,7 @@ using Eigen::Vector3f;
 
 constexpr std::size_t kPerSet = RayFan::kMaxRays, kAll = EmissiveSurface::kPatches;
 constexpr float kRays = 16;         // over the hemisphere: other numbers of them are weighted as these
-constexpr float kNear = 6;          // radii: within them light is the sum of all patches,
+constexpr float kNear = 3;          // radii: within them light is the sum of all patches,
 constexpr std::size_t kJoined = 4;  // farther away so many are one
 constexpr std::uint32_t kEmitterSeed = 37;
 
