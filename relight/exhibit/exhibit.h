@@ -22,6 +22,7 @@ struct Material {
   /// Whether layer and body are mixed as in glTF 2.0, appendix B; else light passes the layer twice (bsdf_params.h).
   bool gltf = false;
   /// Radiance that the front of the surface emits, linear, 1: the white of the picture (VirtualObject::white_radiance).
+  /// A texture multiplies it.
   Eigen::Vector3f emission = Eigen::Vector3f::Zero();
 };
 
@@ -57,25 +58,42 @@ struct MaterialOverride {
 
 using TexturePicture = std::shared_ptr<const capture::Image<std::uint8_t>>;  ///< RGB, 8 bits; null: none
 
+/// What a texture shows where its coordinates are outside 0 to 1.
+enum class Wrap { repeat, clamp_to_edge, mirrored_repeat };
+
 /// Triangles with attributes, in the model's own frame rotated so that z is up, metres.
 struct Model {
+  /// A texture of a part and how it lies on the surface.
+  struct TextureSlot {
+    TexturePicture picture;     ///< null: none
+    unsigned texcoord_set = 0;  ///< 0 or 1: texcoords or texcoords_1
+    /// Takes (u, v, 1) of the set to the texture's coordinates (KHR_texture_transform).
+    Eigen::Matrix<float, 2, 3> transform = Eigen::Matrix<float, 2, 3>::Identity();
+    Wrap wrap_u = Wrap::repeat, wrap_v = Wrap::repeat;
+  };
   struct Part {
-    Material material;                  ///< where a texture changes metallic and roughness: their mean
-    TexturePicture base_color_texture;  ///< sRGB
+    Material material;               ///< where a texture changes metallic and roughness: their mean
+    TextureSlot base_color_texture;  ///< sRGB
     /// Linear: roughness in green and metallic in blue, to be multiplied with the factors.
-    TexturePicture metallic_roughness_texture;
+    TextureSlot metallic_roughness_texture;
     float metallic_factor = 1, roughness_factor = 1;
-    /// Linear: the normal in the tangent frame (x along the texture's u, y against its v, z along the interpolated
-    /// normal), each from -1 to 1; x and y are to be multiplied with the scale.
-    TexturePicture normal_texture;
+    /// Linear: the normal in the tangent frame, each component from -1 to 1; x and y are to be multiplied with the
+    /// scale. x is along the vertices' tangent, or the texture's u where they have none, y along their bitangent, or
+    /// against the texture's v, and z along the interpolated normal.
+    TextureSlot normal_texture;
     float normal_scale = 1;
+    TextureSlot emissive_texture;  ///< sRGB; multiplies material.emission
     std::uint32_t first_index = 0, index_count = 0;
   };
   std::vector<Eigen::Vector3f> positions_m;
-  std::vector<Eigen::Vector3f> normals;    ///< unit
-  std::vector<Eigen::Vector2f> texcoords;  ///< zero if the model has none; v increases downwards
-  std::vector<Eigen::Vector3f> colors;     ///< linear vertex colours, white if the model has none
-  std::vector<std::uint32_t> indices;      ///< three per triangle
+  std::vector<Eigen::Vector3f> normals;      ///< unit
+  std::vector<Eigen::Vector2f> texcoords;    ///< zero if the model has none; v increases downwards
+  std::vector<Eigen::Vector2f> texcoords_1;  ///< the second set; empty if no texture reads it
+  /// As in glTF: unit tangent, then the handedness: the bitangent is w · (normal × tangent). Zero where a part has
+  /// none, empty if the model has none.
+  std::vector<Eigen::Vector4f> tangents;
+  std::vector<Eigen::Vector3f> colors;  ///< linear vertex colours, white if the model has none
+  std::vector<std::uint32_t> indices;   ///< three per triangle
   std::vector<Part> parts;
   std::size_t unusable_triangles = 0;  ///< triangles of the file that were dropped
   std::vector<std::string> not_drawn;  ///< features that the file asks for, each with the first material that does

@@ -17,7 +17,36 @@ float angle_between(const Eigen::Vector3f& a, const Eigen::Vector3f& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b));
 }
 
+// -0 becomes 0.
+template <typename Vector>
+Vector without_minus_zero(const Vector& v) {
+  return v.array() + 0.0f;
+}
+
+Eigen::Vector3f unit_or_zero(const Eigen::Vector3f& v) {
+  const float length = v.stableNorm();
+  if (!(std::isfinite(length) && length > 0)) return Eigen::Vector3f::Zero();
+  return without_minus_zero<Eigen::Vector3f>(v / length);
+}
+
 }  // namespace
+
+CornerTransform::CornerTransform(const Eigen::Affine3f& T_model_mesh) : T_model_mesh_(T_model_mesh) {
+  const Eigen::Matrix3f m = T_model_mesh.linear();
+  normal_matrix_ << m.col(1).cross(m.col(2)), m.col(2).cross(m.col(0)), m.col(0).cross(m.col(1));
+  mirrors_ = m.determinant() < 0;
+  if (mirrors_) normal_matrix_ = -normal_matrix_;
+}
+
+Corner CornerTransform::operator()(const Corner& from) const {
+  Corner to = from;
+  to.position_m = without_minus_zero<Eigen::Vector3f>(T_model_mesh_ * from.position_m);
+  to.normal = unit_or_zero(normal_matrix_ * from.normal);
+  for (Eigen::Vector2f& texcoord : to.texcoords) texcoord = without_minus_zero(texcoord);
+  to.tangent = unit_or_zero(T_model_mesh_.linear() * from.tangent);
+  to.handedness = to.tangent.isZero(0.0f) ? 0.0f : mirrors_ ? -from.handedness : from.handedness;
+  return to;
+}
 
 void fill_missing_normals(std::span<Corner> corners) {
   const std::size_t count = corners.size();

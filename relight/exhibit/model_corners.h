@@ -1,18 +1,37 @@
 #pragma once
 // Triangles while a model is being read: every corner has its own attributes, not shared yet.
-#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <array>
 #include <span>
 
 namespace lumigraft::relight {
 
 /// Plain floats without padding: corners with equal bytes are merged to vertices.
 struct Corner {
-  Eigen::Vector3f position_m;
-  Eigen::Vector3f normal;  ///< unit; zero if the file has none
-  Eigen::Vector2f texcoord;
-  Eigen::Vector3f color;
+  Eigen::Vector3f position_m = Eigen::Vector3f::Zero();
+  Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< unit; zero if the file has none
+  std::array<Eigen::Vector2f, 2> texcoords = {Eigen::Vector2f::Zero(), Eigen::Vector2f::Zero()};  ///< of both sets
+  Eigen::Vector3f color = Eigen::Vector3f::Ones();
+  Eigen::Vector3f tangent = Eigen::Vector3f::Zero();  ///< unit; zero if the file has none
+  float handedness = 0;                               ///< of the tangent: 1 or -1, as in Model::tangents
 };
-static_assert(sizeof(Corner) == 11 * sizeof(float));
+static_assert(sizeof(Corner) == 17 * sizeof(float));
+
+/// Takes corners of a mesh to the model's frame.
+class CornerTransform {
+ public:
+  explicit CornerTransform(const Eigen::Affine3f& T_model_mesh);
+
+  /// Without negative zeros, so that equal values have equal bytes. Normals and tangents without a length become zero.
+  Corner operator()(const Corner& corner) const;
+  /// Whether triangles must be traversed in the other direction to keep their front.
+  bool mirrors() const { return mirrors_; }
+
+ private:
+  Eigen::Affine3f T_model_mesh_;
+  Eigen::Matrix3f normal_matrix_;  ///< inverse transpose, times a positive factor
+  bool mirrors_;
+};
 
 /// Replaces zero normals. Three corners per triangle, no triangle of zero area. A corner's normal is the mean of the
 /// faces around its position, weighted by their angle there (Thürmer & Wüthrich 1998, "Computing Vertex Normals from

@@ -1,8 +1,6 @@
-// Loads model files with assimp. Nodes are flattened; triangles of zero area or with NaN are dropped; equal corners are
-// merged to vertices; triangles are grouped by material.
+// Loads model files: glTF by gltf/, PLY and OBJ with assimp, whose nodes are flattened.
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
-#include <meshoptimizer.h>
 
 #include <algorithm>
 #include <assimp/Importer.hpp>
@@ -16,7 +14,8 @@
 
 #include "capture/camera/srgb.h"
 #include "capture/error.h"
-#include "relight/exhibit/model_corners.h"
+#include "relight/exhibit/load_gltf.h"
+#include "relight/exhibit/model_builder.h"
 #include "relight/exhibit/model_materials.h"
 
 namespace lumigraft::relight {
@@ -24,14 +23,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-ModelFormat format_of(const fs::path& path) {
+std::string extension_of(const fs::path& path) {
   std::string extension = path.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return std::tolower(c); });
-  if (extension == ".gltf" || extension == ".glb") return ModelFormat::gltf;
-  if (extension == ".ply") return ModelFormat::ply;
-  if (extension == ".obj") return ModelFormat::obj;
-  throw capture::InputError(path.string() + ": found \"" + extension + "\", allowed: .gltf, .glb, .ply or .obj");
+  return extension;
 }
 
 /// Checks of PLY files that assimp 5.2 lacks. Returns whether colours have 8 bits: these are sRGB in practice, floating
@@ -81,14 +77,6 @@ std::string read_ply(const fs::path& file) {
   return bytes;
 }
 
-// Rotation of the model's up axis to z, right-handed.
-Eigen::Matrix3f up_to_z(char up) {
-  Eigen::Matrix3f rotation = Eigen::Matrix3f::Identity();
-  if (up == 'x') rotation << 0, 1, 0, 0, 0, 1, 1, 0, 0;
-  if (up == 'y') rotation << 1, 0, 0, 0, 0, -1, 0, 1, 0;
-  return rotation;
-}
-
 Eigen::Affine3f to_eigen(const aiMatrix4x4& m) {
   Eigen::Affine3f t;
   t.matrix() << m.a1, m.a2, m.a3, m.a4, m.b1, m.b2, m.b3, m.b4, m.c1, m.c2, m.c3, m.c4, m.d1, m.d2, m.d3, m.d4;
@@ -97,157 +85,64 @@ Eigen::Affine3f to_eigen(const aiMatrix4x4& m) {
 
 Eigen::Vector3f to_eigen(const aiVector3D& v) { return {v.x, v.y, v.z}; }
 
-// -0 becomes 0, so that equal values have equal bytes.
-template <typename Vector>
-Vector without_minus_zero(const Vector& v) {
-  return v.array() + 0.0f;
-}
-
-constexpr float max_texcoord = 1e6f;  // beyond it floats are farther apart than texels
-
-bool usable(const Corner* c) {
-  for (int k = 0; k < 3; ++k) {
-    if (!c[k].position_m.allFinite() || !c[k].color.allFinite()) return false;
-    if (!(c[k].texcoord.cwiseAbs().maxCoeff() < max_texcoord)) return false;
-  }
-  const Eigen::Vector3d a = (c[1].position_m - c[0].position_m).cast<double>();
-  const Eigen::Vector3d b = (c[2].position_m - c[0].position_m).cast<double>();
-  const double longest = std::max({a.squaredNorm(), b.squaredNorm(), (b - a).squaredNorm()});
-  return a.cross(b).norm() > 1e-9 * longest;
-}
-
-class Loader {
+class AssimpLoader {
  public:
-  Loader(const aiScene& scene, const fs::path& file, ModelFormat format, char up, bool srgb_colors)
+  AssimpLoader(const aiScene& scene, const fs::path& file, AssimpFormat format, char up, bool srgb_colors)
       : scene_(scene), up_(up_to_z(up)), srgb_colors_(srgb_colors), materials_(scene, file, format) {}
 
   std::shared_ptr<const Model> load() {
     if (scene_.mRootNode) add_node(*scene_.mRootNode, Eigen::Affine3f(up_));
-    auto model = std::make_shared<Model>();
-    std::vector<Corner> corners;
-    for (const auto& [index, batch] : batches_) {
-      if (batch.corners.empty()) continue;
-      Model::Part part = batch.material.part;
-      part.first_index = static_cast<std::uint32_t>(corners.size());
-      part.index_count = static_cast<std::uint32_t>(batch.corners.size());
-      model->parts.push_back(part);
-      corners.insert(corners.end(), batch.corners.begin(), batch.corners.end());
-    }
-    join(corners, model.get());
-    model->unusable_triangles = unusable_triangles_;
-    model->not_drawn = materials_.not_drawn();
-    return model;
+    return builder_.build([&](std::size_t index) { return read_.at(static_cast<unsigned>(index)).part; });
   }
 
  private:
-  struct Batch {
-    ModelMaterial material;
-    std::vector<Corner> corners;
-  };
-
   void add_node(const aiNode& node, const Eigen::Affine3f& T_model_parent) {
     const Eigen::Affine3f T_model_node = T_model_parent * to_eigen(node.mTransformation);
     for (unsigned i = 0; i < node.mNumMeshes; ++i) add_mesh(*scene_.mMeshes[node.mMeshes[i]], T_model_node);
     for (unsigned i = 0; i < node.mNumChildren; ++i) add_node(*node.mChildren[i], T_model_node);
   }
 
-  Batch& batch_of(const aiMesh& mesh) {
-    auto found = batches_.find(mesh.mMaterialIndex);
-    if (found == batches_.end()) {
-      Batch batch{materials_.read(mesh.mMaterialIndex, mesh.HasVertexColors(0)), {}};
-      found = batches_.emplace(mesh.mMaterialIndex, std::move(batch)).first;
-    }
-    return found->second;
-  }
-
   void add_mesh(const aiMesh& mesh, const Eigen::Affine3f& T_model_node) {
-    Batch& batch = batch_of(mesh);
-    // Normals are transformed by the cofactor matrix, det · inverse transpose, which exists for singular transforms
-    // too.
-    const Eigen::Matrix3f m = T_model_node.linear();
-    Eigen::Matrix3f normal_matrix;
-    normal_matrix << m.col(1).cross(m.col(2)), m.col(2).cross(m.col(0)), m.col(0).cross(m.col(1));
-    const bool mirrored = m.determinant() < 0;
-    if (mirrored) normal_matrix = -normal_matrix;
-
-    const std::size_t before = batch.corners.size();
+    const auto [material, is_new] = read_.try_emplace(mesh.mMaterialIndex);
+    if (is_new) material->second = materials_.read(mesh.mMaterialIndex, mesh.HasVertexColors(0));
+    std::vector<Corner> vertices;
+    vertices.reserve(mesh.mNumVertices);
+    for (unsigned v = 0; v < mesh.mNumVertices; ++v)
+      vertices.push_back(vertex(mesh, v, material->second.texcoord_channel));
+    ModelBuilder::Mesh to = builder_.mesh(mesh.mMaterialIndex, std::move(vertices), mesh.mNumFaces, T_model_node);
     for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
       const aiFace& face = mesh.mFaces[f];
-      if (face.mNumIndices != 3) continue;  // points and lines
-      Corner triangle[3];
-      bool in_range = true;
-      for (unsigned k = 0; k < 3 && in_range; ++k) {
-        const unsigned vertex = face.mIndices[mirrored ? 2 - k : k];
-        in_range = vertex < mesh.mNumVertices;
-        if (in_range) triangle[k] = corner(mesh, vertex, batch.material.texcoord_channel, T_model_node, normal_matrix);
-      }
-      if (in_range && usable(triangle)) {
-        batch.corners.insert(batch.corners.end(), triangle, triangle + 3);
-      } else {
-        ++unusable_triangles_;
-      }
+      if (face.mNumIndices == 3) to.add(face.mIndices[0], face.mIndices[1], face.mIndices[2]);  // else point or line
     }
-    fill_missing_normals(std::span(batch.corners).subspan(before));
+    to.finish();
   }
 
-  Corner corner(const aiMesh& mesh, unsigned vertex, unsigned texcoord_channel, const Eigen::Affine3f& T_model_node,
-                const Eigen::Matrix3f& normal_matrix) const {
+  Corner vertex(const aiMesh& mesh, unsigned number, unsigned texcoord_channel) const {
     Corner c;
-    c.position_m = without_minus_zero<Eigen::Vector3f>(T_model_node * to_eigen(mesh.mVertices[vertex]));
-    c.normal.setZero();
-    if (mesh.HasNormals()) {
-      const Eigen::Vector3f normal = normal_matrix * to_eigen(mesh.mNormals[vertex]);
-      const float length = normal.stableNorm();
-      if (std::isfinite(length) && length > 0) c.normal = without_minus_zero<Eigen::Vector3f>(normal / length);
-    }
-    c.texcoord.setZero();
+    c.position_m = to_eigen(mesh.mVertices[number]);
+    if (mesh.HasNormals()) c.normal = to_eigen(mesh.mNormals[number]);
     if (mesh.HasTextureCoords(texcoord_channel)) {
-      const aiVector3D& uv = mesh.mTextureCoords[texcoord_channel][vertex];
-      c.texcoord = without_minus_zero<Eigen::Vector2f>({uv.x, uv.y});
+      const aiVector3D& uv = mesh.mTextureCoords[texcoord_channel][number];
+      c.texcoords[0] = {uv.x, uv.y};
     }
-    c.color.setOnes();
     if (mesh.HasVertexColors(0)) {
-      const aiColor4D& color = mesh.mColors[0][vertex];
+      const aiColor4D& color = mesh.mColors[0][number];
       c.color = {color.r, color.g, color.b};
       if (srgb_colors_) c.color = c.color.unaryExpr([](float v) { return capture::srgb_to_linear(v); });
     }
     return c;
   }
 
-  static void join(const std::vector<Corner>& corners, Model* model) {
-    model->indices.resize(corners.size());
-    const std::size_t vertices = meshopt_generateVertexRemap(model->indices.data(), nullptr, corners.size(),
-                                                             corners.data(), corners.size(), sizeof(Corner));
-    model->positions_m.resize(vertices);
-    model->normals.resize(vertices);
-    model->texcoords.resize(vertices);
-    model->colors.resize(vertices);
-    for (std::size_t i = 0; i < corners.size(); ++i) {
-      const std::uint32_t v = model->indices[i];
-      model->positions_m[v] = corners[i].position_m;
-      model->normals[v] = corners[i].normal;
-      model->texcoords[v] = corners[i].texcoord;
-      model->colors[v] = corners[i].color;
-    }
-  }
-
   const aiScene& scene_;
   Eigen::Matrix3f up_;
   bool srgb_colors_;
   ModelMaterials materials_;
-  std::map<unsigned, Batch> batches_;  // by material
-  std::size_t unusable_triangles_ = 0;
+  std::map<unsigned, ModelMaterial> read_;  // by index of the material
+  ModelBuilder builder_;
 };
 
-}  // namespace
-
-std::shared_ptr<const Model> load_model(const fs::path& path, char up) {
-  capture::refuse_if(up != 'x' && up != 'y' && up != 'z',
-                     path.string() + ": up: found \"" + std::string(1, up) + "\", allowed: x, y or z");
-  const ModelFormat format = format_of(path);
-  if (!fs::is_regular_file(path)) throw capture::InputError(path.string() + ": no such file");
-  const bool srgb_colors = format == ModelFormat::ply && check_ply(path);
-
+std::shared_ptr<const Model> load_with_assimp(const fs::path& path, AssimpFormat format, char up) {
+  const bool srgb_colors = format == AssimpFormat::ply && check_ply(path);
   Assimp::Importer importer;
   const aiScene* scene = nullptr;
   std::string reason;
@@ -255,7 +150,7 @@ std::shared_ptr<const Model> load_model(const fs::path& path, char up) {
     // assimp's texture coordinates have v up; glTF's convention, used here, has v down.
     constexpr unsigned steps =
         aiProcess_ValidateDataStructure | aiProcess_Triangulate | aiProcess_FlipUVs | aiProcess_TransformUVCoords;
-    if (format == ModelFormat::ply) {
+    if (format == AssimpFormat::ply) {
       const std::string bytes = read_ply(path);
       scene = importer.ReadFileFromMemory(bytes.data(), bytes.size(), steps, "ply");
     } else {
@@ -270,9 +165,23 @@ std::shared_ptr<const Model> load_model(const fs::path& path, char up) {
         reason.begin(), reason.end(), [](unsigned char c) { return std::iscntrl(c); }, ' ');
     throw capture::InputError(path.string() + ": not a model that can be read: " + reason.substr(0, 200));
   }
-  std::shared_ptr<const Model> model = Loader(*scene, path, format, up, srgb_colors).load();
-  if (model->indices.empty())
-    throw capture::InputError(path.string() + ": found no triangles with an area, allowed: at least one");
+  return AssimpLoader(*scene, path, format, up, srgb_colors).load();
+}
+
+}  // namespace
+
+std::shared_ptr<const Model> load_model(const fs::path& path, char up) {
+  capture::refuse_if(up != 'x' && up != 'y' && up != 'z',
+                     path.string() + ": up: found \"" + std::string(1, up) + "\", allowed: x, y or z");
+  const std::string extension = extension_of(path);
+  const bool gltf = extension == ".gltf" || extension == ".glb", ply = extension == ".ply";
+  capture::refuse_if(!gltf && !ply && extension != ".obj",
+                     path.string() + ": found \"" + extension + "\", allowed: .gltf, .glb, .ply or .obj");
+  capture::refuse_if(!fs::is_regular_file(path), path.string() + ": no such file");
+  const std::shared_ptr<const Model> model =
+      gltf ? load_gltf(path, up) : load_with_assimp(path, ply ? AssimpFormat::ply : AssimpFormat::obj, up);
+  capture::refuse_if(model->indices.empty(),
+                     path.string() + ": found no triangles with an area, allowed: at least one");
   return model;
 }
 

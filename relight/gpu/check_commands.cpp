@@ -25,7 +25,7 @@ std::string misfit(const ShaderSlot& slot, const Binding& binding) {
   if (binding.kind == Binding::Kind::storage_image && slot.format != desc.format) {
     return "declares " + std::string(name_of(*slot.format)) + ", not the format of " + texture;
   }
-  if (binding.kind == Binding::Kind::sampled && binding.filter != Filter::nearest && is_depth(desc.format)) {
+  if (binding.kind == Binding::Kind::sampled && binding.sampling.filter != Filter::nearest && is_depth(desc.format)) {
     return "cannot filter " + texture;
   }
   return "";

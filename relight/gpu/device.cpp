@@ -71,8 +71,8 @@ void check_texture_desc(const TextureDesc& desc) {
   if (is_volume(desc) && is_depth(desc.format)) refuse("a volume cannot hold depth32_float");
 }
 
-Binding sampled(int slot, const Texture& texture, Filter filter) {
-  return {.kind = Binding::Kind::sampled, .slot = slot, .texture = &texture, .filter = filter};
+Binding sampled(int slot, const Texture& texture, Filter filter, Wrap wrap_u, Wrap wrap_v) {
+  return {.kind = Binding::Kind::sampled, .slot = slot, .texture = &texture, .sampling = {filter, wrap_u, wrap_v}};
 }
 
 Binding image(int slot, const Texture& texture) {

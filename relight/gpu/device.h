@@ -56,9 +56,25 @@ enum class Format {
 };
 std::size_t bytes_per_texel(Format format);
 
-/// nearest and linear use the nearest mip. All but `repeated`, which is linear between mips too, clamp to the edge.
-/// depth32_float supports nearest only.
-enum class Filter { nearest, linear, linear_mip_linear, repeated };
+/// nearest and linear use the nearest mip. depth32_float supports nearest only.
+enum class Filter { nearest, linear, linear_mip_linear };
+/// What a sampled texture shows where its coordinates are outside 0 to 1.
+enum class Wrap { clamp_to_edge, repeat, mirrored_repeat };
+
+/// How a texture is sampled.
+struct Sampling {
+  Filter filter = Filter::nearest;
+  Wrap wrap_u = Wrap::clamp_to_edge, wrap_v = Wrap::clamp_to_edge;  ///< that of a third coordinate clamps
+
+  static constexpr std::size_t kCount = 3 * 3 * 3;
+  constexpr std::size_t index() const {
+    return (static_cast<std::size_t>(filter) * 3 + static_cast<std::size_t>(wrap_u)) * 3 +
+           static_cast<std::size_t>(wrap_v);
+  }
+  static constexpr Sampling at(std::size_t index) {
+    return {static_cast<Filter>(index / 9), static_cast<Wrap>(index / 3 % 3), static_cast<Wrap>(index % 3)};
+  }
+};
 
 struct TextureDesc {
   std::string name;
@@ -130,9 +146,10 @@ struct Binding {
   int slot;  ///< layout(binding = slot), 1 and up
   const Texture* texture = nullptr;
   const Buffer* buffer = nullptr;
-  Filter filter = Filter::nearest;  ///< if sampled
+  Sampling sampling = {};  ///< if sampled
 };
-Binding sampled(int slot, const Texture& texture, Filter filter = Filter::nearest);
+Binding sampled(int slot, const Texture& texture, Filter filter = Filter::nearest, Wrap wrap_u = Wrap::clamp_to_edge,
+                Wrap wrap_v = Wrap::clamp_to_edge);
 Binding image(int slot, const Texture& texture);  ///< mip 0
 Binding storage(int slot, const Buffer& buffer);
 

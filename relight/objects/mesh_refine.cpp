@@ -58,14 +58,7 @@ class Refinement {
   std::uint32_t middle(std::uint32_t a, std::uint32_t b) {
     const auto [found, is_new] = middles_.try_emplace(EdgeIndices(std::min(a, b), std::max(a, b)),
                                                       static_cast<std::uint32_t>(model_.positions_m.size()));
-    if (is_new) {
-      const auto mean = [&](auto& values) { values.push_back(0.5f * (values[a] + values[b])); };
-      mean(model_.positions_m);
-      mean(model_.texcoords);
-      mean(model_.colors);
-      const Eigen::Vector3f normal = model_.normals[a] + model_.normals[b];
-      model_.normals.push_back(normal.norm() > 1e-6f ? Eigen::Vector3f(normal.normalized()) : model_.normals[a]);
-    }
+    if (is_new) add_middle(model_, a, b);
     return found->second;
   }
 
@@ -75,6 +68,20 @@ class Refinement {
 };
 
 }  // namespace
+
+std::uint32_t add_middle(Model& model, std::uint32_t a, std::uint32_t b) {
+  const auto mean = [&](auto& values) {
+    if (!values.empty()) values.push_back(0.5f * (values[a] + values[b]));
+  };
+  mean(model.positions_m);
+  mean(model.texcoords);
+  mean(model.texcoords_1);
+  mean(model.tangents);  // shorter than 1, which no reader of it needs
+  mean(model.colors);
+  const Eigen::Vector3f normal = model.normals[a] + model.normals[b];
+  model.normals.push_back(normal.norm() > 1e-6f ? Eigen::Vector3f(normal.normalized()) : model.normals[a]);
+  return static_cast<std::uint32_t>(model.positions_m.size() - 1);
+}
 
 std::shared_ptr<const Model> refine_model(const Model& model, float longest_m) {
   Refinement refinement(model, longest_m);

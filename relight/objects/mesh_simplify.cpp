@@ -44,12 +44,15 @@ std::shared_ptr<const Model> simplify_model(const Model& model, int max_triangle
       meshopt_optimizeVertexFetchRemap(remap.data(), result->indices.data(), result->indices.size(), remap.size());
   meshopt_remapIndexBuffer(result->indices.data(), result->indices.data(), result->indices.size(), remap.data());
   const auto keep = [&]<typename T>(const std::vector<T>& from, std::vector<T>* to) {
+    if (from.empty()) return;
     to->resize(used);
     meshopt_remapVertexBuffer(to->data(), from.data(), from.size(), sizeof(T), remap.data());
   };
   keep(model.positions_m, &result->positions_m);
   keep(model.normals, &result->normals);
   keep(model.texcoords, &result->texcoords);
+  keep(model.texcoords_1, &result->texcoords_1);
+  keep(model.tangents, &result->tangents);
   keep(model.colors, &result->colors);
   return result;
 }

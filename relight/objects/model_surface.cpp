@@ -14,27 +14,47 @@ namespace {
 using Eigen::Vector2f;
 using Eigen::Vector3f;
 
+constexpr float kMinTangent2 = 1e-6f;  // of interpolated unit vectors; shorter ones have no direction
+
+using Tangents = std::array<Vector3f, 2>;
+
+using TriangleTexcoords = std::array<Vector2f, 3>;
+
+const std::vector<Vector2f>& texcoords_of(const Model& model, unsigned set) {
+  return set == 0 ? model.texcoords : model.texcoords_1;
+}
+
+TriangleTexcoords texcoords_of(const Model& model, std::uint32_t triangle, unsigned set) {
+  const std::uint32_t* v = &model.indices[3 * std::size_t{triangle}];
+  const std::vector<Vector2f>& all = texcoords_of(model, set);
+  return {all[v[0]], all[v[1]], all[v[2]]};
+}
+
+Vector2f span(const TriangleTexcoords& texcoords, std::size_t k) { return texcoords[k] - texcoords[0]; }
+
+/// Twice the area, with sign.
+float area2(const TriangleTexcoords& texcoords) {
+  const Vector2f a = span(texcoords, 1), b = span(texcoords, 2);
+  return a.x() * b.y() - a.y() * b.x();
+}
+
 struct Triangle {
   std::array<Vector3f, 3> position_m, normal;
-  std::array<Vector2f, 3> texcoord;
 
   Triangle(const Model& model, std::uint32_t number) {
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t vertex = model.indices[3 * std::size_t{number} + k];
       position_m[k] = model.positions_m[vertex];
       normal[k] = model.normals[vertex];
-      texcoord[k] = model.texcoords[vertex];
     }
   }
 
   Vector3f edge(std::size_t k) const { return position_m[k] - position_m[0]; }
   Vector3f turn(std::size_t k) const { return normal[k] - normal[0]; }
-  Vector2f span(std::size_t k) const { return texcoord[k] - texcoord[0]; }
-  float texcoord_area2() const { return span(1).x() * span(2).y() - span(1).y() * span(2).x(); }  ///< twice, with sign
 
   /// Texture coordinates per metre, in the mean of all directions.
-  float texcoord_density() const {
-    return std::sqrt(std::abs(texcoord_area2()) / std::max(edge(1).cross(edge(2)).norm(), 1e-30f));
+  float texcoord_density(const TriangleTexcoords& texcoords) const {
+    return std::sqrt(std::abs(area2(texcoords)) / std::max(edge(1).cross(edge(2)).norm(), 1e-30f));
   }
 
   /// Variance of the interpolated normals along each axis, in a square with edges of a metre: of a quantity with this
@@ -49,16 +69,17 @@ struct Triangle {
   }
 
   /// Directions of x and y of a normal map, perpendicular to a unit normal; nothing if the texture has no area there.
-  std::optional<std::array<Vector3f, 2>> tangents(const Vector3f& up) const {
-    const float area = texcoord_area2();
+  std::optional<Tangents> tangents(const TriangleTexcoords& texcoords, const Vector3f& up) const {
+    const float area = area2(texcoords);
     if (!(std::abs(area) > 0)) return std::nullopt;
-    const Vector3f along_u = (edge(1) * span(2).y() - edge(2) * span(1).y()) / area;
-    const Vector3f along_v = (edge(2) * span(1).x() - edge(1) * span(2).x()) / area;
+    const Vector2f first = span(texcoords, 1), second = span(texcoords, 2);
+    const Vector3f along_u = (edge(1) * second.y() - edge(2) * first.y()) / area;
+    const Vector3f along_v = (edge(2) * first.x() - edge(1) * second.x()) / area;
     const Vector3f x = along_u - up.dot(along_u) * up;
     const float length = x.stableNorm();
     if (!(length > 0 && std::isfinite(length))) return std::nullopt;
     const Vector3f y = up.cross(Vector3f(x / length));
-    return std::array<Vector3f, 2>{x / length, y.dot(along_v) > 0 ? Vector3f(-y) : y};
+    return Tangents{x / length, y.dot(along_v) > 0 ? Vector3f(-y) : y};
   }
 };
 
@@ -71,6 +92,24 @@ Value mixed(const Model& model, const std::vector<Value>& values, const ModelPoi
   return sum;
 }
 
+/// Of the vertices' tangents; nothing where they have none.
+std::optional<Tangents> vertex_tangents(const Model& model, const ModelPoint& point, const Vector3f& up) {
+  if (model.tangents.empty()) return std::nullopt;
+  const Eigen::Vector4f tangent = mixed(model, model.tangents, point);
+  const Vector3f along = tangent.head<3>(), x = along - up.dot(along) * up;
+  if (!(x.squaredNorm() > kMinTangent2)) return std::nullopt;
+  const Vector3f unit = x.normalized();
+  return Tangents{unit, std::copysign(1.0f, tangent.w()) * up.cross(unit)};
+}
+
+/// By the texture, whose coordinates are transformed.
+std::optional<Tangents> triangle_tangents(const Model& model, std::uint32_t triangle, const Model::TextureSlot& slot,
+                                          const Vector3f& up) {
+  TriangleTexcoords texcoords = texcoords_of(model, triangle, slot.texcoord_set);
+  for (Vector2f& texcoord : texcoords) texcoord = slot.transform * texcoord.homogeneous();
+  return Triangle(model, triangle).tangents(texcoords, up);
+}
+
 }  // namespace
 
 float alpha_with(float alpha, float normal_variance) {
@@ -80,52 +119,67 @@ float alpha_with(float alpha, float normal_variance) {
 ModelSurface::ModelSurface(const Model& model, bool mips) : model_(model) {
   if (model.parts.size() > 1) part_of_triangle_.assign(model.indices.size() / 3, 0);
   std::map<std::pair<TexturePicture, Texels>, std::shared_ptr<const Texture>> made;  // parts may share pictures
-  const auto texture = [&](const TexturePicture& picture, Texels texels) {
-    auto& found = made[{picture, texels}];
-    if (!found) found = std::make_shared<Texture>(picture, texels, mips);
-    return found;
-  };
   for (std::uint32_t p = 0; p < model.parts.size(); ++p) {
     const Model::Part& part = model.parts[p];
-    Textures& textures = textures_.emplace_back();
-    for (const auto& [picture, texels] : textures_of(part)) {
-      auto& to = texels == Texels::srgb     ? textures.base_color
-                 : texels == Texels::linear ? textures.metallic_roughness
-                                            : textures.normals;
-      to = texture(picture, texels);
+    PerTextureUse<PlacedTexture>& textures = textures_.emplace_back();
+    for (const TextureUse use : kTextureUses) {
+      const Model::TextureSlot& slot = slot_of(part, use);
+      if (!has_picture(slot)) continue;
+      std::shared_ptr<const Texture>& texture = made[{slot.picture, texels_of(use)}];
+      if (!texture) texture = std::make_shared<Texture>(slot.picture, texels_of(use), mips);
+      const float area = std::abs(slot.transform.leftCols<2>().determinant()) * texture->texels();
+      textures[static_cast<std::size_t>(use)] = {texture, std::sqrt(area)};
     }
     if (part_of_triangle_.empty()) continue;
     std::fill_n(part_of_triangle_.begin() + part.first_index / 3, part.index_count / 3, p);
   }
 }
 
+std::optional<Vector3f> ModelSurface::texel(const ModelPoint& point, TextureUse use) const {
+  const std::uint32_t part = this->part(point.triangle);
+  const PlacedTexture& placed = textures_[part][static_cast<std::size_t>(use)];
+  if (!placed.texture) return std::nullopt;
+  const Model::TextureSlot& slot = slot_of(model_.parts[part], use);
+  const Vector2f uv = slot.transform * mixed(model_, texcoords_of(model_, slot.texcoord_set), point).homogeneous();
+  const float density =
+      Triangle(model_, point.triangle).texcoord_density(texcoords_of(model_, point.triangle, slot.texcoord_set));
+  return placed.texture->at(uv, point.footprint_m * density * placed.texels_per_texcoord, slot.wrap_u, slot.wrap_v);
+}
+
 ModelSurface::Shading ModelSurface::at(const ModelPoint& point, const MaterialOverride& material) const {
   const Model::Part& part = model_.parts[this->part(point.triangle)];
   const Vector3f interpolated = mixed(model_, model_.normals, point).stableNormalized();
   Shading s{material.over(part.material), interpolated, interpolated};
-  if (!material.base_color) s.material.base_color.array() *= mixed(model_, model_.colors, point).array();
-  const Triangle triangle(model_, point.triangle);
-  const Textures& textures = textures_[this->part(point.triangle)];
-  if (textures.empty()) return s;
-  const Vector2f uv = mixed(model_, model_.texcoords, point);
-  const auto value = [&](const std::shared_ptr<const Texture>& from) {
-    return from->at(uv, point.footprint_m * triangle.texcoord_density() * std::sqrt(from->texels()));
-  };
-  if (textures.base_color && !material.base_color) s.material.base_color.array() *= value(textures.base_color).array();
-  if (textures.metallic_roughness && !(material.metallic && material.roughness)) {
-    const Vector3f both = value(textures.metallic_roughness);
-    if (!material.roughness) s.material.roughness = part.roughness_factor * both.y();
-    if (!material.metallic) s.material.metallic = part.metallic_factor * both.z();
+  if (!material.base_color) {
+    s.material.base_color.array() *= mixed(model_, model_.colors, point).array();
+    if (const auto color = texel(point, TextureUse::base_color)) s.material.base_color.array() *= color->array();
   }
-  const auto tangents = textures.normals ? triangle.tangents(s.normal) : std::nullopt;
-  if (!tangents) return s;
-  Vector3f map = value(textures.normals);
+  if (!material.emission) {
+    if (const auto emission = texel(point, TextureUse::emission)) s.material.emission.array() *= emission->array();
+  }
+  if (!(material.metallic && material.roughness)) {
+    if (const auto both = texel(point, TextureUse::metallic_roughness)) {
+      if (!material.roughness) s.material.roughness = part.roughness_factor * both->y();
+      if (!material.metallic) s.material.metallic = part.metallic_factor * both->z();
+    }
+  }
+  turn_normal(point, &s);
+  return s;
+}
+
+void ModelSurface::turn_normal(const ModelPoint& point, Shading* s) const {
+  const Model::Part& part = model_.parts[this->part(point.triangle)];
+  const auto texel = this->texel(point, TextureUse::normals);
+  if (!texel) return;
+  auto tangents = vertex_tangents(model_, point, s->normal);
+  if (!tangents) tangents = triangle_tangents(model_, point.triangle, part.normal_texture, s->normal);
+  if (!tangents) return;
+  Vector3f map = *texel;
   const float variance = part.normal_scale * part.normal_scale * std::max(1 - map.norm(), 0.0f);
   map.head<2>() *= part.normal_scale;
-  const Vector3f turned = map.x() * (*tangents)[0] + map.y() * (*tangents)[1] + map.z() * s.normal;
-  if (turned.stableNorm() > 0) s.normal = turned.stableNormalized();
-  s.material.roughness = std::sqrt(alpha_with(s.material.roughness * s.material.roughness, variance));
-  return s;
+  const Vector3f turned = map.x() * (*tangents)[0] + map.y() * (*tangents)[1] + map.z() * s->normal;
+  if (turned.stableNorm() > 0) s->normal = turned.stableNormalized();
+  s->material.roughness = std::sqrt(alpha_with(s->material.roughness * s->material.roughness, variance));
 }
 
 float ModelSurface::normal_variance(std::uint32_t triangle) const {

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "relight/objects/texture.h"
@@ -36,9 +37,9 @@ class ModelSurface {
     Eigen::Vector3f interpolated;  ///< normal, unit, model frame
     Eigen::Vector3f normal;        ///< the same, turned by the normal map
   };
-  /// Base colour: texture × vertex colour × the part's, linear. Where normals of the map differ within the footprint
-  /// the roughness is increased by their variance along each axis, which is about 1 - l, l being the length of the mean
-  /// of its unit vectors (Toksvig 2005, "Mipmapping Normal Maps").
+  /// Base colour: texture × vertex colour × the part's, linear; emission: texture × the part's. Where normals of the
+  /// map differ within the footprint the roughness is increased by their variance along each axis, which is about 1 -
+  /// l, l being the length of the mean of its unit vectors (Toksvig 2005, "Mipmapping Normal Maps").
   Shading at(const ModelPoint& point, const MaterialOverride& material) const;
 
   /// Variance of the interpolated normals along each axis, in a square with edges of a metre of the model; of another
@@ -46,15 +47,18 @@ class ModelSurface {
   float normal_variance(std::uint32_t triangle) const;
 
  private:
-  /// Null: none.
-  struct Textures {
-    std::shared_ptr<const Texture> base_color, metallic_roughness, normals;
-    bool empty() const { return !base_color && !metallic_roughness && !normals; }
+  /// Its mean over the point's square; nothing if the part has none.
+  std::optional<Eigen::Vector3f> texel(const ModelPoint& point, TextureUse use) const;
+  void turn_normal(const ModelPoint& point, Shading* s) const;
+
+  struct PlacedTexture {
+    std::shared_ptr<const Texture> texture;  ///< null: none
+    float texels_per_texcoord = 0;           ///< square root of the texels in a unit square of the part's coordinates
   };
 
   const Model& model_;
-  std::vector<std::uint32_t> part_of_triangle_;  ///< empty if the model has only one
-  std::vector<Textures> textures_;               ///< per part
+  std::vector<std::uint32_t> part_of_triangle_;         ///< empty if the model has only one
+  std::vector<PerTextureUse<PlacedTexture>> textures_;  ///< per part
 };
 
 }  // namespace lumigraft::relight

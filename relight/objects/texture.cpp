@@ -46,17 +46,42 @@ capture::Image<float> halved(const capture::Image<T>& from, Decode decode) {
   return to;
 }
 
+/// The texels to both sides of a coordinate, and the weight of the second.
+struct Neighbours {
+  std::array<int, 2> texel;
+  float weight;
+};
+
+int wrapped(int texel, int size, Wrap wrap) {
+  switch (wrap) {
+    case Wrap::clamp_to_edge:
+      return std::clamp(texel, 0, size - 1);
+    case Wrap::mirrored_repeat: {
+      const int in_pair = (texel + 2 * size) % (2 * size);
+      return in_pair < size ? in_pair : 2 * size - 1 - in_pair;
+    }
+    case Wrap::repeat:
+      break;
+  }
+  return (texel + size) % size;
+}
+
+Neighbours neighbours(float coordinate, int size, Wrap wrap) {
+  const float period = wrap == Wrap::mirrored_repeat ? 2.0f : 1.0f;
+  const float once = wrap == Wrap::clamp_to_edge ? std::clamp(coordinate, 0.0f, 1.0f)
+                                                 : coordinate - period * std::floor(coordinate / period);
+  const float x = once * static_cast<float>(size) - 0.5f, first = std::floor(x);
+  const int texel = static_cast<int>(first);
+  return {{wrapped(texel, size, wrap), wrapped(texel + 1, size, wrap)}, x - first};
+}
+
 template <typename T>
-Vector3f bilinear(const capture::Image<T>& image, const Eigen::Vector2f& uv, Decode decode) {
-  const float x = (uv.x() - std::floor(uv.x())) * static_cast<float>(image.width) - 0.5f;
-  const float y = (uv.y() - std::floor(uv.y())) * static_cast<float>(image.height) - 0.5f;
-  const int x0 = static_cast<int>(std::floor(x)), y0 = static_cast<int>(std::floor(y));
-  const float fx = x - static_cast<float>(x0), fy = y - static_cast<float>(y0);
+Vector3f bilinear(const capture::Image<T>& image, const Eigen::Vector2f& uv, Wrap wrap_u, Wrap wrap_v, Decode decode) {
+  const Neighbours x = neighbours(uv.x(), image.width, wrap_u), y = neighbours(uv.y(), image.height, wrap_v);
   Vector3f sum = Vector3f::Zero();
-  for (int dy = 0; dy < 2; ++dy) {
-    for (int dx = 0; dx < 2; ++dx) {
-      const int u = (x0 + dx + image.width) % image.width, v = (y0 + dy + image.height) % image.height;
-      sum += (dx ? fx : 1 - fx) * (dy ? fy : 1 - fy) * decode(image, u, v);
+  for (std::size_t dy = 0; dy < 2; ++dy) {
+    for (std::size_t dx = 0; dx < 2; ++dx) {
+      sum += (dx ? x.weight : 1 - x.weight) * (dy ? y.weight : 1 - y.weight) * decode(image, x.texel[dx], y.texel[dy]);
     }
   }
   return sum;
@@ -64,12 +89,31 @@ Vector3f bilinear(const capture::Image<T>& image, const Eigen::Vector2f& uv, Dec
 
 }  // namespace
 
-std::vector<std::pair<TexturePicture, Texels>> textures_of(const Model::Part& part) {
-  std::vector<std::pair<TexturePicture, Texels>> all{{part.base_color_texture, Texels::srgb},
-                                                     {part.metallic_roughness_texture, Texels::linear},
-                                                     {part.normal_texture, Texels::normals}};
-  std::erase_if(all, [](const auto& texture) { return !texture.first || texture.first->empty(); });
-  return all;
+Texels texels_of(TextureUse use) {
+  switch (use) {
+    case TextureUse::metallic_roughness:
+      return Texels::linear;
+    case TextureUse::normals:
+      return Texels::normals;
+    case TextureUse::base_color:
+    case TextureUse::emission:
+      break;
+  }
+  return Texels::srgb;
+}
+
+const Model::TextureSlot& slot_of(const Model::Part& part, TextureUse use) {
+  switch (use) {
+    case TextureUse::metallic_roughness:
+      return part.metallic_roughness_texture;
+    case TextureUse::normals:
+      return part.normal_texture;
+    case TextureUse::emission:
+      return part.emissive_texture;
+    case TextureUse::base_color:
+      break;
+  }
+  return part.base_color_texture;
 }
 
 Texture::Texture(TexturePicture picture, Texels texels, bool mips) : picture_(std::move(picture)), texels_(texels) {
@@ -80,21 +124,21 @@ Texture::Texture(TexturePicture picture, Texels texels, bool mips) : picture_(st
   }
 }
 
-Vector3f Texture::level(std::size_t number, const Eigen::Vector2f& uv) const {
-  if (number > 0) return bilinear(mips_[number - 1], uv, {texels_});
-  const Vector3f value = bilinear(*picture_, uv, {texels_});
+Vector3f Texture::level(std::size_t number, const Eigen::Vector2f& uv, Wrap wrap_u, Wrap wrap_v) const {
+  if (number > 0) return bilinear(mips_[number - 1], uv, wrap_u, wrap_v, {texels_});
+  const Vector3f value = bilinear(*picture_, uv, wrap_u, wrap_v, {texels_});
   return texels_ == Texels::normals ? Vector3f(value.stableNormalized()) : value;
 }
 
-Vector3f Texture::at(const Eigen::Vector2f& uv, float texels_across) const {
+Vector3f Texture::at(const Eigen::Vector2f& uv, float texels_across, Wrap wrap_u, Wrap wrap_v) const {
   // The tent of bilinear interpolation adds twice the variance of a texel's square.
   const float square_over_tent = std::sqrt(3.0f);
   const float wanted = std::log2(std::max(1.0f, texels_across / square_over_tent));  // 0 of NaN
   const float level_from_0 = std::min(wanted, static_cast<float>(mips_.size()));
   const auto finer = static_cast<std::size_t>(level_from_0);
   const float coarser_weight = level_from_0 - static_cast<float>(finer);
-  const Vector3f fine = level(finer, uv);
-  return coarser_weight > 0 ? Vector3f(fine + coarser_weight * (level(finer + 1, uv) - fine)) : fine;
+  const Vector3f fine = level(finer, uv, wrap_u, wrap_v);
+  return coarser_weight > 0 ? Vector3f(fine + coarser_weight * (level(finer + 1, uv, wrap_u, wrap_v) - fine)) : fine;
 }
 
 }  // namespace lumigraft::relight

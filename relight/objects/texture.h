@@ -1,7 +1,7 @@
 #pragma once
-// A texture that repeats, read bilinearly, with mip levels.
+// A texture, read bilinearly, with mip levels.
 #include <Eigen/Core>
-#include <utility>
+#include <array>
 #include <vector>
 
 #include "relight/exhibit/exhibit.h"
@@ -15,8 +15,16 @@ enum class Texels {
   normals,  ///< unit vectors, each component from -1 to 1
 };
 
-/// The textures of a part, none of them null.
-std::vector<std::pair<TexturePicture, Texels>> textures_of(const Model::Part& part);
+/// The textures of a part.
+enum class TextureUse { base_color, metallic_roughness, normals, emission };
+constexpr std::array kTextureUses = {TextureUse::base_color, TextureUse::metallic_roughness, TextureUse::normals,
+                                     TextureUse::emission};
+Texels texels_of(TextureUse use);
+const Model::TextureSlot& slot_of(const Model::Part& part, TextureUse use);
+inline bool has_picture(const Model::TextureSlot& slot) { return slot.picture && !slot.picture->empty(); }
+
+template <typename T>
+using PerTextureUse = std::array<T, kTextureUses.size()>;
 
 class Texture {
  public:
@@ -32,10 +40,11 @@ class Texture {
   /// The mean over a square footprint that is so many texels of the picture wide. Texel centres are at
   /// (x + 1/2) / width. Linear between the two mip levels that are nearest. The mean of normals is shorter than 1 by
   /// what they differ within the footprint.
-  Eigen::Vector3f at(const Eigen::Vector2f& uv, float texels_across) const;
+  Eigen::Vector3f at(const Eigen::Vector2f& uv, float texels_across, Wrap wrap_u = Wrap::repeat,
+                     Wrap wrap_v = Wrap::repeat) const;
 
  private:
-  Eigen::Vector3f level(std::size_t number, const Eigen::Vector2f& uv) const;
+  Eigen::Vector3f level(std::size_t number, const Eigen::Vector2f& uv, Wrap wrap_u, Wrap wrap_v) const;
 
   TexturePicture picture_;
   Texels texels_;

@@ -41,7 +41,7 @@ gpu::RasterDesc vertex_raster(const char* vertex_shader, const char* fragment_sh
   return {.vertex_shader = vertex_shader,
           .fragment_shader = fragment_shader,
           .vertex_stride_bytes = kVertexFloats * static_cast<int>(sizeof(float)),
-          .attributes = {{0, 3, 0}, {1, 3, 12}, {2, 2, 24}, {3, 3, 32}},
+          .attributes = {{0, 3, 0}, {1, 3, 12}, {2, 4, 24}, {3, 3, 40}, {4, 4, 52}},
           .color_formats = std::move(color_formats)};
 }
 
@@ -60,12 +60,11 @@ ObjectStore::ObjectStore(gpu::Device& device) : device_(device) {
   device.upload(*white_, 0, std::as_bytes(std::span(texel)));
 }
 
-void StoredModel::Mesh::Part::set_texture(const Model::Part& of,
-                                          const std::pair<const capture::Image<std::uint8_t>*, Texels>& key,
+void StoredModel::Mesh::Part::set_texture(const std::pair<const capture::Image<std::uint8_t>*, Texels>& key,
                                           const gpu::Texture& texture) {
-  for (const auto& [picture, texels] : textures_of(of)) {
-    if (picture.get() != key.first || texels != key.second) continue;
-    (texels == Texels::srgb ? base_color : texels == Texels::linear ? metallic_roughness : normals) = &texture;
+  for (const TextureUse use : kTextureUses) {
+    PlacedTexture& placed = textures[static_cast<std::size_t>(use)];
+    if (placed.slot.picture.get() == key.first && texels_of(use) == key.second) placed.texture = &texture;
   }
 }
 
@@ -75,7 +74,10 @@ StoredModel::Mesh ObjectStore::upload_mesh(const Model& model) {
   for (std::size_t i = 0; i < model.positions_m.size(); ++i) {
     const auto &p = model.positions_m[i], &n = model.normals[i], &c = model.colors[i];
     const auto& t = model.texcoords[i];
-    vertices.insert(vertices.end(), {p.x(), p.y(), p.z(), n.x(), n.y(), n.z(), t.x(), t.y(), c.x(), c.y(), c.z()});
+    const Eigen::Vector2f second = model.texcoords_1.empty() ? Eigen::Vector2f(0, 0) : model.texcoords_1[i];
+    const Eigen::Vector4f along = model.tangents.empty() ? Eigen::Vector4f(0, 0, 0, 0) : model.tangents[i];
+    vertices.insert(vertices.end(), {p.x(), p.y(), p.z(), n.x(), n.y(), n.z(), t.x(), t.y(), second.x(), second.y(),
+                                     c.x(), c.y(), c.z(), along.x(), along.y(), along.z(), along.w()});
   }
   StoredModel::Mesh mesh;
   mesh.vertex_count = static_cast<int>(model.positions_m.size());
@@ -88,6 +90,7 @@ StoredModel::Mesh ObjectStore::upload_mesh(const Model& model) {
     p.metallic_factor = part.metallic_factor;
     p.roughness_factor = part.roughness_factor;
     p.normal_scale = part.normal_scale;
+    for (const TextureUse use : kTextureUses) p.textures[static_cast<std::size_t>(use)].slot = slot_of(part, use);
     if (part.index_count == 0) continue;
     p.indices = device_.create_buffer(part.index_count * sizeof(std::uint32_t), "indices");
     device_.upload(*p.indices, 0, std::as_bytes(std::span(model.indices).subspan(part.first_index, part.index_count)));
@@ -115,11 +118,8 @@ std::deque<ObjectStore::Upload> ObjectStore::uploads(const std::shared_ptr<const
   for (const auto& [key, levels] : from->textures) {
     all.push_back({levels[0].size(), [this, from, &to, key = key] {
                      to.textures.push_back(upload_texture(device_, *key.first, from->textures.at(key)));
-                     for (std::size_t i = 0; i < to.model->parts.size(); ++i) {
-                       for (StoredModel::Mesh* mesh : {&to.full, &to.simple}) {
-                         if (i < mesh->parts.size())
-                           mesh->parts[i].set_texture(to.model->parts[i], key, *to.textures.back());
-                       }
+                     for (StoredModel::Mesh* mesh : {&to.full, &to.simple}) {
+                       for (StoredModel::Mesh::Part& part : mesh->parts) part.set_texture(key, *to.textures.back());
                      }
                    }});
   }

@@ -16,19 +16,24 @@ namespace lumigraft::relight {
 
 struct StoredModel {
   struct Mesh {
-    std::unique_ptr<gpu::Buffer> vertices;  ///< position, normal, texcoord, colour: 11 floats
+    /// Position, normal, both texture coordinates, colour, tangent and handedness (zero: none): 17 floats.
+    std::unique_ptr<gpu::Buffer> vertices;
     int vertex_count = 0;
     bool closed = false;  ///< of `simple`: every edge joins two triangles that traverse it in opposite directions
     struct Part {
       std::unique_ptr<gpu::Buffer> indices;
       std::uint32_t index_count = 0;
       Material material;
-      float metallic_factor = 1, roughness_factor = 1, normal_scale = 1;                            ///< of the textures
-      const gpu::Texture *base_color = nullptr, *metallic_roughness = nullptr, *normals = nullptr;  ///< null: none
+      float metallic_factor = 1, roughness_factor = 1, normal_scale = 1;  ///< of the textures
+      struct PlacedTexture {
+        const gpu::Texture* texture = nullptr;  ///< null: none, or not uploaded yet
+        Model::TextureSlot slot;
+      };
+      PerTextureUse<PlacedTexture> textures;
 
-      /// If it is one of this part: `key` is as in UploadModel::textures.
-      void set_texture(const Model::Part& of, const std::pair<const capture::Image<std::uint8_t>*, Texels>& key,
-                       const gpu::Texture& texture);
+      const PlacedTexture& texture(TextureUse use) const { return textures[static_cast<std::size_t>(use)]; }
+      /// Where it is one of this part's: `key` is as in UploadModel::textures.
+      void set_texture(const std::pair<const capture::Image<std::uint8_t>*, Texels>& key, const gpu::Texture& texture);
     };
     std::vector<Part> parts;
   };
@@ -99,7 +104,7 @@ class ObjectStore {
   std::map<const Model*, Entry> models_;
 };
 
-constexpr int kVertexFloats = 11;
+constexpr int kVertexFloats = 17;
 gpu::RasterDesc vertex_raster(const char* vertex_shader, const char* fragment_shader,
                               std::vector<gpu::Format> color_formats);  ///< draws such vertices
 

@@ -120,9 +120,11 @@ std::shared_ptr<const UploadModel> make_upload_model(const std::shared_ptr<const
     made->mean_emission += sample[3] / made->area_m2 * Eigen::Vector3f(sample[8], sample[9], sample[10]);
   }
   for (const Model::Part& part : model->parts) {
-    for (const auto& [picture, texels] : textures_of(part)) {
-      if (!made->textures.contains({picture.get(), texels}))
-        made->textures[{picture.get(), texels}] = mip_levels(picture, texels);
+    for (const TextureUse use : kTextureUses) {
+      const Model::TextureSlot& slot = slot_of(part, use);
+      if (!has_picture(slot)) continue;
+      auto& levels = made->textures[{slot.picture.get(), texels_of(use)}];
+      if (levels.empty()) levels = mip_levels(slot.picture, texels_of(use));
     }
   }
   const auto field = compute_object_field(*model, kUpload.field_voxels);

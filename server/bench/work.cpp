@@ -7,6 +7,7 @@
 #include <numbers>
 #include <utility>
 
+#include "relight/objects/mesh_refine.h"
 #include "relight/objects/mesh_simplify.h"
 #include "server/bench/resize.h"
 
@@ -25,13 +26,7 @@ std::shared_ptr<const relight::Model> subdivided(const relight::Model& model) {
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
   const auto middle = [&](std::uint32_t a, std::uint32_t b) {
     const auto [entry, is_new] = middles.try_emplace(std::minmax(a, b), result->positions_m.size());
-    if (is_new) {
-      result->positions_m.emplace_back(0.5f * (model.positions_m[a] + model.positions_m[b]));
-      const Eigen::Vector3f normal = model.normals[a] + model.normals[b];
-      result->normals.emplace_back(normal.norm() > 1e-6f ? normal.normalized() : model.normals[a]);
-      result->texcoords.emplace_back(0.5f * (model.texcoords[a] + model.texcoords[b]));
-      result->colors.emplace_back(0.5f * (model.colors[a] + model.colors[b]));
-    }
+    if (is_new) relight::add_middle(*result, a, b);
     return entry->second;
   };
   for (std::size_t i = 0; i < model.indices.size(); i += 3) {

@@ -79,7 +79,7 @@ EglCommandList::Bound EglCommandList::bind(const PipelineObjects& pipeline, std:
     const EglTexture& texture = own<EglTexture>(*binding.texture, *context_);
     one.handle = texture.handle();
     if (binding.kind == Binding::Kind::sampled) {
-      one.sampler = context_->sampler(binding.filter);
+      one.sampler = context_->sampler(binding.sampling);
     } else {
       one.is_volume = is_volume(texture.desc()) ? GL_TRUE : GL_FALSE;
       one.internal_format = gl_format(texture.desc().format).internal;

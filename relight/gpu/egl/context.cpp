@@ -143,21 +143,33 @@ void Context::read_limits() {
   }
 }
 
+GLint gl_wrap(Wrap wrap) {
+  switch (wrap) {
+    case Wrap::repeat:
+      return GL_REPEAT;
+    case Wrap::mirrored_repeat:
+      return GL_MIRRORED_REPEAT;
+    case Wrap::clamp_to_edge:
+      break;
+  }
+  return GL_CLAMP_TO_EDGE;
+}
+
 void Context::create_objects() {
   glCreateSamplers(static_cast<GLsizei>(samplers_.size()), samplers_.data());
   constexpr std::pair<GLint, GLint> magnify_minify[] = {
       {GL_NEAREST, GL_NEAREST_MIPMAP_NEAREST},
       {GL_LINEAR, GL_LINEAR_MIPMAP_NEAREST},
       {GL_LINEAR, GL_LINEAR_MIPMAP_LINEAR},
-      {GL_LINEAR, GL_LINEAR_MIPMAP_LINEAR},
   };
   for (std::size_t i = 0; i < samplers_.size(); ++i) {
-    glSamplerParameteri(samplers_[i], GL_TEXTURE_MAG_FILTER, magnify_minify[i].first);
-    glSamplerParameteri(samplers_[i], GL_TEXTURE_MIN_FILTER, magnify_minify[i].second);
-    for (const GLenum edge : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T, GL_TEXTURE_WRAP_R}) {
-      const bool repeats = static_cast<Filter>(i) == Filter::repeated;
-      glSamplerParameteri(samplers_[i], edge, repeats ? GL_REPEAT : GL_CLAMP_TO_EDGE);
-    }
+    const Sampling sampling = Sampling::at(i);
+    const auto& [magnify, minify] = magnify_minify[static_cast<std::size_t>(sampling.filter)];
+    glSamplerParameteri(samplers_[i], GL_TEXTURE_MAG_FILTER, magnify);
+    glSamplerParameteri(samplers_[i], GL_TEXTURE_MIN_FILTER, minify);
+    glSamplerParameteri(samplers_[i], GL_TEXTURE_WRAP_S, gl_wrap(sampling.wrap_u));
+    glSamplerParameteri(samplers_[i], GL_TEXTURE_WRAP_T, gl_wrap(sampling.wrap_v));
+    glSamplerParameteri(samplers_[i], GL_TEXTURE_WRAP_R, GL_CLAMP_TO_EDGE);
     glSamplerParameterf(samplers_[i], GL_TEXTURE_MIN_LOD, 0);
   }
   glCreateFramebuffers(1, &framebuffer_);

@@ -64,7 +64,7 @@ class Context {
   const std::string& name() const { return name_; }
   const Limits& limits() const { return limits_; }
   const std::shared_ptr<Holdings>& holdings() const { return holdings_; }
-  GLuint sampler(Filter filter) const { return samplers_[static_cast<std::size_t>(filter)]; }
+  GLuint sampler(const Sampling& sampling) const { return samplers_[sampling.index()]; }
   GLuint framebuffer() const { return framebuffer_; }  ///< attachments of the current draw
   GLuint params() const { return params_; }            ///< uniform blocks of the current list
   GLuint timestamp(std::size_t index);                 ///< a query object, reused by later lists
@@ -83,7 +83,7 @@ class Context {
   std::unique_ptr<ContextHandle> handle_;
   std::string name_;
   Limits limits_;
-  std::array<GLuint, 4> samplers_{};
+  std::array<GLuint, Sampling::kCount> samplers_{};
   GLuint framebuffer_ = 0, params_ = 0;
   std::vector<GLuint> timestamps_;
 };

@@ -64,7 +64,7 @@ VkDescriptorSet VulkanCommandList::bind(const PipelineObjects& pipeline, std::sp
     }
     const VulkanTexture& texture = own<VulkanTexture>(*binding.texture, *context_);
     const bool is_sampled = binding.kind == Binding::Kind::sampled;
-    images[i] = {is_sampled ? context_->sampler(binding.filter) : VK_NULL_HANDLE,
+    images[i] = {is_sampled ? context_->sampler(binding.sampling) : VK_NULL_HANDLE,
                  is_sampled ? texture.all_mips() : texture.first_mip(), VK_IMAGE_LAYOUT_GENERAL};
     one.pImageInfo = &images[i];
   }

@@ -64,17 +64,30 @@ void Context::create_device() {
   }
 }
 
+VkSamplerAddressMode address_mode(Wrap wrap) {
+  switch (wrap) {
+    case Wrap::repeat:
+      return VK_SAMPLER_ADDRESS_MODE_REPEAT;
+    case Wrap::mirrored_repeat:
+      return VK_SAMPLER_ADDRESS_MODE_MIRRORED_REPEAT;
+    case Wrap::clamp_to_edge:
+      break;
+  }
+  return VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE;
+}
+
 void Context::create_samplers() {
-  for (const Filter filter : {Filter::nearest, Filter::linear, Filter::linear_mip_linear, Filter::repeated}) {
+  for (std::size_t i = 0; i < Sampling::kCount; ++i) {
+    const Sampling sampling = Sampling::at(i);
     auto info = zeroed<VkSamplerCreateInfo>(VK_STRUCTURE_TYPE_SAMPLER_CREATE_INFO);
-    info.magFilter = info.minFilter = filter == Filter::nearest ? VK_FILTER_NEAREST : VK_FILTER_LINEAR;
-    info.mipmapMode = filter == Filter::linear_mip_linear || filter == Filter::repeated
-                          ? VK_SAMPLER_MIPMAP_MODE_LINEAR
-                          : VK_SAMPLER_MIPMAP_MODE_NEAREST;
-    info.addressModeU = info.addressModeV = info.addressModeW =
-        filter == Filter::repeated ? VK_SAMPLER_ADDRESS_MODE_REPEAT : VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE;
+    info.magFilter = info.minFilter = sampling.filter == Filter::nearest ? VK_FILTER_NEAREST : VK_FILTER_LINEAR;
+    info.mipmapMode =
+        sampling.filter == Filter::linear_mip_linear ? VK_SAMPLER_MIPMAP_MODE_LINEAR : VK_SAMPLER_MIPMAP_MODE_NEAREST;
+    info.addressModeU = address_mode(sampling.wrap_u);
+    info.addressModeV = address_mode(sampling.wrap_v);
+    info.addressModeW = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE;
     info.maxLod = VK_LOD_CLAMP_NONE;
-    check(vkCreateSampler(device_, &info, nullptr, &samplers_[static_cast<std::size_t>(filter)]), "creating a sampler");
+    check(vkCreateSampler(device_, &info, nullptr, &samplers_[i]), "creating a sampler");
   }
 }
 

@@ -69,7 +69,7 @@ class Context {
   const VkPhysicalDeviceLimits& limits() const { return properties_.limits; }
   std::string name() const { return properties_.deviceName; }
   std::uint32_t timestamp_bits() const { return timestamp_bits_; }
-  VkSampler sampler(Filter filter) const { return samplers_[static_cast<std::size_t>(filter)]; }
+  VkSampler sampler(const Sampling& sampling) const { return samplers_[sampling.index()]; }
   Messages& messages() { return instance_->messages; }
   const std::shared_ptr<Holdings>& holdings() const { return holdings_; }
 
@@ -106,7 +106,7 @@ class Context {
   VkQueue queue_ = VK_NULL_HANDLE;
   VkFence fence_ = VK_NULL_HANDLE;
   VkCommandPool once_pool_ = VK_NULL_HANDLE;
-  std::array<VkSampler, 4> samplers_{};
+  std::array<VkSampler, Sampling::kCount> samplers_{};
   AllocatedBuffer to_device_, from_device_;
   PFN_vkSetDebugUtilsObjectNameEXT set_name_ = nullptr;
 };

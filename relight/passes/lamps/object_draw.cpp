@@ -13,30 +13,61 @@ Eigen::Matrix4f view_along(const Eigen::Vector3f& from, const Eigen::Vector3f& d
   return T_view_tag;
 }
 
+namespace {
+
+gpu::Wrap wrap_of(Wrap wrap) {
+  switch (wrap) {
+    case Wrap::clamp_to_edge:
+      return gpu::Wrap::clamp_to_edge;
+    case Wrap::mirrored_repeat:
+      return gpu::Wrap::mirrored_repeat;
+    case Wrap::repeat:
+      break;
+  }
+  return gpu::Wrap::repeat;
+}
+
+/// Slots of shaders/common/surface_material.glsl, in the order of TextureUse.
+constexpr PerTextureUse<int> kTextureSlots = {1, 3, 4, 5};
+
+shader::DrawParams params_of(const StoredModel::Mesh::Part& part, const MaterialOverride& material,
+                             float white_radiance, int number, const shader::DrawParams& view) {
+  const Material combined = material.over(part.material);
+  const bool own_color = !material.base_color, both = part.texture(TextureUse::metallic_roughness).texture;
+  const bool rough_map = both && !material.roughness, metal_map = both && !material.metallic;
+  const auto flag = [](bool set) { return set ? 1.0f : 0.0f; };
+  shader::DrawParams p = view;
+  p.base_color << combined.base_color, flag(part.texture(TextureUse::base_color).texture && own_color);
+  p.tint << flag(own_color), 0, 0, 0;
+  p.material << (rough_map ? part.roughness_factor : combined.roughness),
+      (metal_map ? part.metallic_factor : combined.metallic), combined.specular, static_cast<float>(number + 1);
+  p.maps << flag(rough_map), flag(metal_map), (part.texture(TextureUse::normals).texture ? part.normal_scale : 0.0f),
+      flag(combined.gltf);
+  p.emission << white_radiance * combined.emission,
+      flag(part.texture(TextureUse::emission).texture && !material.emission);
+  for (std::size_t use = 0; use < kTextureUses.size(); ++use) {
+    const Model::TextureSlot& slot = part.textures[use].slot;
+    p.texture_rows[2 * use] << slot.transform.row(0).transpose(), static_cast<float>(slot.texcoord_set);
+    p.texture_rows[2 * use + 1] << slot.transform.row(1).transpose(), 0;
+  }
+  return p;
+}
+
+}  // namespace
+
 void ObjectDraws::add(const StoredModel::Mesh& mesh, const Eigen::Affine3f& T_tag_model,
                       const MaterialOverride& material, float white_radiance, int number,
                       const shader::DrawParams& view, const gpu::Texture& white) {
   for (const auto& part : mesh.parts) {
     if (part.index_count == 0) continue;
-    const Material combined = material.over(part.material);
-    const bool own_color = !material.base_color, textured = part.base_color && own_color;
-    const bool rough_map = part.metallic_roughness && !material.roughness,
-               metal_map = part.metallic_roughness && !material.metallic;
-    shader::DrawParams& p = params.emplace_back(view);
+    shader::DrawParams& p = params.emplace_back(params_of(part, material, white_radiance, number, view));
     p.T_tag_model = T_tag_model.matrix();
-    p.base_color << combined.base_color, textured ? 1 : 0;
-    p.tint << (own_color ? 1.0f : 0.0f), 0, 0, 0;
-    p.material << (rough_map ? part.roughness_factor : combined.roughness),
-        (metal_map ? part.metallic_factor : combined.metallic), combined.specular, static_cast<float>(number + 1);
-    p.maps << (rough_map ? 1.0f : 0.0f), (metal_map ? 1.0f : 0.0f), (part.normals ? part.normal_scale : 0),
-        (combined.gltf ? 1.0f : 0.0f);
-    p.emission << white_radiance * combined.emission, 0;
     gpu::DrawCall& call = calls.emplace_back();
-    const auto bound = [&](int slot, const gpu::Texture* texture) {
-      return gpu::sampled(slot, texture ? *texture : white, gpu::Filter::repeated);
-    };
-    call.bindings = {bound(1, textured ? part.base_color : nullptr), bound(3, part.metallic_roughness),
-                     bound(4, part.normals)};
+    for (std::size_t use = 0; use < kTextureUses.size(); ++use) {
+      const auto& [texture, slot] = part.textures[use];
+      call.bindings.push_back(gpu::sampled(kTextureSlots[use], texture ? *texture : white,
+                                           gpu::Filter::linear_mip_linear, wrap_of(slot.wrap_u), wrap_of(slot.wrap_v)));
+    }
     call.params = gpu::bytes_of(p);
     call.vertices = mesh.vertices.get();
     call.indices = part.indices.get();

@@ -109,9 +109,12 @@ struct DrawParams {
   vec4 base_color;  // rgb; a: 1 when there is a texture
   vec4 tint;        // x: weight of the vertex colours
   vec4 material;    // roughness, metallic, specular, object's number + 1
-  vec4 emission;    // rgb: radiance of the front, W/sr/m²
+  vec4 emission;    // rgb: radiance of the front, W/sr/m²; a: 1 when a texture multiplies it
   vec4 maps;        // 1: a texture multiplies roughness (x), metallic (y); scale of the normal map (z), 0: none;
                     // 1: layer and body mixed as in glTF (w)
+  // The transform of each texture's coordinates, two rows of three each, in the order of TextureUse
+  // (objects/texture.h); a of the first row: the set of coordinates.
+  vec4 texture_rows[8];
 };
 
 #ifdef __cplusplus

@@ -6,6 +6,10 @@ layout(std140, binding = 0) uniform Draw { DrawParams draw; };
 layout(binding = 1) uniform sampler2D base_color_texture;          // 8-bit sRGB
 layout(binding = 3) uniform sampler2D metallic_roughness_texture;  // roughness in g, metallic in b
 layout(binding = 4) uniform sampler2D normal_texture;  // tangent frame, each component from -1 to 1; a: upload_model.h
+layout(binding = 5) uniform sampler2D emissive_texture;  // 8-bit sRGB
+
+// TextureUse of objects/texture.h
+const int kBaseColor = 0, kMetallicRoughness = 1, kNormals = 2, kEmission = 3;
 
 // The tent of bilinear interpolation adds twice the variance of a texel's square.
 const float kSquareOverTent = 1.7320508;
@@ -15,42 +19,70 @@ vec4 texture_mean(sampler2D of, vec2 uv, vec2 uv_right, vec2 uv_down) {
 }
 vec4 texture_mean(sampler2D of, vec2 uv) { return texture_mean(of, uv, dFdx(uv), dFdy(uv)); }
 
-vec3 surface_color(vec2 uv, vec3 tint) {
+// `uv`: both sets of texture coordinates, here and below.
+vec2 texture_uv(int use, vec4 uv) {
+  vec4 row = draw.texture_rows[2 * use];
+  vec3 of_set = vec3(row.w > 0.0 ? uv.zw : uv.xy, 1.0);
+  return vec2(dot(row.xyz, of_set), dot(draw.texture_rows[2 * use + 1].xyz, of_set));
+}
+
+vec3 surface_color(vec4 uv, vec3 tint) {
   vec3 base = draw.base_color.rgb * mix(vec3(1), tint, draw.tint.x);
-  if (draw.base_color.a > 0.0) base *= srgb_decode(texture_mean(base_color_texture, uv).rgb);
+  if (draw.base_color.a > 0.0) base *= srgb_decode(texture_mean(base_color_texture, texture_uv(kBaseColor, uv)).rgb);
   return base;
 }
 
-vec2 surface_roughness_metallic(vec2 uv) {
+// Radiance that leaves a side of the surface, W/sr/m².
+vec3 surface_emission(bool front, vec4 uv) {
+  vec3 emission = draw.emission.rgb;
+  if (draw.emission.a > 0.0) {
+    emission *= srgb_decode(texture_mean(emissive_texture, texture_uv(kEmission, uv)).rgb);
+  }
+  return front ? emission : vec3(0);
+}
+
+vec2 surface_roughness_metallic(vec4 uv) {
   vec2 both = draw.material.xy;
   if (draw.maps.x + draw.maps.y > 0.0) {
-    both *= mix(vec2(1), texture_mean(metallic_roughness_texture, uv).gb, draw.maps.xy);
+    both *= mix(vec2(1), texture_mean(metallic_roughness_texture, texture_uv(kMetallicRoughness, uv)).gb, draw.maps.xy);
   }
   if (draw.maps.z != 0.0) {
-    float root = texture_mean(normal_texture, uv).a * draw.maps.z, alpha = both.x * both.x;
+    float root = texture_mean(normal_texture, texture_uv(kNormals, uv)).a * draw.maps.z, alpha = both.x * both.x;
     both.x = min(sqrt(sqrt(alpha * alpha + 2.0 * root * root)), 1.0);
   }
   return both;
 }
 
-// `n`: unit, interpolated. The tangent frame is that of the triangle.
-vec3 surface_normal(vec3 n, vec3 world, vec2 uv) {
-  if (draw.maps.z == 0.0) return n;
+// Directions of x and y of the normal map by the triangle's texture coordinates, perpendicular to n; false where these
+// have no area.
+bool triangle_tangents(vec3 n, vec3 world, vec2 uv, out vec3 x, out vec3 y) {
   vec3 right = dFdx(world), down = dFdy(world);
   vec2 uv_right = dFdx(uv), uv_down = dFdy(uv);
   float area = uv_right.x * uv_down.y - uv_down.x * uv_right.y;
   // Equal texture coordinates are interpolated with rounding errors.
-  if (abs(area) <= 1e-12 * max(dot(uv, uv), 1e-6)) return n;
+  if (abs(area) <= 1e-12 * max(dot(uv, uv), 1e-6)) return false;
   vec3 along_u = (right * uv_down.y - down * uv_right.y) / area,
        along_v = (down * uv_right.x - right * uv_down.x) / area;
-  vec3 x = along_u - dot(n, along_u) * n;
-  if (!(dot(x, x) > 0.0)) return n;
+  x = along_u - dot(n, along_u) * n;
+  if (!(dot(x, x) > 0.0)) return false;
   x = normalize(x);
-  vec3 y = cross(n, x);
+  y = cross(n, x);
   if (dot(y, along_v) > 0.0) y = -y;
-  vec3 map = 2.0 * texture_mean(normal_texture, uv, uv_right, uv_down).rgb - 1.0;
-  return normalize(draw.maps.z * (map.x * x + map.y * y) + map.z * n);
+  return true;
 }
 
-// Radiance that leaves a side of the surface, W/sr/m².
-vec3 surface_emission(bool front) { return front ? draw.emission.rgb : vec3(0); }
+// `n`: unit, interpolated. `tangent`: that of the vertices, interpolated, its handedness in a; zero: none.
+vec3 surface_normal(vec3 n, vec3 world, vec4 uv, vec4 tangent) {
+  if (draw.maps.z == 0.0) return n;
+  vec2 at = texture_uv(kNormals, uv);
+  vec3 map = 2.0 * texture_mean(normal_texture, at).rgb - 1.0;
+  vec3 x, y;
+  bool known = triangle_tangents(n, world, at, x, y);
+  vec3 along = tangent.xyz - dot(n, tangent.xyz) * n;
+  if (dot(along, along) > 1e-6) {
+    x = normalize(along);
+    y = (tangent.w < 0.0 ? -1.0 : 1.0) * cross(n, x);
+    known = true;
+  }
+  return known ? normalize(draw.maps.z * (map.x * x + map.y * y) + map.z * n) : n;
+}

@@ -4,7 +4,7 @@
 #include "common/surface_material.glsl"
 layout(location = 0) in vec3 world;
 layout(location = 1) in vec3 world_normal;
-layout(location = 2) in vec2 uv;
+layout(location = 2) in vec4 uv;
 layout(location = 3) in vec3 tint;
 layout(location = 4) in float depth_m;
 layout(location = 5) in vec3 front;
@@ -15,5 +15,5 @@ void main() {
   vec3 eye = -(transpose(mat3(draw.T_view_tag)) * draw.T_view_tag[3].xyz);
   bool behind = dot(world_normal, eye - world) < 0.0 && !gl_FrontFacing;
   const float kPi = 3.14159265358979;
-  out_sample = vec4(surface_color(uv, tint) / kPi * (behind ? back : front) + surface_emission(!behind), depth_m);
+  out_sample = vec4(surface_color(uv, tint) / kPi * (behind ? back : front) + surface_emission(!behind, uv), depth_m);
 }

@@ -2,9 +2,10 @@
 #include "common/surface_material.glsl"
 layout(location = 0) in vec3 world;
 layout(location = 1) in vec3 world_normal;
-layout(location = 2) in vec2 uv;
+layout(location = 2) in vec4 uv;
 layout(location = 3) in vec3 tint;
 layout(location = 4) in float depth_m;
+layout(location = 7) in vec4 world_tangent;
 layout(location = 0) out vec4 out_normal;  // roughness in a
 layout(location = 1) out vec4 out_base;    // metallic in a; + 2: glTF
 layout(location = 2) out vec2 out_depth;   // metres along z; specular + 2 · object's number, 0: nothing
@@ -14,7 +15,7 @@ bool write_surface() {
   float l = length(world_normal);
   vec3 n = l > 1e-9 ? world_normal / l : vec3(0, 0, 1);
   vec3 eye = -(transpose(mat3(draw.T_view_tag)) * draw.T_view_tag[3].xyz);
-  vec3 shading = surface_normal(n, world, uv);
+  vec3 shading = surface_normal(n, world, uv, world_tangent);
   bool front = dot(n, eye - world) >= 0.0 || gl_FrontFacing;
   if (!front) {
     n = -n;

@@ -3,7 +3,7 @@
 #include "common/bsdf_params.glsl"
 #include "common/surface_material.glsl"
 layout(location = 0) in vec3 world;
-layout(location = 1) in vec2 uv;
+layout(location = 1) in vec4 uv;
 layout(location = 2) in vec3 tint;
 layout(location = 3) in vec3 world_normal;
 layout(location = 0) out vec4 out_position;  // a: 1 where there is an object

@@ -5,10 +5,10 @@
 layout(std140, binding = 0) uniform Draw { DrawParams draw; };
 layout(location = 0) in vec3 position_m;
 layout(location = 1) in vec3 normal;
-layout(location = 2) in vec2 texcoord;
+layout(location = 2) in vec4 texcoords;  // both sets
 layout(location = 3) in vec3 color;
 layout(location = 0) out vec3 world;
-layout(location = 1) out vec2 uv;
+layout(location = 1) out vec4 uv;
 layout(location = 2) out vec3 tint;
 layout(location = 3) out vec3 world_normal;
 
@@ -18,6 +18,6 @@ void main() {
   float near = draw.more.y, far = draw.more.x;
   gl_Position = vec4(v.xy * draw.projection.x, (v.z - near) * far / (far - near), v.z);
   world_normal = mat3(draw.T_tag_model) * normal;
-  uv = texcoord;
+  uv = texcoords;
   tint = color;
 }

@@ -74,9 +74,10 @@ std::string bytes_of(const std::vector<T>& values) {
   return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)};
 }
 
-/// A glTF file with one buffer; tests add other elements to `json`.
+/// A glTF file with one buffer of data; tests add other elements to `json`.
 class GltfFile {
  public:
+  nlohmann::json more_buffers = nlohmann::json::array();  ///< after it
   nlohmann::json json = {{"asset", {{"version", "2.0"}}}, {"scene", 0}, {"scenes", {{{"nodes", {0}}}}}};
 
   /// A triangle mesh of (0,0,0), (1,0,0), (0,1,0) with texture coordinates at the centres of both texels.
@@ -94,10 +95,7 @@ class GltfFile {
     return add_accessor(bytes_of(values), type, 5126, static_cast<int>(values.size()) / width, false);
   }
   int add_accessor(const std::string& bytes, const std::string& type, int component_type, int count, bool normalized) {
-    json["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", data_.size()}, {"byteLength", bytes.size()}});
-    data_ += bytes;
-    data_.resize((data_.size() + 3) / 4 * 4);
-    json["accessors"].push_back({{"bufferView", json["bufferViews"].size() - 1},
+    json["accessors"].push_back({{"bufferView", add_view(bytes)},
                                  {"componentType", component_type},
                                  {"count", count},
                                  {"type", type},
@@ -105,17 +103,28 @@ class GltfFile {
     return static_cast<int>(json["accessors"].size()) - 1;
   }
 
+  /// Bytes without an accessor; returns the number of their buffer view.
+  int add_view(const std::string& bytes) {
+    json["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", data_.size()}, {"byteLength", bytes.size()}});
+    data_ += bytes;
+    data_.resize((data_.size() + 3) / 4 * 4);
+    return static_cast<int>(json["bufferViews"].size()) - 1;
+  }
+
   nlohmann::json& primitive() { return json["meshes"][0]["primitives"][0]; }
+  nlohmann::json& attributes() { return primitive()["attributes"]; }
 
   std::string gltf() const {
     nlohmann::json with_buffer = json;
     with_buffer["buffers"] = {
         {{"byteLength", data_.size()}, {"uri", "data:application/octet-stream;base64," + to_base64(data_)}}};
+    append_buffers(&with_buffer);
     return with_buffer.dump();
   }
   std::string glb() const {
     nlohmann::json with_buffer = json;
     with_buffer["buffers"] = {{{"byteLength", data_.size()}}};
+    append_buffers(&with_buffer);
     std::string text = with_buffer.dump();
     text.resize((text.size() + 3) / 4 * 4, ' ');
     std::string out = "glTF";
@@ -127,6 +136,10 @@ class GltfFile {
   }
 
  private:
+  void append_buffers(nlohmann::json* to) const {
+    for (const nlohmann::json& buffer : more_buffers) (*to)["buffers"].push_back(buffer);
+  }
+
   std::string data_;
 };
 

@@ -17,7 +17,7 @@ inline void add_part(relight::Model* model, const Points& corners, const relight
                      const std::vector<Eigen::Vector2f>& texcoords = {}) {
   relight::Model::Part part;
   part.material = material;
-  part.base_color_texture = std::move(texture);
+  part.base_color_texture.picture = std::move(texture);
   part.first_index = static_cast<std::uint32_t>(model->indices.size());
   part.index_count = static_cast<std::uint32_t>(corners.size());
   model->parts.push_back(part);

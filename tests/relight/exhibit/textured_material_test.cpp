@@ -40,12 +40,13 @@ std::shared_ptr<relight::Model> block(bool textured) {
     texcoords.emplace_back((i < kMetalSides.size() ? 0.25f : 0.75f) + 1e-3f * k, 0.5f + 1e-3f * k * k);
   }
   add_part(model.get(), kTwoMaterials, mean, nullptr, texcoords);
-  model->parts[0].metallic_roughness_texture = texture(2, {0, 102, 255, 0, 255, 0});
+  model->parts[0].metallic_roughness_texture.picture = texture(2, {0, 102, 255, 0, 255, 0});
   return model;
 }
 
-/// A plate whose normals are turned to one side, by a map or by its vertices.
-std::shared_ptr<relight::Model> plate(bool textured) {
+/// A plate whose normals are turned to one side, by a map or by its vertices. With a handedness, the map is in the
+/// frame of the vertices' tangents, which are along y.
+std::shared_ptr<relight::Model> plate(bool textured, float handedness = 0) {
   const Points corners{{-0.1f, -0.1f, 0.01f}, {0.1f, -0.1f, 0.01f}, {0.1f, 0.1f, 0.01f},
                        {-0.1f, -0.1f, 0.01f}, {0.1f, 0.1f, 0.01f},  {-0.1f, 0.1f, 0.01f}};
   std::vector<Eigen::Vector2f> texcoords;
@@ -57,10 +58,60 @@ std::shared_ptr<relight::Model> plate(bool textured) {
   const float up = std::sqrt(1 - tilt.squaredNorm());
   if (textured) {
     const auto z = static_cast<std::uint8_t>(std::lround(127.5f * (up + 1)));
-    model->parts[0].normal_texture = texture(1, {55, 75, z});
+    model->parts[0].normal_texture.picture = texture(1, {55, 75, z});
   } else {
-    for (Eigen::Vector3f& n : model->normals) n = {-tilt.x(), tilt.y(), up};
+    for (Eigen::Vector3f& n : model->normals) {
+      n = handedness == 0 ? Eigen::Vector3f(-tilt.x(), tilt.y(), up)
+                          : Eigen::Vector3f(-handedness * tilt.y(), tilt.x(), up);
+    }
   }
+  if (textured && handedness != 0) model->tangents.assign(model->normals.size(), {0, 1, 0, handedness});
+  return model;
+}
+
+/// A plate with a picture of coloured squares and another of roughness and metal. Either these have a coordinate set, a
+/// transform and wrap modes each, or all repeat, with the same squares written out.
+std::shared_ptr<relight::Model> plate_with_slots(bool slots) {
+  constexpr int kEdge = 4;
+  const auto square = [](int u, int v) { return Eigen::Vector3i(40 + 60 * (u % 4), 250 - 50 * v, 60 * ((u + v) % 4)); };
+  const auto squares = [&](int width, int height, const auto& place) {
+    auto image = std::make_shared<capture::Image<std::uint8_t>>(width, height, 3);
+    for (int v = 0; v < height; ++v) {
+      for (int u = 0; u < width; ++u) {
+        const auto [x, y] = place(u, v);
+        for (int c = 0; c < 3; ++c) image->at(u, v, c) = static_cast<std::uint8_t>(square(x, y)[c]);
+      }
+    }
+    return image;
+  };
+  auto model = plate(false);
+  model->normals.assign(model->normals.size(), Eigen::Vector3f::UnitZ());
+  relight::Model::Part& part = model->parts[0];
+  part.material = {.base_color = {0.9f, 0.9f, 0.9f}, .metallic = 1, .roughness = 0.6f};
+  model->texcoords.clear();
+  for (const Eigen::Vector3f& p : model->positions_m) {
+    // From -0.8 to 0.8 along both edges: within the centres of the texels that are written out.
+    const Eigen::Vector2f at = 8 * p.head<2>();
+    model->texcoords.push_back(slots ? Eigen::Vector2f(0.4f * at)
+                                     : Eigen::Vector2f((at.x() + 1) / 2, (at.y() + 1) / 3));
+    if (slots) model->texcoords_1.emplace_back(at.y(), at.x() - 3);
+  }
+  if (!slots) {
+    // Two tiles along u, the first mirrored; three along v, of which two repeat the rows at the edges.
+    part.base_color_texture.picture = squares(2 * kEdge, 3 * kEdge, [](int u, int v) {
+      return std::pair(u < kEdge ? kEdge - 1 - u : u - kEdge, std::clamp(v - kEdge, 0, kEdge - 1));
+    });
+    part.metallic_roughness_texture = part.base_color_texture;
+    return model;
+  }
+  part.base_color_texture = {.picture = squares(kEdge, kEdge, [](int u, int v) { return std::pair(u, v); }),
+                             .texcoord_set = 1,
+                             .wrap_u = relight::Wrap::mirrored_repeat,
+                             .wrap_v = relight::Wrap::clamp_to_edge};
+  part.metallic_roughness_texture = part.base_color_texture;
+  part.base_color_texture.transform << 0, 1, 3, 1, 0, 0;
+  part.metallic_roughness_texture.texcoord_set = 0;
+  part.metallic_roughness_texture.transform << 2.5f, 0, 0, 0, 2.5f, 0;
   return model;
 }
 
@@ -96,7 +147,7 @@ class TexturedMaterials : public ClosedTest {
     };
     const Bytes with = drawn(block(true));
     auto mean = block(true);
-    mean->parts[0].metallic_roughness_texture = nullptr;
+    mean->parts[0].metallic_roughness_texture.picture = nullptr;
     const double without = apart(drawn(mean), with);
     EXPECT_GT(without, 5 * kBound) << "the scene shows no difference";
     EXPECT_LT(apart(drawn(block(false)), with), kBound);
@@ -106,9 +157,16 @@ class TexturedMaterials : public ClosedTest {
     scene_.lamps = {lamp_at({0.3f, -0.3f, 0.6f}, 0.03f, 1)};
     const Bytes turned = drawn(plate(true));
     auto flat = plate(true);
-    flat->parts[0].normal_texture = nullptr;
+    flat->parts[0].normal_texture.picture = nullptr;
     EXPECT_GT(apart(drawn(flat), turned), 2.5 * turned_bound) << "the scene shows no difference";
     EXPECT_LT(apart(drawn(plate(false)), turned), turned_bound);
+    for (const float handedness : {1.0f, -1.0f})
+      EXPECT_LT(apart(drawn(plate(false, handedness)), drawn(plate(true, handedness))), turned_bound) << handedness;
+    const Bytes written_out = drawn(plate_with_slots(false));
+    EXPECT_LT(apart(drawn(plate_with_slots(true)), written_out), kBound);
+    auto other = plate_with_slots(true);
+    other->parts[0].base_color_texture.wrap_u = relight::Wrap::repeat;
+    EXPECT_GT(apart(drawn(other), written_out), 5 * kBound) << "the scene shows no difference";
   }
 
   /// A varnished ball, mixed as in glTF files, against one of paths.
@@ -149,11 +207,11 @@ TEST_P(TexturedMaterials, MixedAsInGltfByCones) {
 TEST_P(TexturedMaterials, EdgesWithinPixelsByCones) {
   auto striped = plate(true);
   relight::Model::Part& part = striped->parts[0];
-  part.normal_texture = nullptr;
+  part.normal_texture.picture = nullptr;
   part.material = {.base_color = {1, 1, 1}, .specular = 0};
   Bytes stripes;
   for (int u = 0; u < 512; ++u) stripes.insert(stripes.end(), 3, u / 128 % 2 ? 255 : 0);
-  part.base_color_texture = texture(512, stripes);
+  part.base_color_texture.picture = texture(512, stripes);
   for (Eigen::Vector2f& uv : striped->texcoords) uv = 10 * (uv + Eigen::Vector2f(uv.y(), 0)) / 2;
   relight::Plan paths;
   paths.method = "reference";
@@ -200,7 +258,7 @@ TEST_P(TexturedMaterials, AnUnresolvedReliefByCones) {
     }
   }
   auto model = plate(true);
-  model->parts[0].normal_texture = relief;
+  model->parts[0].normal_texture.picture = relief;
   model->parts[0].material = {.base_color = {0.05f, 0.05f, 0.05f}, .roughness = 0.3f};
   for (Eigen::Vector2f& uv : model->texcoords) uv /= 0.024f;
   scene_.sky = 0;
@@ -216,7 +274,7 @@ TEST_P(TexturedMaterials, AnUnresolvedReliefByCones) {
                    [&] { return std::make_unique<relight::Relighter>(device_, scene_.session()); });
   };
   auto smooth = std::make_shared<relight::Model>(*model);
-  smooth->parts[0].normal_texture = nullptr;
+  smooth->parts[0].normal_texture.picture = nullptr;
   // The slopes of waves are not distributed as those of GGX.
   EXPECT_LT(apart(cones(model), reference), apart(cones(smooth), reference) / 2);
 }

@@ -10,11 +10,12 @@ class DeviceImageTest : public DeviceTest {
  protected:
   /// textureLod at xyz (texture coordinates) and level w.
   std::vector<std::array<float, 4>> tap(const Texture& texture, const std::vector<std::array<float, 4>>& places,
-                                        Filter filter) {
+                                        Filter filter, Wrap wrap_u = Wrap::clamp_to_edge,
+                                        Wrap wrap_v = Wrap::clamp_to_edge) {
     const auto pipeline = device_->create_compute("device_tap.comp");
     const auto where = buffer_with(places, "places");
     const auto results = device_->create_buffer(where->size_bytes(), "results");
-    const Binding bindings[] = {sampled(1, texture, filter), storage(2, *where), storage(3, *results)};
+    const Binding bindings[] = {sampled(1, texture, filter, wrap_u, wrap_v), storage(2, *where), storage(3, *results)};
     const auto list = device_->begin();
     list->dispatch(*pipeline, bindings, {}, static_cast<int>(places.size() + 7) / 8);
     device_->submit(*list);
@@ -116,6 +117,22 @@ TEST_P(DeviceImageTest, EdgesAreClamped) {
   const auto results = tap(*volume, {{-3, 0.5f, 0.5f, 0}, {4, 0.5f, 0.5f, 0}}, Filter::linear);
   EXPECT_EQ(results[0][0], 0.5f);
   EXPECT_EQ(results[1][0], 7.5f);
+}
+
+// Texel centres of a volume of 8 texels along an edge, outside it.
+TEST_P(DeviceImageTest, WrapModes) {
+  const auto volume = ramp(8, 1, {});  // y and z of a texel are x and y of its centre
+  const std::vector<std::array<float, 4>> places{{-1.5f / 8, 0.5f, 0.5f, 0}, {0.5f, 9.5f / 8, 0.5f, 0}};
+  const struct {
+    Wrap wrap;
+    float below, above;
+  } cases[] = {{Wrap::repeat, 6.5f, 1.5f}, {Wrap::clamp_to_edge, 0.5f, 7.5f}, {Wrap::mirrored_repeat, 1.5f, 6.5f}};
+  for (const auto& c : cases) {
+    for (const Filter filter : {Filter::nearest, Filter::linear, Filter::linear_mip_linear}) {
+      EXPECT_NEAR(tap(*volume, places, filter, c.wrap, Wrap::clamp_to_edge)[0][1], c.below, 1.0f / 32);
+      EXPECT_NEAR(tap(*volume, places, filter, Wrap::clamp_to_edge, c.wrap)[1][2], c.above, 1.0f / 32);
+    }
+  }
 }
 
 TEST_P(DeviceImageTest, MipsAreTheAveragesAndLevelsAreChosenByLod) {

@@ -276,7 +276,7 @@ TEST(ObjectField, MetallicOfItsTexture) {
   std::vector<Eigen::Vector2f> texcoords;
   for (const Eigen::Vector3f& p : corners) texcoords.emplace_back((p.x() + 1) / 2, 0.5f);
   test::add_part(&model, corners, {}, nullptr, texcoords);
-  model.parts[0].metallic_roughness_texture = halves;
+  model.parts[0].metallic_roughness_texture.picture = halves;
   const auto field = compute_object_field(model, 40);
   for (const float x : {-0.5f, 0.5f}) {
     const Eigen::Vector3i at =

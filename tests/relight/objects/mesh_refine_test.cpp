@@ -37,7 +37,10 @@ Model box_of_two_parts() {
   test::add_part(&model, test::box({0, 0, 0}, {0.4f, 0.2f, 0.1f}));
   test::add_part(&model, test::sphere(0.1f, 12));
   for (std::size_t i = 0; i < model.positions_m.size(); ++i) {
-    model.colors[i] = model.positions_m[i];  // linear in space, so it must stay so
+    const Eigen::Vector3f& p = model.positions_m[i];
+    model.colors[i] = p;  // linear in space, so it must stay so
+    model.texcoords_1.emplace_back(p.y(), p.z());
+    model.tangents.emplace_back(p.z(), p.x(), p.y(), 1);
   }
   return model;
 }
@@ -54,7 +57,10 @@ TEST(ModelRefine, EdgesAreShortTheShapeStaysAndNoGapOpens) {
   EXPECT_EQ(fine->parts[1].first_index, fine->parts[0].index_count);
   ASSERT_EQ(fine->normals.size(), fine->positions_m.size());
   for (std::size_t i = 0; i < fine->positions_m.size(); ++i) {
-    EXPECT_LT((fine->colors[i] - fine->positions_m[i]).norm(), 1e-6f);
+    const Eigen::Vector3f& p = fine->positions_m[i];
+    EXPECT_LT((fine->colors[i] - p).norm(), 1e-6f);
+    EXPECT_LT((fine->texcoords_1.at(i) - p.tail<2>()).norm(), 1e-6f);
+    EXPECT_LT((fine->tangents.at(i) - Eigen::Vector4f(p.z(), p.x(), p.y(), 1)).norm(), 1e-6f);
     EXPECT_NEAR(fine->normals[i].norm(), 1, 1e-5f);
   }
 }

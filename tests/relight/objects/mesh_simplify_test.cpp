@@ -62,6 +62,8 @@ Model smooth_sphere(float radius_m, int steps) {
       joined.normals.push_back(p.normalized());
       joined.texcoords.push_back({p.x(), p.y()});
       joined.colors.push_back(p.cwiseAbs());
+      joined.texcoords_1.push_back({p.y(), p.z()});
+      joined.tangents.push_back({p.z(), p.x(), p.y(), 1});
     }
     i = at->second;
   }
@@ -79,6 +81,8 @@ TEST(SimplifyModel, SphereStaysASphere) {
     ASSERT_LT((small->normals[v] - p.normalized()).norm(), 1e-5f);
     ASSERT_LT((small->colors[v] - p.cwiseAbs()).norm(), 1e-6f);
     ASSERT_LT((small->texcoords[v] - p.head<2>()).norm(), 1e-6f);
+    ASSERT_LT((small->texcoords_1.at(v) - p.tail<2>()).norm(), 1e-6f);
+    ASSERT_LT((small->tangents.at(v) - Eigen::Vector4f(p.z(), p.x(), p.y(), 1)).norm(), 1e-6f);
   }
   const float there = distances_m(model, *small).back(), back = distances_m(*small, model).back();
   std::printf("Hausdorff distance of 8064 to %zu triangles: %.4f and %.4f of the radius\n", small->indices.size() / 3,

@@ -52,7 +52,7 @@ TEST(ModelSurface, RoughnessAndMetallicAtTheirTexel) {
   Model::Part& part = model.parts[0];
   part.metallic_factor = 0.9f;
   part.roughness_factor = 0.5f;
-  part.metallic_roughness_texture = picture(2, [](int u, int) {
+  part.metallic_roughness_texture.picture = picture(2, [](int u, int) {
     return u ? std::array<std::uint8_t, 3>{7, 255, 0} : std::array<std::uint8_t, 3>{99, 102, 255};
   });
   const ModelSurface surface(model, true);
@@ -89,7 +89,7 @@ TEST(ModelSurface, NormalMapFollowsTheTexture) {
                {stretched, {1, 0, 0}, {0, 1, 0}}};
   for (const auto& c : cases) {
     Model model = square(c.M);
-    model.parts[0].normal_texture = picture(2, [&](int, int) {
+    model.parts[0].normal_texture.picture = picture(2, [&](int, int) {
       return std::array<std::uint8_t, 3>{code(map.x()), code(map.y()), code(map.z())};
     });
     const Vector3f normal = ModelSurface(model, true).at(point_at(0.6f, 0.2f), {}).normal;
@@ -101,8 +101,99 @@ TEST(ModelSurface, NormalMapFollowsTheTexture) {
 
 TEST(ModelSurface, NormalMapWithoutTextureCoordinatesChangesNothing) {
   Model model = square(Eigen::Matrix2f::Zero());
-  model.parts[0].normal_texture = picture(1, [](int, int) { return std::array<std::uint8_t, 3>{255, 128, 128}; });
+  model.parts[0].normal_texture.picture = picture(1, [](int, int) {
+    return std::array<std::uint8_t, 3>{255, 128, 128};
+  });
   EXPECT_EQ(ModelSurface(model, true).at(point_at(0.6f, 0.2f), {}).normal, Vector3f::UnitZ());
+}
+
+// Tangents of the vertices count before those of the texture, and their handedness decides on which side y is.
+TEST(ModelSurface, NormalMapFollowsTheTangentsOfVertices) {
+  const Vector3f map(0.3f, -0.5f, std::sqrt(1 - 0.34f));
+  Model model = square(lying());
+  model.parts[0].normal_texture.picture = picture(2, [&](int, int) {
+    return std::array<std::uint8_t, 3>{code(map.x()), code(map.y()), code(map.z())};
+  });
+  for (const float handedness : {1.0f, -1.0f}) {
+    // Not perpendicular to the normal, as interpolated ones are.
+    const Vector3f along = Vector3f(0.6f, 0.8f, 0.3f).normalized();
+    model.tangents.assign(6, {along.x(), along.y(), along.z(), handedness});
+    const Vector3f x(0.6f, 0.8f, 0), y = handedness * Vector3f(-0.8f, 0.6f, 0);
+    const Vector3f expected = map.x() * x + map.y() * y + map.z() * Vector3f::UnitZ();
+    EXPECT_LT((ModelSurface(model, true).at(point_at(0.6f, 0.2f), {}).normal - expected).norm(), 0.01) << handedness;
+  }
+  model.tangents.assign(6, Eigen::Vector4f::Zero());
+  EXPECT_LT((ModelSurface(model, true).at(point_at(0.6f, 0.2f), {}).normal - map).norm(), 0.01) << "the texture's";
+}
+
+// Without tangents of vertices, the map follows its own coordinates: the second set, turned by a quarter.
+TEST(ModelSurface, NormalMapFollowsItsTransformedCoordinates) {
+  const Vector3f map(0.3f, -0.5f, std::sqrt(1 - 0.34f));
+  Model model = square(Eigen::Matrix2f::Zero());
+  for (const Vector3f& p : model.positions_m) model.texcoords_1.emplace_back(p.x(), -p.y());
+  Model::TextureSlot& slot = model.parts[0].normal_texture;
+  slot.picture = picture(2, [&](int, int) {
+    return std::array<std::uint8_t, 3>{code(map.x()), code(map.y()), code(map.z())};
+  });
+  slot.texcoord_set = 1;
+  slot.transform << 0, -1, 0, 1, 0, 0;  // (u, v) to (-v, u): u along y, v along x
+  const Vector3f expected(-map.y(), map.x(), map.z());
+  EXPECT_LT((ModelSurface(model, true).at(point_at(0.6f, 0.2f), {}).normal - expected).norm(), 0.01);
+}
+
+// Each texture has its own coordinates, transform and wrap modes.
+TEST(ModelSurface, TextureSlots) {
+  Model model = square(Eigen::Matrix2f::Identity());
+  for (const Vector3f& p : model.positions_m) model.texcoords_1.emplace_back(p.y(), p.x());
+  const auto halves = picture(2, [](int u, int v) {
+    return std::array<std::uint8_t, 3>{static_cast<std::uint8_t>(u ? 255 : 0), static_cast<std::uint8_t>(v ? 255 : 0),
+                                       0};
+  });
+  Model::Part& part = model.parts[0];
+  part.material = {.base_color = {1, 1, 1}, .emission = {2, 4, 8}};
+  part.base_color_texture.picture = halves;
+  part.base_color_texture.transform << 0.5f, 0, 0.5f, 0, 0.5f, 0;            // to (0.75, 0.05) at (0.5, 0.1)
+  part.metallic_roughness_texture = {.picture = halves, .texcoord_set = 1};  // (0.1, 0.5)
+  part.emissive_texture.picture = halves;
+  part.emissive_texture.transform << 1, 0, 1.25f, 0, 1, 0.75f;  // (1.75, 0.85)
+  part.emissive_texture.wrap_u = Wrap::mirrored_repeat;
+  part.emissive_texture.wrap_v = Wrap::clamp_to_edge;
+  const auto at = [&](float x, float y) { return ModelSurface(model, true).at(point_at(x, y), {}).material; };
+  const Material m = at(0.5f, 0.1f);
+  // Bilinear between (0.25) and (0.75): beyond their centres it repeats.
+  EXPECT_NEAR(m.base_color.x(), 1, 1e-5);
+  EXPECT_NEAR(m.base_color.y(), 0.4f, 1e-5) << "a tenth of a texture's edge above the first centre";
+  EXPECT_NEAR(m.roughness, 0.5f, 1e-5) << "v of the second set is x";
+  EXPECT_NEAR(m.emission.x(), 0, 1e-5) << "mirrored: as at 0.25";
+  EXPECT_NEAR(m.emission.y(), 4, 1e-5) << "clamped beyond 0.75";
+
+  MaterialOverride dark;
+  dark.emission = Vector3f(1, 2, 3);
+  EXPECT_EQ(ModelSurface(model, true).at(point_at(0.5f, 0.1f), dark).material.emission, Vector3f(1, 2, 3));
+}
+
+// A transform that shows a picture ten times as often makes footprints cover ten times as many texels.
+TEST(ModelSurface, TransformsScaleFootprints) {
+  Model model = square(lying());
+  Model::TextureSlot& slot = model.parts[0].base_color_texture;
+  slot.picture = picture(64, [](int u, int v) {
+    const auto grey = static_cast<std::uint8_t>((u / 4 + v / 4) % 2 ? 255 : 0);
+    return std::array<std::uint8_t, 3>{grey, grey, grey};
+  });
+  model.parts[0].material.base_color = {1, 1, 1};
+  const auto spread = [&] {
+    const ModelSurface surface(model, true);
+    float low = 1, high = 0;
+    for (float x = 0.3f; x < 0.8f; x += 0.003f) {
+      const float value = surface.at(point_at(x, 0.2f, 0.02f), {}).material.base_color.x();
+      low = std::min(low, value);
+      high = std::max(high, value);
+    }
+    return high - low;
+  };
+  EXPECT_GT(spread(), 0.9f) << "squares of 6 cm, in a footprint of 2 cm";
+  slot.transform *= 10;
+  EXPECT_LT(spread(), 0.1f) << "squares of 6 mm";
 }
 
 // A relief of waves of which a footprint covers many has the slopes of a rough surface: α² is twice their variance.
@@ -115,7 +206,7 @@ TEST(ModelSurface, AnUnresolvedReliefIsRough) {
     return std::array<std::uint8_t, 3>{code(n.x()), code(n.y()), code(n.z())};
   };
   Model model = square(lying());
-  model.parts[0].normal_texture = picture(kEdge, relief);
+  model.parts[0].normal_texture.picture = picture(kEdge, relief);
   model.parts[0].material.roughness = 0.3f;
   const ModelSurface surface(model, true);
   const auto far = surface.at(point_at(0.6f, 0.2f, 0.3f), {});

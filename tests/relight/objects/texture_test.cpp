@@ -43,6 +43,40 @@ TEST(Texture, RepeatsAndIsLinearBetweenTexelCentres) {
   EXPECT_NEAR(texture.at({-3.25f, 7.5f}, 1).x(), 1, 1e-6);
 }
 
+// A ramp of 4 texels along each axis, 0 to 3 / 5, at texel centres and half way between them.
+TEST(Texture, WrapModes) {
+  const Texture texture(picture(4, 4,
+                                [](int u, int v) {
+                                  return Bytes{static_cast<std::uint8_t>(51 * u), static_cast<std::uint8_t>(51 * v), 0};
+                                }),
+                        Texels::linear, true);
+  const struct {
+    Wrap wrap;
+    std::array<float, 6> texels;  ///< expected at these coordinates, in texels
+  } cases[] = {{Wrap::repeat, {3, 2, 0, 1.5f, 1.5f, 3}},
+               {Wrap::clamp_to_edge, {0, 0, 3, 3, 0, 0}},
+               {Wrap::mirrored_repeat, {0, 1, 3, 1.5f, 1.5f, 0}}};
+  const std::array<float, 6> at = {-0.5f, -1.5f, 4.5f, 6, -14, -8.5f};  // texels from the edge
+  for (const auto& c : cases) {
+    for (std::size_t i = 0; i < at.size(); ++i) {
+      SCOPED_TRACE(at[i]);
+      const Vector3f u = texture.at({at[i] / 4, 0.125f}, 1, c.wrap, Wrap::repeat),
+                     v = texture.at({0.125f, at[i] / 4}, 1, Wrap::repeat, c.wrap);
+      EXPECT_NEAR(5 * u.x(), c.texels[i], 1e-4) << static_cast<int>(c.wrap);
+      EXPECT_NEAR(5 * v.y(), c.texels[i], 1e-4) << static_cast<int>(c.wrap);
+      EXPECT_NEAR(u.y() + v.x(), 0, 1e-6) << "the other axis";
+    }
+  }
+  // At the edge: half of the texel on the other side, or the edge's alone; also in mip levels.
+  EXPECT_NEAR(5 * texture.at({1, 0.5f}, 1).x(), 1.5f, 1e-4);
+  EXPECT_NEAR(5 * texture.at({1, 0.5f}, 1, Wrap::clamp_to_edge).x(), 3, 1e-4);
+  EXPECT_NEAR(5 * texture.at({1, 0.5f}, 1, Wrap::mirrored_repeat).x(), 3, 1e-4);
+  const float half = 2 * std::sqrt(3.0f);  // of the footprint at which the second level alone counts
+  EXPECT_NEAR(5 * texture.at({1, 0.5f}, half).x(), 1.5f, 1e-3);
+  EXPECT_NEAR(5 * texture.at({1, 0.5f}, half, Wrap::clamp_to_edge).x(), 2.5f, 1e-3);
+  EXPECT_NEAR(5 * texture.at({-0.25f, 0.5f}, half, Wrap::mirrored_repeat).x(), 0.5f, 1e-3);
+}
+
 TEST(Texture, TheMeanOfColoursIsThatOfTheirLight) {
   for (const int edge : {16, 15}) {
     const Vector3f mean = Texture(checker(edge), Texels::srgb, true).at({0.5f, 0.5f}, 1000);

@@ -152,7 +152,7 @@ TEST(ReferenceSceneOf, AKnownSurfaceOfAGltfFileHasNoMaterialOfItsOwn) {
   const auto known = relight::known_surfaces({surface});
   ASSERT_EQ(known.size(), 1u);
   const relight::Model::Part& part = known[0].model->parts.at(0);
-  EXPECT_EQ(part.normal_texture, nullptr);
+  EXPECT_EQ(part.normal_texture.picture, nullptr);
   EXPECT_FALSE(relight::MaterialOverride(known[0].material).over(part.material).gltf);
   EXPECT_EQ(part.index_count, 3u);
 }

@@ -1,0 +1,104 @@
+#include "relight/exhibit/load_gltf.h"
+
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "relight/exhibit/gltf/materials.h"
+#include "relight/exhibit/gltf/nodes.h"
+#include "relight/exhibit/gltf/not_drawn.h"
+#include "relight/exhibit/gltf/parameters.h"
+#include "relight/exhibit/gltf/primitive.h"
+#include "relight/exhibit/model_builder.h"
+
+namespace lumigraft::relight {
+namespace {
+
+class GltfLoader {
+ public:
+  GltfLoader(const std::filesystem::path& file, char up)
+      : document_(file),
+        buffers_(document_),
+        accessors_(document_, buffers_),
+        textures_(document_, buffers_),
+        up_(up) {}
+
+  std::shared_ptr<const Model> load() {
+    for (const GltfInstance& instance : read_instances(document_.root())) add(instance);
+    const std::size_t material_count = document_.root().member("materials").size();
+    const std::shared_ptr<Model> model = builder_.build([&](std::size_t material) { return parts_.at(material); });
+    std::set<std::size_t> used;
+    for (const auto& [material, part] : parts_) {
+      if (material < material_count) used.insert(material);
+    }
+    model->not_drawn = gltf_not_drawn(document_, textures_, used);
+    return model;
+  }
+
+ private:
+  struct MaterialPrimitive {
+    std::size_t material = 0;
+    GltfPrimitive triangles;
+  };
+
+  void add(const GltfInstance& instance) {
+    auto [found, is_new] = meshes_.try_emplace(instance.mesh);
+    const GltfValue mesh = document_.root().member("meshes")[instance.mesh];
+    if (is_new) found->second = read_mesh(mesh);
+    const Eigen::Affine3f T_model_mesh = Eigen::Affine3f(up_to_z(up_)) * instance.T_file_mesh;
+    for (const auto& [material, primitive] : found->second) {
+      triangles_ += primitive.indices.size() / 3;
+      if (triangles_ > kGltf.max_triangles) {
+        mesh.fail("found more than " + std::to_string(kGltf.max_triangles) + " triangles up to here, allowed: as many");
+      }
+      ModelBuilder::Mesh to = builder_.mesh(material, primitive.vertices, primitive.indices.size() / 3, T_model_mesh);
+      for (std::size_t i = 0; i < primitive.indices.size(); i += 3)
+        to.add(primitive.indices[i], primitive.indices[i + 1], primitive.indices[i + 2]);
+      to.finish();
+    }
+  }
+
+  std::vector<MaterialPrimitive> read_mesh(const GltfValue& mesh) {
+    std::vector<MaterialPrimitive> all;
+    const GltfValue primitives = mesh.member("primitives");
+    for (std::size_t i = 0; i < primitives.size(); ++i) {
+      if (!has_triangles(primitives[i])) continue;
+      const std::size_t material = material_of(primitives[i]);
+      const Model::Part& part = parts_.at(material);
+      const GltfNeeds needs{.second_texcoords = reads_second_texcoords(part),
+                            .tangents = part.normal_texture.picture != nullptr};
+      all.push_back({material, read_primitive(document_, buffers_, accessors_, primitives[i], needs)});
+    }
+    return all;
+  }
+
+  /// Its number, that of no material being the highest.
+  std::size_t material_of(const GltfValue& primitive) {
+    const GltfValue materials = document_.root().member("materials"), reference = primitive.member("material");
+    const std::size_t count = materials.size(),
+                      material = reference.exists() ? reference.index(count, "materials") : count;
+    if (!parts_.contains(material)) {
+      parts_[material] = read_material(material < count ? materials[material] : materials.none(), textures_);
+    }
+    return material;
+  }
+
+  GltfDocument document_;
+  GltfBuffers buffers_;
+  GltfAccessors accessors_;
+  GltfTextures textures_;
+  char up_;
+  std::map<std::size_t, std::vector<MaterialPrimitive>> meshes_;  // by index of the mesh
+  std::map<std::size_t, Model::Part> parts_;                      // by number of the material
+  ModelBuilder builder_;
+  std::size_t triangles_ = 0;
+};
+
+}  // namespace
+
+std::shared_ptr<const Model> load_gltf(const std::filesystem::path& file, char up) {
+  return GltfLoader(file, up).load();
+}
+
+}  // namespace lumigraft::relight

@@ -1,0 +1,73 @@
+#include "relight/exhibit/gltf/materials.h"
+
+#include <algorithm>
+#include <limits>
+#include <vector>
+
+#include "relight/exhibit/gltf/parameters.h"
+
+namespace lumigraft::relight {
+namespace {
+
+constexpr double kAnyNumber = std::numeric_limits<double>::max();
+
+/// Exporters write factors that rounding has brought beyond 0 to 1.
+double unit_number(const GltfValue& value, const char* key, double otherwise) {
+  return std::clamp(value.number(key, -kAnyNumber, kAnyNumber, otherwise), 0.0, 1.0);
+}
+
+Eigen::Vector3f unit_color(const GltfValue& value, const char* key, std::size_t count, float otherwise) {
+  const auto color = value.numbers(key, count, -kAnyNumber, kAnyNumber);
+  if (!color) return Eigen::Vector3f::Constant(otherwise);
+  return Eigen::Vector3d((*color)[0], (*color)[1], (*color)[2]).cwiseMax(0).cwiseMin(1).cast<float>();
+}
+
+/// Of a channel, from 0 to 1.
+float mean_of(const capture::Image<std::uint8_t>& picture, std::size_t channel) {
+  std::uint64_t sum = 0;
+  for (std::size_t i = channel; i < picture.data.size(); i += 3) sum += picture.data[i];
+  return static_cast<float>(static_cast<double>(sum) / (255.0 * picture.width * picture.height));
+}
+
+}  // namespace
+
+GltfSpecular specular_of(const GltfValue& material) {
+  const double factor = unit_number(material.extension("KHR_materials_specular"), "specularFactor", 1);
+  const GltfValue extension = material.extension("KHR_materials_ior");
+  const double ior = extension.number("ior", 0, kAnyNumber, 1.5);
+  if (ior != 0 && ior < 1) extension.member("ior").refuse("0, or at least 1");
+  const double root = (ior - 1) / (ior + 1), specular = factor * (root * root / 0.04);
+  if (ior == 1.5) return {.factor = static_cast<float>(factor)};  // without rounding errors
+  return {.factor = static_cast<float>(std::min(specular, 1.0)), .expressible = specular <= 1};
+}
+
+Model::Part read_material(const GltfValue& material, GltfTextures& textures) {
+  Model::Part part;
+  const GltfValue pbr = material.member("pbrMetallicRoughness");
+  part.material.gltf = true;
+  part.material.base_color = unit_color(pbr, "baseColorFactor", 4, 1);
+  part.metallic_factor = static_cast<float>(unit_number(pbr, "metallicFactor", 1));
+  part.roughness_factor = static_cast<float>(unit_number(pbr, "roughnessFactor", 1));
+  part.material.metallic = part.metallic_factor;
+  part.material.roughness = part.roughness_factor;
+  part.material.specular = specular_of(material).factor;
+  const double strength =
+      material.extension("KHR_materials_emissive_strength").number("emissiveStrength", 0, kMaxEmission, 1);
+  part.material.emission = unit_color(material, "emissiveFactor", 3, 0) * static_cast<float>(strength);
+
+  part.base_color_texture = textures.slot(pbr.member("baseColorTexture"));
+  part.metallic_roughness_texture = textures.slot(pbr.member("metallicRoughnessTexture"));
+  if (const TexturePicture& both = part.metallic_roughness_texture.picture) {
+    part.material.roughness *= mean_of(*both, 1);
+    part.material.metallic *= mean_of(*both, 2);
+  }
+  const GltfValue normal = material.member("normalTexture");
+  part.normal_texture = textures.slot(normal);
+  part.normal_scale = std::clamp(static_cast<float>(normal.number("scale", -1e30, 1e30, 1)), -kGltf.max_normal_scale,
+                                 kGltf.max_normal_scale);
+  // Black without the texture stays black with it.
+  if (!part.material.emission.isZero()) part.emissive_texture = textures.slot(material.member("emissiveTexture"));
+  return part;
+}
+
+}  // namespace lumigraft::relight

@@ -1,0 +1,128 @@
+#include "relight/exhibit/gltf/not_drawn.h"
+
+#include <algorithm>
+#include <cctype>
+#include <map>
+
+#include "relight/exhibit/gltf/materials.h"
+#include "relight/exhibit/gltf/primitive.h"
+
+namespace lumigraft::relight {
+namespace {
+
+constexpr std::size_t kMaxNameCharacters = 60, kMaxFeatures = 8;
+
+std::string printable(std::string text) {
+  text.resize(std::min(text.size(), kMaxNameCharacters));
+  std::replace_if(
+      text.begin(), text.end(), [](unsigned char c) { return std::iscntrl(c); }, ' ');
+  return text;
+}
+
+std::string name_of(const GltfValue& material, std::size_t index) {
+  const std::string name = printable(material.text("name", ""));
+  return "material " + (name.empty() ? std::to_string(index) : "\"" + name + "\"");
+}
+
+/// Whether KHR_materials_specular has more than a factor.
+bool has_specular_colors(const GltfValue& extension) {
+  const auto color = extension.numbers("specularColorFactor", 3, 0, 1e9);
+  return extension.member("specularTexture").exists() || extension.member("specularColorTexture").exists() ||
+         (color && *color != std::vector<double>{1, 1, 1});
+}
+
+void add_of_texture(const GltfTextures& textures, const GltfValue& info, std::vector<std::string>& features) {
+  if (!info.exists()) return;
+  const std::size_t set = GltfTextures::texcoord_set(info);
+  if (set > 1) features.push_back("TEXCOORD_" + std::to_string(set));
+  const GltfValue texture = textures.texture(info);
+  if (GltfTextures::image_of(texture).exists()) return;
+  for (const std::string& name : texture.member("extensions").keys()) features.push_back(name);
+}
+
+std::vector<std::string> of_material(const GltfTextures& textures, const GltfValue& material) {
+  std::vector<std::string> features;
+  const std::string alpha = material.text("alphaMode", "OPAQUE");
+  if (alpha == "BLEND" || alpha == "MASK")
+    features.push_back("alphaMode " + alpha);
+  else if (alpha != "OPAQUE")
+    material.member("alphaMode").refuse("OPAQUE, MASK or BLEND");
+  const GltfValue pbr = material.member("pbrMetallicRoughness");
+  for (const GltfValue& info : {pbr.member("baseColorTexture"), pbr.member("metallicRoughnessTexture"),
+                                material.member("normalTexture"), material.member("emissiveTexture")}) {
+    add_of_texture(textures, info, features);
+  }
+  for (const std::string& name : material.member("extensions").keys()) {
+    const bool specular = name == "KHR_materials_specular", ior = name == "KHR_materials_ior";
+    const bool drawn = is_read_of_gltf(name) && !(specular && has_specular_colors(material.extension(name))) &&
+                       !(ior && !specular_of(material).expressible);
+    if (!drawn) features.push_back(name);
+  }
+  return features;
+}
+
+std::vector<std::string> of_materials(const GltfDocument& document, const GltfTextures& textures,
+                                      const std::set<std::size_t>& used) {
+  struct Users {
+    std::string first;
+    std::size_t others = 0;
+  };
+  std::map<std::string, Users> features;
+  const GltfValue materials = document.root().member("materials");
+  for (const std::size_t i : used) {
+    std::vector<std::string> all = of_material(textures, materials[i]);
+    std::sort(all.begin(), all.end());
+    all.erase(std::unique(all.begin(), all.end()), all.end());
+    for (const std::string& feature : all) {
+      const auto [users, is_new] = features.try_emplace(feature, Users{name_of(materials[i], i)});
+      if (!is_new) ++users->second.others;
+    }
+  }
+  std::vector<std::string> lines;
+  for (const auto& [feature, users] : features) {
+    lines.push_back(printable(feature) + " (" + users.first +
+                    (users.others ? " and " + std::to_string(users.others) + " more" : std::string()) + ")");
+  }
+  return lines;
+}
+
+std::set<std::string> of_scene(const GltfValue& root) {
+  std::set<std::string> features;
+  const auto add_extensions = [&](const GltfValue& of) {
+    for (const std::string& name : of.member("extensions").keys()) {
+      if (!is_read_of_gltf(name)) features.insert(printable(name));
+    }
+  };
+  add_extensions(root);
+  const GltfValue nodes = root.member("nodes"), meshes = root.member("meshes");
+  for (std::size_t i = 0; i < nodes.size(); ++i) add_extensions(nodes[i]);
+  for (std::size_t i = 0; i < meshes.size(); ++i) {
+    const GltfValue primitives = meshes[i].member("primitives");
+    for (std::size_t k = 0; k < primitives.size(); ++k) {
+      add_extensions(primitives[k]);
+      if (primitives[k].member("targets").exists()) features.insert("morph targets");
+      if (!has_triangles(primitives[k])) features.insert("points and lines");
+    }
+  }
+  for (const char* others : {"animations", "cameras", "skins"}) {
+    if (root.member(others).size() > 0) features.insert(others);
+  }
+  return features;
+}
+
+}  // namespace
+
+std::vector<std::string> gltf_not_drawn(const GltfDocument& document, const GltfTextures& textures,
+                                        const std::set<std::size_t>& materials) {
+  std::vector<std::string> lines = of_materials(document, textures, materials);
+  const std::set<std::string> scene = of_scene(document.root());
+  lines.insert(lines.end(), scene.begin(), scene.end());
+  if (lines.size() > kMaxFeatures) {
+    const std::size_t more = lines.size() - kMaxFeatures;
+    lines.resize(kMaxFeatures);
+    lines.push_back(std::to_string(more) + " more features");
+  }
+  return lines;
+}
+
+}  // namespace lumigraft::relight

@@ -1,0 +1,21 @@
+#pragma once
+// Limits of what is read of glTF files: what a small, broken file can ask for stays bounded.
+#include <cstddef>
+
+namespace lumigraft::relight {
+
+struct GltfParameters {
+  std::size_t max_file_bytes = std::size_t{1} << 31;     ///< of the file, and of all of its buffers together
+  std::size_t max_elements = 50'000'000;                 ///< of all accessors that are read: a second or two
+  std::size_t max_picture_bytes = std::size_t{1} << 28;  ///< of a picture in a file of its own
+  std::size_t max_zeros = 1'000'000;                     ///< elements of an accessor that no data follow
+  std::size_t max_nodes = 100'000;                       ///< those of large scenes have some thousands
+  std::size_t max_triangles = 5'000'000;                 ///< of all instances: 1 GB while it is read
+  std::size_t max_expansion = 128;                       ///< of EXT_meshopt_compression; the codec's own limit is 64
+  double max_length = 1e9;                               ///< of coordinates of nodes
+  double max_texcoord = 1e6;                             ///< of texture transforms: beyond it floats resolve no texel
+  float max_normal_scale = 100;                          ///< beyond it any normal that is not upright lies flat
+};
+inline constexpr GltfParameters kGltf;
+
+}  // namespace lumigraft::relight

@@ -1,0 +1,33 @@
+#pragma once
+// Textures of a glTF file: pictures, how they lie on surfaces, and what they show beyond their edges.
+#include <map>
+
+#include "relight/exhibit/exhibit.h"
+#include "relight/exhibit/gltf/buffers.h"
+
+namespace lumigraft::relight {
+
+class GltfTextures {
+ public:
+  GltfTextures(const GltfDocument& document, GltfBuffers& buffers) : document_(document), buffers_(buffers) {}
+
+  /// Of a textureInfo. Without a picture if the value does not exist, or asks for what is not read here: a picture in
+  /// another format than PNG, JPEG and WebP, or a texture coordinate set beyond the second. A picture that is used
+  /// twice is decoded once. Throws InputError.
+  Model::TextureSlot slot(const GltfValue& texture_info);
+  /// Texture coordinate set of a textureInfo.
+  static std::size_t texcoord_set(const GltfValue& texture_info);
+  /// The texture of a textureInfo that exists.
+  GltfValue texture(const GltfValue& texture_info) const;
+  /// Index of the image that is read of a texture; it does not exist if none can be.
+  static GltfValue image_of(const GltfValue& texture);
+
+ private:
+  TexturePicture picture(const GltfValue& reference);
+
+  const GltfDocument& document_;
+  GltfBuffers& buffers_;
+  std::map<std::size_t, TexturePicture> pictures_;  // by index of the image
+};
+
+}  // namespace lumigraft::relight

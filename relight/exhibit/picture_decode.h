@@ -1,0 +1,25 @@
+#pragma once
+// Pictures of textures: PNG, JPEG, WebP and what else OpenCV reads.
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string_view>
+
+#include "relight/exhibit/exhibit.h"
+
+namespace lumigraft::relight {
+
+/// What the first bytes of a picture say.
+struct PictureHeader {
+  std::string_view mime;  ///< "image/png", "image/jpeg" or "image/webp"
+  std::int64_t width = 0, height = 0;
+};
+
+/// Nothing if the bytes begin as none of these files.
+std::optional<PictureHeader> picture_header(std::span<const std::uint8_t> bytes);
+
+/// As stored: orientation and colour profiles are ignored, as glTF demands. Throws InputError, without the picture's
+/// place, if it cannot be read or is larger than 8192 pixels along an edge, before any pixel is decoded.
+TexturePicture decode_picture(std::span<const std::uint8_t> bytes);
+
+}  // namespace lumigraft::relight

@@ -1,0 +1,198 @@
+// Materials of glTF files: texture slots, specular reflection, emission, and what is not drawn.
+#include <Eigen/Geometry>
+#include <numbers>
+
+#include "tests/relight/exhibit/gltf/gltf_models.h"
+
+namespace lumigraft::test {
+namespace {
+
+using Eigen::Vector2f;
+using Eigen::Vector3f;
+using relight::Model;
+using relight::Wrap;
+
+/// A triangle with a material whose every slot has a texture.
+GltfFile with_textures() {
+  GltfFile file;
+  file.json["images"] = {{{"uri", "data:image/png;base64," + red_grey_png}},
+                         {{"uri", "data:image/png;base64," + green_blue_png}}};
+  file.json["textures"] = {{{"source", 0}}, {{"source", 1}}};
+  file.json["materials"] = {
+      {{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}, {"metallicRoughnessTexture", {{"index", 1}}}}},
+       {"normalTexture", {{"index", 1}}},
+       {"emissiveTexture", {{"index", 0}}},
+       {"emissiveFactor", {1, 1, 1}}}};
+  file.primitive()["material"] = 0;
+  return file;
+}
+
+nlohmann::json& material(GltfFile& file) { return file.json["materials"][0]; }
+nlohmann::json& base_color(GltfFile& file) { return material(file)["pbrMetallicRoughness"]["baseColorTexture"]; }
+
+Model::Part part_of(const GltfFile& file) { return loaded(file.gltf())->parts.at(0); }
+
+TEST(GltfMaterials, EverySlotHasItsOwnTextureCoordinates) {
+  GltfFile file = with_textures();
+  file.attributes()["TEXCOORD_1"] = file.add({5, 6, 7, 8, 9, 10}, "VEC2");
+  EXPECT_TRUE(loaded(file.gltf())->texcoords_1.empty()) << "no texture reads it";
+  material(file)["normalTexture"]["texCoord"] = 1;
+  base_color(file)["extensions"]["KHR_texture_transform"]["texCoord"] = 1;  // overrides the own one
+  const auto model = loaded(file.gltf());
+  const Model::Part& part = model->parts[0];
+  EXPECT_EQ(part.base_color_texture.texcoord_set, 1u);
+  EXPECT_EQ(part.metallic_roughness_texture.texcoord_set, 0u);
+  EXPECT_EQ(part.normal_texture.texcoord_set, 1u);
+  EXPECT_EQ(part.emissive_texture.texcoord_set, 0u);
+  ASSERT_EQ(model->texcoords_1.size(), 3u);
+  EXPECT_EQ(model->texcoords_1[vertex_at(*model, {1, 0, 0})], Vector2f(7, 8));
+  EXPECT_EQ(model->texcoords[vertex_at(*model, {1, 0, 0})], Vector2f(0.75f, 0.5f));
+  EXPECT_TRUE(model->not_drawn.empty());
+}
+
+TEST(GltfMaterials, WrapModes) {
+  GltfFile file = with_textures();
+  const auto wraps = [&] {
+    return std::pair(part_of(file).base_color_texture.wrap_u, part_of(file).base_color_texture.wrap_v);
+  };
+  EXPECT_EQ(wraps(), std::pair(Wrap::repeat, Wrap::repeat));
+  file.json["samplers"] = {nlohmann::json::object()};
+  file.json["textures"][0]["sampler"] = 0;
+  EXPECT_EQ(wraps(), std::pair(Wrap::repeat, Wrap::repeat));
+  file.json["samplers"][0] = {{"wrapS", 33071}, {"wrapT", 33648}};
+  EXPECT_EQ(wraps(), std::pair(Wrap::clamp_to_edge, Wrap::mirrored_repeat));
+  EXPECT_EQ(part_of(file).normal_texture.wrap_u, Wrap::repeat) << "another texture's";
+  EXPECT_TRUE(loaded(file.gltf())->not_drawn.empty());
+}
+
+// The second is the extension's example: the lower left quadrant of the picture, turned by 90°.
+TEST(GltfMaterials, TextureTransform) {
+  GltfFile file = with_textures();
+  const auto transformed = [&](const nlohmann::json& extension, const Vector2f& uv) -> Vector2f {
+    base_color(file)["extensions"]["KHR_texture_transform"] = extension;
+    return part_of(file).base_color_texture.transform * uv.homogeneous();
+  };
+  EXPECT_LT((transformed({{"offset", {0.5, 0.125}}, {"scale", {2, 3}}}, {1, 1}) - Vector2f(2.5f, 3.125f)).norm(),
+            1e-6f);
+  const nlohmann::json quadrant = {{"offset", {0, 1}}, {"rotation", std::numbers::pi / 2}, {"scale", {0.5, 0.5}}};
+  EXPECT_LT((transformed(quadrant, {0, 0}) - Vector2f(0, 1)).norm(), 1e-6f);
+  EXPECT_LT((transformed(quadrant, {1, 0}) - Vector2f(0, 0.5f)).norm(), 1e-6f);
+  EXPECT_LT((transformed(quadrant, {0, 1}) - Vector2f(0.5f, 1)).norm(), 1e-6f);
+  EXPECT_LT((transformed(quadrant, {1, 1}) - Vector2f(0.5f, 0.5f)).norm(), 1e-6f);
+  // The scale comes first.
+  EXPECT_LT((transformed({{"rotation", std::numbers::pi / 2}, {"scale", {2, 1}}}, {1, 0}) - Vector2f(0, -2)).norm(),
+            1e-6f);
+  EXPECT_TRUE(part_of(file).emissive_texture.transform.isApprox(Eigen::Matrix<float, 2, 3>::Identity()));
+}
+
+TEST(GltfMaterials, TextureCoordinatesBeyondTheSecondSetAreNamed) {
+  GltfFile file = with_textures();
+  base_color(file)["texCoord"] = 2;
+  const auto model = loaded(file.gltf());
+  EXPECT_EQ(model->parts[0].base_color_texture.picture, nullptr);
+  EXPECT_EQ(model->not_drawn, std::vector<std::string>{"TEXCOORD_2 (material 0)"});
+}
+
+TEST(GltfMaterials, EmissionIsFactorTimesStrength) {
+  GltfFile file = with_textures();
+  material(file)["emissiveFactor"] = {0.5, 0.25, 1};
+  EXPECT_LT((part_of(file).material.emission - Vector3f(0.5f, 0.25f, 1)).norm(), 1e-6f);
+  material(file)["extensions"]["KHR_materials_emissive_strength"]["emissiveStrength"] = 8;
+  const Model::Part part = part_of(file);
+  EXPECT_LT((part.material.emission - Vector3f(4, 2, 8)).norm(), 1e-5f);
+  ASSERT_NE(part.emissive_texture.picture, nullptr);
+  EXPECT_EQ(part.emissive_texture.picture, part.base_color_texture.picture) << "decoded once";
+  material(file).erase("emissiveFactor");
+  EXPECT_EQ(part_of(file).material.emission, Vector3f::Zero());
+  EXPECT_TRUE(loaded(file.gltf())->not_drawn.empty());
+}
+
+// F0 = ((n - 1) / (n + 1))², and 0.04 is a specular factor of 1.
+TEST(GltfMaterials, IndexOfRefraction) {
+  GltfFile file = with_textures();
+  EXPECT_EQ(part_of(file).material.specular, 1);
+  auto& extensions = material(file)["extensions"];
+  extensions["KHR_materials_ior"]["ior"] = 1.5;
+  EXPECT_EQ(part_of(file).material.specular, 1);
+  extensions["KHR_materials_ior"]["ior"] = 1.25;
+  EXPECT_NEAR(part_of(file).material.specular, 1 / (81 * 0.04), 1e-6);
+  extensions["KHR_materials_specular"]["specularFactor"] = 0.5;
+  EXPECT_NEAR(part_of(file).material.specular, 0.5 / (81 * 0.04), 1e-6);
+  extensions["KHR_materials_ior"]["ior"] = 1;
+  EXPECT_EQ(part_of(file).material.specular, 0);
+  EXPECT_TRUE(loaded(file.gltf())->not_drawn.empty());
+  for (const double total : {0.0, 2.4}) {  // more reflection than a factor of 1 has
+    extensions["KHR_materials_ior"]["ior"] = total;
+    EXPECT_EQ(part_of(file).material.specular, 1);
+    EXPECT_EQ(loaded(file.gltf())->not_drawn, std::vector<std::string>{"KHR_materials_ior (material 0)"});
+  }
+}
+
+TEST(GltfMaterials, PicturesInBufferViewsAndWebp) {
+  GltfFile file = with_textures();
+  const cv::Scalar orange(0, 128, 255);  // blue, green, red
+  const int jpeg = file.add_view(picture_bytes(".jpg", 16, 8, orange)),
+            webp = file.add_view(picture_bytes(".webp", 8, 4, orange));
+  file.json["images"] = {{{"bufferView", jpeg}, {"mimeType", "image/jpeg"}},
+                         {{"bufferView", webp}, {"mimeType", "image/webp"}},
+                         {{"uri", "data:image/webp;base64," + to_base64(picture_bytes(".webp", 4, 4, orange))}}};
+  file.json["extensionsUsed"] = {"EXT_texture_webp"};
+  const auto near_orange = [](const relight::TexturePicture& picture) {
+    const std::uint8_t* rgb = &picture->at(picture->width / 2, picture->height / 2, 0);
+    return std::abs(rgb[0] - 255) < 12 && std::abs(rgb[1] - 128) < 12 && rgb[2] < 12;
+  };
+  for (const auto& bytes : {file.gltf(), file.glb()}) {
+    const auto picture = loaded(bytes)->parts[0].base_color_texture.picture;
+    EXPECT_EQ(picture->width, 16);
+    EXPECT_TRUE(near_orange(picture));
+  }
+  for (const int width : {8, 4}) {
+    file.json["textures"][0] = {{"source", 0},
+                                {"extensions", {{"EXT_texture_webp", {{"source", width == 8 ? 1 : 2}}}}}};
+    const auto picture = loaded(file.gltf())->parts[0].base_color_texture.picture;
+    EXPECT_EQ(picture->width, width) << "WebP before the fallback";
+    EXPECT_TRUE(near_orange(picture));
+  }
+  EXPECT_TRUE(loaded(file.gltf())->not_drawn.empty());
+}
+
+TEST(GltfMaterials, PicturesInFormatsThatAreNotReadAreNamed) {
+  GltfFile file = with_textures();
+  file.json["textures"][0] = {{"extensions", {{"KHR_texture_basisu", {{"source", 0}}}}}};
+  const auto model = loaded(file.gltf());
+  EXPECT_EQ(model->parts[0].base_color_texture.picture, nullptr);
+  EXPECT_EQ(model->not_drawn, std::vector<std::string>{"KHR_texture_basisu (material 0)"});
+}
+
+TEST(GltfMaterials, WhatScenesAskForIsNamedOnce) {
+  GltfFile file = with_textures();
+  file.json["cameras"] = {{{"type", "perspective"}}};
+  file.json["animations"] = {nlohmann::json::object()};
+  file.json["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}}};
+  file.json["nodes"][0]["extensions"]["KHR_lights_punctual"]["light"] = 0;
+  file.primitive()["targets"] = {{{"POSITION", 0}}};
+  material(file)["alphaMode"] = "MASK";
+  material(file)["doubleSided"] = true;  // both sides are drawn always
+  EXPECT_EQ(loaded(file.gltf())->not_drawn,
+            (std::vector<std::string>{"alphaMode MASK (material 0)", "KHR_lights_punctual", "animations", "cameras",
+                                      "morph targets"}));
+}
+
+TEST(GltfMaterials, PartsAreInTheOrderOfMaterials) {
+  GltfFile file = with_textures();
+  file.json["materials"].push_back({{"pbrMetallicRoughness", {{"roughnessFactor", 0.5}}}});
+  nlohmann::json second = file.primitive(), none = file.primitive();
+  none.erase("material");
+  file.primitive()["material"] = 1;
+  second["material"] = 0;
+  file.json["meshes"][0]["primitives"] = {none, file.primitive(), second};
+  const auto model = loaded(file.gltf());
+  ASSERT_EQ(model->parts.size(), 3u);
+  EXPECT_NE(model->parts[0].base_color_texture.picture, nullptr);
+  EXPECT_EQ(model->parts[1].material.roughness, 0.5f);
+  EXPECT_EQ(model->parts[2].material.roughness, 1.0f);
+  EXPECT_TRUE(model->parts[2].material.gltf);
+}
+
+}  // namespace
+}  // namespace lumigraft::test
