@@ -87,6 +87,23 @@ TEST_F(ReadExhibit, Defaults) {
   EXPECT_TRUE(read("").objects.empty());
 }
 
+TEST_F(ReadExhibit, AnObjectOfASizeStandsAtItsPosition) {
+  const VirtualObject object = read(R"(
+[[object]]
+model = "two.obj"
+position_m = [0.1, 0.2, 0.05]
+rotation_wxyz = [1, 0, 0, 1]
+size_m = 0.3
+)")
+                                   .objects[0];
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3f& p : object.model->positions_m) box.extend(object.T_tag_model(0) * p.cast<double>());
+  EXPECT_NEAR(box.sizes().maxCoeff(), 0.3, 1e-6);
+  EXPECT_NEAR(box.min().z(), 0.05, 1e-6);
+  EXPECT_NEAR(box.center().x(), 0.1, 1e-6);
+  EXPECT_NEAR(box.center().y(), 0.2, 1e-6);
+}
+
 // The key never had an effect, but existing files contain it.
 TEST_F(ReadExhibit, RigidIsAcceptedAndSaidToHaveNoEffect) {
   const capture::ConfigTable root =
@@ -180,6 +197,8 @@ TEST_F(ReadExhibit, BadInput) {
                 ":6: object.0.motion.1.time_s: ", "no earlier"},
            Case{"[[object]]\nname = \"a\"\nmodel = \"square.ply\"\n[[object]]\nname = \"a\"\nmodel = \"square.ply\"",
                 ":5: object.1.name: ", "second object named \"a\""},
+           Case{"[[object]]\nmodel = \"square.ply\"\nsize_m = 1\nscale = 2",
+                ":3: object.0.size_m: ", "together with scale"},
            Case{"object = 3", ":1: object: ", "found 3"},
        }) {
     const std::string message = error_of(c.toml);
