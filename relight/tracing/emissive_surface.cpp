@@ -66,13 +66,11 @@ EmissiveSurface::EmissiveSurface(const Model& model, const MaterialOverride& mat
   for (const Vector3f& p : model.positions_m) box.extend(p);
   const Eigen::Array3f sizes = box.sizes().array().max(1e-12f);
   for (std::uint32_t t = 0; t < pdf_.size(); ++t) {
-    if (material_.over(model.parts[surface_.part(t)].material).emission.maxCoeff() <= 0) continue;
-    float mean = 0;
-    for (int i = 0; i < kEdgePoints * kEdgePoints; ++i) {
-      const Vector2f u = (Vector2f(i % kEdgePoints, i / kEdgePoints).array() + 0.5f) / kEdgePoints;
-      const Vector3f emission = surface_.at({t, barycentric_of(u), 0}, material_).material.emission;
-      mean += luminance(emission.array()) / (kEdgePoints * kEdgePoints);
-    }
+    const Model::Part& part = model.parts[surface_.part(t)];
+    const Vector3f factor = material_.over(part.material).emission;
+    if (factor.maxCoeff() <= 0) continue;
+    const bool textured = !material_.emission && part.emissive_texture.picture;
+    const float mean = luminance(factor.array()) * (textured ? mean_of_texture(t) : 1);
     const auto [a, b] = edges(model, t);
     const float area_m2 = a.cross(b).norm() / 2;
     if (!(mean * area_m2 > 0)) continue;
@@ -104,6 +102,16 @@ EmissiveSurface::EmissiveSurface(const Model& model, const MaterialOverride& mat
     patch.emission /= patch.pdf;
     patch.pdf = 1 / patch.pdf;
   }
+}
+
+float EmissiveSurface::mean_of_texture(std::uint32_t triangle) const {
+  const Vector3f factor = material_.over(model_.parts[surface_.part(triangle)].material).emission;
+  float sum = 0;
+  for (int i = 0; i < kEdgePoints * kEdgePoints; ++i) {
+    const Vector2f u = (Vector2f(i % kEdgePoints, i / kEdgePoints).array() + 0.5f) / kEdgePoints;
+    sum += luminance(surface_.at({triangle, barycentric_of(u), 0}, material_).material.emission.array());
+  }
+  return sum / (kEdgePoints * kEdgePoints * luminance(factor.array()));
 }
 
 EmissiveSurface::Point EmissiveSurface::sample(const Vector2f& u) const {

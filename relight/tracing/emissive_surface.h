@@ -39,6 +39,8 @@ class EmissiveSurface {
 
  private:
   EmissiveSurface(const Model& model, const MaterialOverride& material);
+  /// Luminance of emission over a triangle, over that of the factor alone.
+  float mean_of_texture(std::uint32_t triangle) const;
 
   const Model& model_;
   MaterialOverride material_;

@@ -54,7 +54,7 @@ TEST(RaysEmission, ABallLightsTheFloorAsItsSolidAngle) {
     double bound;
   };
   for (const auto& [height_m, trace_scale, bound] :
-       {Case{0.3f, 2, 0.03}, {0.12f, 2, 0.05}, {0.3f, 8, 0.05}, {0.12f, 8, 0.2}}) {
+       {Case{0.3f, 2, 0.04}, {0.12f, 2, 0.05}, {0.3f, 8, 0.05}, {0.12f, 8, 0.2}}) {
     SCOPED_TRACE(std::to_string(height_m) + " m, 1/" + std::to_string(trace_scale));
     const ClosedScene scene = floor_under_ball(height_m);
     relight::RayRenderer renderer(scene.session());

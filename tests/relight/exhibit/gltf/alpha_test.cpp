@@ -47,7 +47,7 @@ GltfFile masked(const std::string& png, const char* mode = "MASK") {
   return file;
 }
 
-nlohmann::json& material(GltfFile& file) { return file.json["materials"][0]; }
+nlohmann::json& alpha_material(GltfFile& file) { return file.json["materials"][0]; }
 
 double area_of(const Model& model, const Model::Part& part) {
   double sum = 0;
@@ -83,15 +83,15 @@ TEST(GltfAlpha, FactorAndCutoff) {
   GltfFile file = masked(alpha_png(256, [](double u, double) { return 1 - u; }));
   const auto expected = [](double u) { return u - u * u / 2; };
   EXPECT_NEAR(area_of(file), expected(0.5), 0.002);
-  material(file)["alphaCutoff"] = 0.2;
+  alpha_material(file)["alphaCutoff"] = 0.2;
   EXPECT_NEAR(area_of(file), expected(0.8), 0.002);
-  material(file)["pbrMetallicRoughness"]["baseColorFactor"] = {1, 1, 1, 0.4};
+  alpha_material(file)["pbrMetallicRoughness"]["baseColorFactor"] = {1, 1, 1, 0.4};
   EXPECT_NEAR(area_of(file), expected(0.5), 0.002);
 }
 
 TEST(GltfAlpha, TransformAndWrapOfTheBaseColour) {
   GltfFile file = masked(disc_png(128));
-  nlohmann::json& info = material(file)["pbrMetallicRoughness"]["baseColorTexture"];
+  nlohmann::json& info = alpha_material(file)["pbrMetallicRoughness"]["baseColorTexture"];
   // A quarter of the size: the disc of 10 of the 16 tiles is in the triangle or cut by its edge.
   info["extensions"]["KHR_texture_transform"]["scale"] = {4, 4};
   const double all = area_of(file);
@@ -122,7 +122,7 @@ TEST(GltfAlpha, NoiseAndManyTilesStayBounded) {
   const std::string noise = alpha_png(1024, [&](double, double) { return random() % 2 ? 1.0 : 0.0; });
   GltfFile file = masked(noise);
   for (const double scale : {1.0, 900'000.0}) {
-    material(file)["pbrMetallicRoughness"]["baseColorTexture"]["extensions"]["KHR_texture_transform"]["scale"] = {
+    alpha_material(file)["pbrMetallicRoughness"]["baseColorTexture"]["extensions"]["KHR_texture_transform"]["scale"] = {
         scale, scale};
     const auto model = loaded(file.gltf());
     EXPECT_LE(model->indices.size() / 3, 200'010u);
