@@ -21,6 +21,7 @@ inline constexpr struct RelightParameters {
   float max_left_out = 0.01f;  ///< of the irradiance; a choice is lowered if half of it would do for calm_frames
   int change_cones = 9, vertex_cones = 9;  ///< over the hemisphere of a real cell; of an object's vertex
   float min_hemisphere = 0.004f;  ///< covered by objects, for real cells to gather: less changes no 8-bit pixel value
+  float max_voxel = 1;            ///< truncations: of coarser voxels some that a surface crosses have no distance
   float dim_pixel = 0.05f;        ///< linear pixel value of a dim surface, to compare with what objects emit
   float min_object_voxels = 6, min_depth_change = 0.02f;  ///< along its longest edge; of depth: more than noise
   int min_volume = 32, min_codes = 8, code_ratio = 8;  ///< voxels along an edge; noise of pixel values: least, of value

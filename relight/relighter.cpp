@@ -356,7 +356,7 @@ RelitPicture Relighter::relight(const capture::FrameSet& frame, const reconstruc
   const std::vector<PlacedObject> objects = s.store.place(exhibit, static_cast<double>(frame.time_ns) * 1e-9);
   std::vector<PlacedBounds> bounds;
   for (const auto& object : objects) bounds.push_back(object.bounds);
-  const Placement placement = place_volumes(bounds, plan.volume, scene.field->truncation_m);
+  const Placement placement = place_volumes(bounds, plan.volume, kRelight.max_voxel * scene.field->truncation_m);
   for (const std::string& line : quality_warnings(exhibit, objects, placement, scene)) {
     result.warnings.push_back("relight: " + line);
   }

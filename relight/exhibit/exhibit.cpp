@@ -75,6 +75,14 @@ std::vector<KeyFrame> read_motion(const capture::ConfigTable& table, const Virtu
   return motion;
 }
 
+/// So large along its longest edge, and with the middle of its underside where its position is.
+void stand_at_position(double size_m, VirtualObject& object) {
+  Eigen::AlignedBox3f box;
+  for (const Eigen::Vector3f& p : object.model->positions_m) box.extend(p);
+  object.scale = size_m / static_cast<double>(box.sizes().maxCoeff());
+  object.origin_m = {box.center().x(), box.center().y(), box.min().z()};
+}
+
 VirtualObject read_object(const capture::ConfigTable& table, ModelCache* cache) {
   VirtualObject object;
   const std::filesystem::path file = table.existing_file("model");
@@ -84,6 +92,9 @@ VirtualObject read_object(const capture::ConfigTable& table, ModelCache* cache) 
   object.name = table.text("name", file.stem().string());
   object.position_m = read_position(table, object.position_m);
   object.rotation = read_rotation(table, object.rotation);
+  if (table.has("size_m") && table.has("scale"))
+    table.fail("size_m", "found together with scale, allowed: one of both");
+  const double size_m = table.number("size_m", 1e-3, 1e3, 0.0);
   object.scale = table.number("scale", 1e-6, 1e6, 1.0);
   table.obsolete("rigid");
   object.motion = read_motion(table, object);
@@ -95,6 +106,7 @@ VirtualObject read_object(const capture::ConfigTable& table, ModelCache* cache) 
     table.fail("model", error.what());
   }
   object.model = model;
+  if (size_m > 0) stand_at_position(size_m, object);
   if (const auto material = table.optional_table("material")) object.material = read_material(*material);
   return object;
 }
@@ -113,7 +125,7 @@ Eigen::Affine3d VirtualObject::T_tag_model(double time_s) const {
     at.position_m = a.position_m + s * (b.position_m - a.position_m);
     at.rotation = a.rotation.slerp(s, b.rotation);
   }
-  return Eigen::Translation3d(at.position_m) * at.rotation * Eigen::Scaling(scale);
+  return Eigen::Translation3d(at.position_m) * at.rotation * Eigen::Scaling(scale) * Eigen::Translation3d(-origin_m);
 }
 
 Exhibit placed_at(Exhibit exhibit, const Eigen::Isometry3d& T_tag_exhibit) {

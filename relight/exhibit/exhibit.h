@@ -115,6 +115,7 @@ struct VirtualObject {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< tag frame
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
   double scale = 1.0;
+  Eigen::Vector3d origin_m = Eigen::Vector3d::Zero();  ///< the model's point that is at position_m, model frame
   bool visible = true;
   MaterialOverride material;
   float white_radiance = 1;      ///< of emission 1, W/sr/m²: 1 over the exposure of the colour camera

@@ -8,22 +8,6 @@
 namespace lumigraft::relight {
 namespace {
 
-constexpr float kMaxTexcoord = 1e6f;  // beyond it floats are farther apart than texels
-
-bool finite(const Corner& corner) {
-  if (!corner.position_m.allFinite() || !corner.color.allFinite()) return false;
-  const auto resolved = [](const Eigen::Vector2f& texcoord) { return texcoord.cwiseAbs().maxCoeff() < kMaxTexcoord; };
-  return resolved(corner.texcoords[0]) && resolved(corner.texcoords[1]);
-}
-
-bool usable(const Corner& a, const Corner& b, const Corner& c) {
-  if (!finite(a) || !finite(b) || !finite(c)) return false;
-  const Eigen::Vector3d ab = (b.position_m - a.position_m).cast<double>();
-  const Eigen::Vector3d ac = (c.position_m - a.position_m).cast<double>();
-  const double longest = std::max({ab.squaredNorm(), ac.squaredNorm(), (ac - ab).squaredNorm()});
-  return ab.cross(ac).norm() > 1e-9 * longest;
-}
-
 /// Corners to vertices and indices, of a model that has its parts.
 void join(const std::vector<Corner>& corners, Model* model) {
   model->indices.resize(corners.size());
@@ -76,7 +60,7 @@ ModelBuilder::Mesh::Mesh(ModelBuilder& builder, std::vector<Corner>& corners, st
 void ModelBuilder::Mesh::add(std::size_t a, std::size_t b, std::size_t c) {
   if (mirrors_) std::swap(a, c);
   const bool exist = std::max({a, b, c}) < vertices_.size();
-  if (exist && usable(vertices_[a], vertices_[b], vertices_[c]))
+  if (exist && is_usable(vertices_[a], vertices_[b], vertices_[c]))
     corners_.insert(corners_.end(), {vertices_[a], vertices_[b], vertices_[c]});
   else
     ++builder_.unusable_triangles_;
@@ -90,6 +74,18 @@ ModelBuilder::Mesh ModelBuilder::mesh(std::size_t material, std::vector<Corner> 
   const std::size_t needed = corners.size() + 3 * triangles;
   if (needed > corners.capacity()) corners.reserve(std::max(needed, 2 * corners.capacity()));
   return {*this, corners, std::move(vertices), CornerTransform(T_model_mesh)};
+}
+
+void ModelBuilder::cut_out(const std::map<std::size_t, AlphaMask>& masks) {
+  std::map<std::size_t, std::vector<Corner>> left;
+  for (const auto& [material, corners] : corners_) {
+    const auto mask = masks.find(material);
+    if (mask != masks.end()) left[material] = relight::cut_out(corners, mask->second);
+  }
+  const bool any = std::ranges::any_of(
+      corners_, [&](const auto& of) { return !(left.contains(of.first) ? left.at(of.first) : of.second).empty(); });
+  if (!any) return;
+  for (auto& [material, corners] : left) corners_[material] = std::move(corners);
 }
 
 std::shared_ptr<Model> ModelBuilder::build(const std::function<Model::Part(std::size_t material)>& part_of) {

@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "relight/exhibit/alpha_cutout.h"
 #include "relight/exhibit/exhibit.h"
 #include "relight/exhibit/model_corners.h"
 
@@ -45,6 +46,9 @@ class ModelBuilder {
   /// added.
   Mesh mesh(std::size_t material, std::vector<Corner> vertices, std::size_t triangles,
             const Eigen::Affine3f& T_model_mesh);
+
+  /// After the last mesh: only the opaque part of materials with a mask remains. If that is nothing, all remains.
+  void cut_out(const std::map<std::size_t, AlphaMask>& masks);
 
   /// A part per material that has triangles; `part_of` gives all but its indices. The builder is empty afterwards.
   std::shared_ptr<Model> build(const std::function<Model::Part(std::size_t material)>& part_of);

@@ -29,7 +29,23 @@ Eigen::Vector3f unit_or_zero(const Eigen::Vector3f& v) {
   return without_minus_zero<Eigen::Vector3f>(v / length);
 }
 
+constexpr float kMaxTexcoord = 1e6f;  // beyond it floats are farther apart than texels
+
+bool finite(const Corner& corner) {
+  if (!corner.position_m.allFinite() || !corner.color.allFinite()) return false;
+  const auto resolved = [](const Eigen::Vector2f& texcoord) { return texcoord.cwiseAbs().maxCoeff() < kMaxTexcoord; };
+  return resolved(corner.texcoords[0]) && resolved(corner.texcoords[1]);
+}
+
 }  // namespace
+
+bool is_usable(const Corner& a, const Corner& b, const Corner& c) {
+  if (!finite(a) || !finite(b) || !finite(c)) return false;
+  const Eigen::Vector3d ab = (b.position_m - a.position_m).cast<double>();
+  const Eigen::Vector3d ac = (c.position_m - a.position_m).cast<double>();
+  const double longest = std::max({ab.squaredNorm(), ac.squaredNorm(), (ac - ab).squaredNorm()});
+  return ab.cross(ac).norm() > 1e-9 * longest;
+}
 
 CornerTransform::CornerTransform(const Eigen::Affine3f& T_model_mesh) : T_model_mesh_(T_model_mesh) {
   const Eigen::Matrix3f m = T_model_mesh.linear();

@@ -33,6 +33,9 @@ class CornerTransform {
   bool mirrors_;
 };
 
+/// Whether a triangle has an area, and all of it is finite, with texture coordinates that floats resolve.
+bool is_usable(const Corner& a, const Corner& b, const Corner& c);
+
 /// Replaces zero normals. Three corners per triangle, no triangle of zero area. A corner's normal is the mean of the
 /// faces around its position, weighted by their angle there (Thürmer & Wüthrich 1998, "Computing Vertex Normals from
 /// Polygonal Facets"), restricted to faces within 60° of its own face: edges of boxes stay sharp.

@@ -78,6 +78,21 @@ void check_size(std::int64_t width, std::int64_t height) {
                                                                 std::to_string(kMaxEdge) + " along an edge");
 }
 
+/// Throws InputError if it cannot be read.
+cv::Mat decoded(Bytes bytes, int flags) {
+  if (const auto header = picture_header(bytes)) check_size(header->width, header->height);
+  cv::Mat picture;
+  try {
+    const cv::Mat encoded(1, static_cast<int>(bytes.size()), CV_8U, const_cast<std::uint8_t*>(bytes.data()));
+    if (!bytes.empty()) picture = cv::imdecode(encoded, flags | cv::IMREAD_IGNORE_ORIENTATION);
+  } catch (const cv::Exception&) {
+    picture.release();
+  }
+  if (picture.empty()) throw capture::InputError(kBroken);
+  check_size(picture.cols, picture.rows);
+  return picture;
+}
+
 }  // namespace
 
 std::optional<PictureHeader> picture_header(Bytes bytes) {
@@ -94,18 +109,19 @@ std::optional<PictureHeader> picture_header(Bytes bytes) {
 }
 
 TexturePicture decode_picture(Bytes bytes) {
-  if (const auto header = picture_header(bytes)) check_size(header->width, header->height);
-  cv::Mat picture;
-  try {
-    const cv::Mat encoded(1, static_cast<int>(bytes.size()), CV_8U, const_cast<std::uint8_t*>(bytes.data()));
-    if (!bytes.empty()) picture = cv::imdecode(encoded, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
-  } catch (const cv::Exception&) {
-    picture.release();
-  }
-  if (picture.empty()) throw capture::InputError(kBroken);
-  check_size(picture.cols, picture.rows);
+  const cv::Mat picture = decoded(bytes, cv::IMREAD_COLOR);
   auto image = std::make_shared<capture::Image<std::uint8_t>>(picture.cols, picture.rows, 3);
   cv::cvtColor(picture, cv::Mat(picture.rows, picture.cols, CV_8UC3, image->data.data()), cv::COLOR_BGR2RGB);
+  return image;
+}
+
+std::shared_ptr<const capture::Image<std::uint8_t>> decode_alpha(Bytes bytes) {
+  cv::Mat picture = decoded(bytes, cv::IMREAD_UNCHANGED);
+  if (picture.channels() != 4) return nullptr;
+  if (picture.depth() == CV_16U) picture.convertTo(picture, CV_8U, 1 / 257.0);
+  if (picture.depth() != CV_8U) throw capture::InputError(kBroken);
+  auto image = std::make_shared<capture::Image<std::uint8_t>>(picture.cols, picture.rows, 1);
+  cv::extractChannel(picture, cv::Mat(picture.rows, picture.cols, CV_8UC1, image->data.data()), 3);
   return image;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 // Pictures of textures: PNG, JPEG, WebP and what else OpenCV reads.
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -21,5 +22,7 @@ std::optional<PictureHeader> picture_header(std::span<const std::uint8_t> bytes)
 /// As stored: orientation and colour profiles are ignored, as glTF demands. Throws InputError, without the picture's
 /// place, if it cannot be read or is larger than 8192 pixels along an edge, before any pixel is decoded.
 TexturePicture decode_picture(std::span<const std::uint8_t> bytes);
+/// Alpha of a picture that `decode_picture` reads, 1 channel; null: it has none.
+std::shared_ptr<const capture::Image<std::uint8_t>> decode_alpha(std::span<const std::uint8_t> bytes);
 
 }  // namespace lumigraft::relight

@@ -33,7 +33,7 @@ BoundingSphere bounding_sphere(const std::vector<Eigen::Vector3f>& points_m) {
   return sphere;
 }
 
-Placement place_volumes(const std::vector<PlacedBounds>& objects, int voxels, float truncation_m) {
+Placement place_volumes(const std::vector<PlacedBounds>& objects, int voxels, float max_voxel_m) {
   Placement placement;
   Eigen::AlignedBox3f box;
   BoundingSphere sphere = objects.front().sphere;
@@ -51,7 +51,7 @@ Placement place_volumes(const std::vector<PlacedBounds>& objects, int voxels, fl
   for (const auto& object : objects)
     lit_m = std::max(lit_m, object.sphere.radius_m * std::sqrt(object.emission / kObjects.visible));
   const float outer =
-      std::max(kObjects.outer_edge * edge, std::min(2 * lit_m, truncation_m * static_cast<float>(voxels)));
+      std::max(kObjects.outer_edge * edge, std::min(2 * lit_m, max_voxel_m * static_cast<float>(voxels)));
   placement.cascade[1] = centred(placement.sphere.centre_m, outer, voxels);
 
   const float voxel = box.sizes().maxCoeff() / static_cast<float>(voxels - 2 * kObjects.margin - 1);

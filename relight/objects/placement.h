@@ -34,10 +34,9 @@ struct Placement {
 };
 
 /// Cascade 0 is a cube of 1.3 times the sphere's diameter, cascade 1 one of 3.5 times cascade 0's edge. Where objects
-/// emit cascade 1 is as large as this light is a visible part of the picture's white, but with voxels of at most
-/// `truncation_m`: of coarser ones, the room's field has no distance in some that its surfaces cross. Both are snapped
-/// to their own voxel grid, to avoid swimming artifacts while objects move. The virtual volume has the longest edge of
-/// the objects' box plus a margin of three voxels.
-Placement place_volumes(const std::vector<PlacedBounds>& objects, int voxels, float truncation_m);
+/// emit cascade 1 is larger, as far as this light is a visible part of the picture's white, but its voxels are at most
+/// `max_voxel_m`. Both are snapped to their own voxel grid, to avoid swimming artifacts while objects move. The virtual
+/// volume has the longest edge of the objects' box plus a margin of three voxels.
+Placement place_volumes(const std::vector<PlacedBounds>& objects, int voxels, float max_voxel_m);
 
 }  // namespace lumigraft::relight

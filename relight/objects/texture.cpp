@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "capture/camera/srgb.h"
+#include "relight/exhibit/texture_wrap.h"
 
 namespace lumigraft::relight {
 namespace {
@@ -46,40 +47,10 @@ capture::Image<float> halved(const capture::Image<T>& from, Decode decode) {
   return to;
 }
 
-/// The texels to both sides of a coordinate, and the weight of the second.
-struct Neighbours {
-  std::array<int, 2> texel;
-  float weight;
-};
-
-int wrapped(int texel, int size, Wrap wrap) {
-  switch (wrap) {
-    case Wrap::clamp_to_edge:
-      return std::clamp(texel, 0, size - 1);
-    case Wrap::mirrored_repeat: {
-      const int in_pair = (texel + 2 * size) % (2 * size);
-      return in_pair < size ? in_pair : 2 * size - 1 - in_pair;
-    }
-    case Wrap::repeat:
-      break;
-  }
-  return (texel + size) % size;
-}
-
-Neighbours neighbours(float coordinate, int size, Wrap wrap) {
-  float once = coordinate - std::floor(coordinate);
-  if (wrap == Wrap::clamp_to_edge) once = std::clamp(coordinate, 0.0f, 1.0f);
-  if (wrap == Wrap::mirrored_repeat) once = coordinate - 2 * std::floor(coordinate / 2);
-  const float x = once * static_cast<float>(size) - 0.5f, first = std::floor(x);
-  const int texel = static_cast<int>(first);
-  const auto weight = x - first;
-  if (texel >= 0 && texel + 1 < size) return {{texel, texel + 1}, weight};  // most: no division
-  return {{wrapped(texel, size, wrap), wrapped(texel + 1, size, wrap)}, weight};
-}
-
 template <typename T>
 Vector3f bilinear(const capture::Image<T>& image, const Eigen::Vector2f& uv, Wrap wrap_u, Wrap wrap_v, Decode decode) {
-  const Neighbours x = neighbours(uv.x(), image.width, wrap_u), y = neighbours(uv.y(), image.height, wrap_v);
+  const TexelNeighbours x = texel_neighbours(uv.x(), image.width, wrap_u),
+                        y = texel_neighbours(uv.y(), image.height, wrap_v);
   const auto row = [&](int v) -> Vector3f {
     const Vector3f left = decode(image, x.texel[0], v), right = decode(image, x.texel[1], v);
     return left + x.weight * (right - left);

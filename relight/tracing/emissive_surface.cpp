@@ -1,9 +1,12 @@
 #include "relight/tracing/emissive_surface.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "relight/tracing/bsdf.h"
+#include "relight/tracing/sampler.h"
 
 namespace lumigraft::relight {
 namespace {
@@ -11,7 +14,9 @@ namespace {
 using Eigen::Vector2f;
 using Eigen::Vector3f;
 
-constexpr int kEdgePoints = 4;  // a triangle's mean emission is that of the square of as many points
+constexpr int kEdgePoints = 4;    // a triangle's mean emission is that of the square of as many points
+constexpr int kPatchPoints = 16;  // a patch is the mean of as many
+constexpr std::uint32_t kPatchSeed = 41;
 
 /// Uniform over a triangle for uniform u (Turk 1990).
 Vector3f barycentric_of(const Vector2f& u) {
@@ -24,6 +29,17 @@ std::pair<Vector3f, Vector3f> edges(const Model& model, std::uint32_t triangle) 
   const std::uint32_t* corner = &model.indices[3 * std::size_t{triangle}];
   const Vector3f& first = model.positions_m[corner[0]];
   return {model.positions_m[corner[1]] - first, model.positions_m[corner[2]] - first};
+}
+
+/// Bits of the coordinates in turn (Morton 1966): places that are near in this order are near in space.
+std::uint32_t morton(const Eigen::Array3f& unit) {
+  constexpr int kBits = 10;
+  const Eigen::Array3i cell = (unit.max(0).min(0x1.fffffep-1f) * (1 << kBits)).cast<int>();
+  std::uint32_t code = 0;
+  for (int bit = kBits - 1; bit >= 0; --bit) {
+    for (int axis = 0; axis < 3; ++axis) code = code << 1 | (static_cast<std::uint32_t>(cell[axis]) >> bit & 1);
+  }
+  return code;
 }
 
 bool may_emit(const Model& model, const MaterialOverride& material) {
@@ -41,27 +57,61 @@ std::shared_ptr<const EmissiveSurface> EmissiveSurface::of(const Model& model, c
 
 EmissiveSurface::EmissiveSurface(const Model& model, const MaterialOverride& material)
     : model_(model), material_(material), surface_(model, /*mips=*/false), pdf_(model.indices.size() / 3, 0) {
-  std::vector<float> shares;
+  struct Emitting {
+    std::uint32_t place, triangle;
+    float share;
+  };
+  std::vector<Emitting> found;
+  Eigen::AlignedBox3f box;
+  for (const Vector3f& p : model.positions_m) box.extend(p);
+  const Eigen::Array3f sizes = box.sizes().array().max(1e-12f);
   for (std::uint32_t t = 0; t < pdf_.size(); ++t) {
-    if (material_.over(model.parts[surface_.part(t)].material).emission.maxCoeff() <= 0) continue;
-    float mean = 0;
-    for (int i = 0; i < kEdgePoints * kEdgePoints; ++i) {
-      const Vector2f u = (Vector2f(i % kEdgePoints, i / kEdgePoints).array() + 0.5f) / kEdgePoints;
-      const Vector3f emission = surface_.at({t, barycentric_of(u), 0}, material_).material.emission;
-      mean += luminance(emission.array()) / (kEdgePoints * kEdgePoints);
-    }
+    const Model::Part& part = model.parts[surface_.part(t)];
+    const Vector3f factor = material_.over(part.material).emission;
+    if (factor.maxCoeff() <= 0) continue;
+    const bool textured = !material_.emission && part.emissive_texture.picture;
+    const float mean = luminance(factor.array()) * (textured ? mean_of_texture(t) : 1);
     const auto [a, b] = edges(model, t);
     const float area_m2 = a.cross(b).norm() / 2;
     if (!(mean * area_m2 > 0)) continue;
-    triangles_.push_back(t);
-    shares.push_back(mean * area_m2);
-    power_ += shares.back();
+    const Vector3f centre = model.positions_m[model.indices[3 * std::size_t{t}]] + (a + b) / 3;
+    found.push_back({morton((centre - box.min()).array() / sizes), t, mean * area_m2});
+    power_ += mean * area_m2;
     area_m2_ += area_m2;
     pdf_[t] = mean;
   }
+  // In this order, strata of u are compact parts of the surface.
+  std::ranges::sort(found, {}, [](const Emitting& e) { return std::pair(e.place, e.triangle); });
   float sum = 0;
-  for (const float share : shares) until_.push_back((sum += share) / power_);
+  for (const Emitting& e : found) {
+    triangles_.push_back(e.triangle);
+    until_.push_back((sum += e.share) / power_);
+  }
   for (float& pdf : pdf_) pdf /= power_;
+  if (triangles_.empty()) return;
+  for (std::size_t i = 0; i < kPatches; ++i) {
+    Patch& patch = patches_.emplace_back();
+    for (std::uint32_t k = 0; k < kPatchPoints; ++k) {
+      const Vector2f u = Sampler(kPatchSeed, static_cast<std::uint32_t>(i), k).two();
+      const Point p = sample({(static_cast<float>(i) + u.x()) / kPatches, u.y()});
+      patch.position_m += p.position_m / kPatchPoints;
+      patch.normal += p.normal / kPatchPoints;
+      patch.emission += p.emission / p.pdf / kPatchPoints;
+      patch.pdf += 1 / p.pdf / kPatchPoints;
+    }
+    patch.emission /= patch.pdf;
+    patch.pdf = 1 / patch.pdf;
+  }
+}
+
+float EmissiveSurface::mean_of_texture(std::uint32_t triangle) const {
+  const Vector3f factor = material_.over(model_.parts[surface_.part(triangle)].material).emission;
+  float sum = 0;
+  for (int i = 0; i < kEdgePoints * kEdgePoints; ++i) {
+    const Vector2f u = (Vector2f(i % kEdgePoints, i / kEdgePoints).array() + 0.5f) / kEdgePoints;
+    sum += luminance(surface_.at({triangle, barycentric_of(u), 0}, material_).material.emission.array());
+  }
+  return sum / (kEdgePoints * kEdgePoints * luminance(factor.array()));
 }
 
 EmissiveSurface::Point EmissiveSurface::sample(const Vector2f& u) const {

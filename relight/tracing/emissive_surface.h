@@ -25,18 +25,30 @@ class EmissiveSurface {
   Point sample(const Eigen::Vector2f& u) const;
   float pdf(std::uint32_t triangle) const { return pdf_[triangle]; }
 
+  /// So many parts of equal power, in an order in which neighbours are near each other.
+  static constexpr std::size_t kPatches = 256;
+  struct Patch {
+    Eigen::Vector3f position_m = Eigen::Vector3f::Zero(), normal = Eigen::Vector3f::Zero();  ///< means; normal <= 1
+    Eigen::Array3f emission = Eigen::Array3f::Zero();
+    float pdf = 0;  ///< as in Point
+  };
+  const std::vector<Patch>& patches() const { return patches_; }
+
   float power() const { return power_; }      ///< luminance of emission times area, m²
   float area_m2() const { return area_m2_; }  ///< of what emits
 
  private:
   EmissiveSurface(const Model& model, const MaterialOverride& material);
+  /// Luminance of emission over a triangle, over that of the factor alone.
+  float mean_of_texture(std::uint32_t triangle) const;
 
   const Model& model_;
   MaterialOverride material_;
   ModelSurface surface_;
-  std::vector<std::uint32_t> triangles_;  ///< that emit
-  std::vector<float> until_;              ///< of each of them: cumulative share of power
-  std::vector<float> pdf_;                ///< of every triangle of the model
+  std::vector<std::uint32_t> triangles_;  ///< that emit, in an order of places
+  std::vector<Patch> patches_;
+  std::vector<float> until_;  ///< of each of them: cumulative share of power
+  std::vector<float> pdf_;    ///< of every triangle of the model
   float power_ = 0, area_m2_ = 0;
 };
 

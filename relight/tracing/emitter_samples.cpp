@@ -13,24 +13,45 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr std::size_t kPerSet = RayFan::kMaxRays, kAll = LightSource::kSets * kPerSet;
-constexpr float kRays = 16;  // over the hemisphere: other numbers of them are weighted as these
-constexpr float kNear = 6;   // radii; within them light is the sum of all points, beyond of one set: 1 % off
+constexpr std::size_t kPerSet = RayFan::kMaxRays, kAll = EmissiveSurface::kPatches;
+constexpr float kRays = 16;         // over the hemisphere: other numbers of them are weighted as these
+constexpr float kNear = 3;          // radii: within them light is the sum of all patches,
+constexpr std::size_t kJoined = 4;  // farther away so many are one
 constexpr std::uint32_t kEmitterSeed = 37;
+
+/// The mean of every few of them.
+std::vector<EmitterPoint> joined(const std::vector<EmitterPoint>& patches) {
+  std::vector<EmitterPoint> few;
+  for (std::size_t i = 0; i < patches.size(); i += kJoined) {
+    Vector3f position_m = Vector3f::Zero(), normal = position_m;
+    Rgb power = Rgb::Zero();
+    float area_m2 = 0;
+    for (std::size_t k = i; k < i + kJoined; ++k) {
+      position_m += patches[k].position_m / kJoined;
+      normal += patches[k].normal / kJoined;
+      power += patches[k].radiance / patches[k].pdf / kJoined;
+      area_m2 += 1 / patches[k].pdf / kJoined;
+    }
+    few.push_back({position_m, normal, power / area_m2, 1 / area_m2});
+  }
+  return few;
+}
 
 }  // namespace
 
 EmitterSampleSet::EmitterSampleSet(const Emitters& emitters, std::size_t mesh, std::uint32_t seed) {
   std::vector<Vector3f> positions_m;
-  for (std::uint32_t k = 0; k < kAll; ++k) {
+  for (std::uint32_t k = 0; k < kSets * kPerSet; ++k) {
     // A Sobol' sequence: every set is stratified, and so is the whole.
     const EmitterPoint p = emitters.point(mesh, Sampler(seed, 0, k).two());
-    points_.push_back({p.position_m, p.normal, p.radiance, p.pdf});
+    points_.push_back(p);
     positions_m.push_back(p.position_m);
   }
   const BoundingSphere around = bounding_sphere(positions_m);
   centre_m_ = around.centre_m;
   reach_m_ = around.radius_m;
+  patches_ = emitters.patches(mesh);
+  few_ = joined(patches_);
 }
 
 float EmitterSampleSet::share_of_ray(float cosine, float point_pdf) {
@@ -39,17 +60,21 @@ float EmitterSampleSet::share_of_ray(float cosine, float point_pdf) {
 }
 
 template <typename Add>
-void EmitterSampleSet::for_each(const SurfaceHit& surface, std::size_t first, std::size_t count, Add add) const {
+void EmitterSampleSet::for_each(const SurfaceHit& surface, std::span<const EmitterPoint> points, Add add) {
   const Vector3f from_m = ray_origin(surface, surface.face);
-  for (std::size_t k = 0; k < count; ++k) {
-    const Point& p = points_[first + k];
+  const float fewer = static_cast<float>(kAll) / static_cast<float>(points.size());
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const EmitterPoint& p = points[k];
     const Vector3f to = p.position_m - from_m;
-    const float facing = -p.normal.dot(to), above = surface.normal.dot(to);  // cosines times the distance
+    const float d2 = to.squaredNorm(), distance_m = std::sqrt(d2);
+    // Cosines times the distance. What a patch lacks of a unit normal faces all directions: a quarter of its area in
+    // the mean of them, as the rest does (Cauchy 1832).
+    const float even = std::max(1 - p.normal.norm(), 0.0f) / 4 * distance_m;
+    const float facing = std::max(-p.normal.dot(to), 0.0f) + even, above = surface.normal.dot(to);
     if (!(facing > 0 && above > 0 && surface.face.dot(to) > 0)) continue;
-    const float d2 = to.squaredNorm(), distance_m = std::sqrt(d2), cosine = above / distance_m;
-    const float points = kAll * p.pdf * d2 * distance_m / facing;  // per solid angle
-    const float fewer = static_cast<float>(kAll) / static_cast<float>(count);
-    add(k, p, to, distance_m, fewer * cosine / (points + kRays * cosine / kPi));
+    const float cosine = above / distance_m;
+    const float per_sr = kAll * p.pdf * d2 * distance_m / facing;
+    add(k, p, to, distance_m, fewer * cosine / (per_sr + kRays * cosine / kPi));
   }
 }
 
@@ -57,8 +82,8 @@ ShadowRayPacket EmitterSampleSet::from(const SurfaceHit& surface, int set) const
   ShadowRayPacket fan;
   fan.rays.from_m = ray_origin(surface, surface.face);
   fan.weight.fill(0);
-  for_each(surface, static_cast<std::size_t>(set) * kPerSet, kPerSet,
-           [&](std::size_t k, const Point& p, const Vector3f& to, float distance_m, float gain) {
+  for_each(surface, std::span(points_).subspan(static_cast<std::size_t>(set) * kPerSet, kPerSet),
+           [&](std::size_t k, const EmitterPoint& p, const Vector3f& to, float distance_m, float gain) {
              fan.weight[k] = luminance(p.radiance) * gain;
              if (!(fan.weight[k] > 0)) return;
              fan.all += fan.weight[k];
@@ -72,8 +97,8 @@ ShadowRayPacket EmitterSampleSet::from(const SurfaceHit& surface, int set) const
 Rgb EmitterSampleSet::irradiance(const SurfaceHit& surface) const {
   const bool near = (surface.position_m - centre_m_).squaredNorm() < kNear * kNear * reach_m_ * reach_m_;
   Rgb sum = Rgb::Zero();
-  for_each(surface, 0, near ? points_.size() : kPerSet,
-           [&](std::size_t, const Point& p, const Vector3f&, float, float gain) { sum += p.radiance * gain; });
+  for_each(surface, near ? patches_ : few_,
+           [&](std::size_t, const EmitterPoint& p, const Vector3f&, float, float gain) { sum += p.radiance * gain; });
   return sum;
 }
 

@@ -1,7 +1,10 @@
 #pragma once
-// Light of objects that emit, at matt surfaces: the sum over sample points, combined by multiple importance sampling
-// (Veach & Guibas 1995) with rays that the surfaces send over their hemisphere. Far from an object the points decide,
-// next to it the rays.
+// Light of objects that emit, at matt surfaces: the sum over patches, of which rays to sample points find the visible
+// fraction, combined by multiple importance sampling (Veach & Guibas 1995) with rays that the surfaces send over their
+// hemisphere. Far from an object the patches decide, next to it the rays.
+#include <span>
+#include <vector>
+
 #include "relight/tracing/emitters.h"
 #include "relight/tracing/light_samples.h"
 
@@ -23,17 +26,12 @@ class EmitterSampleSet final : public LightSource {
   float reach_m() const override { return reach_m_; }
 
  private:
-  struct Point {
-    Eigen::Vector3f position_m, normal;
-    Rgb radiance;
-    float pdf;  ///< 1/m²
-  };
-  /// Calls `add(k, point, vector to it, distance, irradiance over radiance)` for those of `count` points that face a
-  /// surface.
+  /// Calls `add(k, point, vector to it, distance, irradiance over radiance)` for those that face a surface.
   template <typename Add>
-  void for_each(const SurfaceHit& surface, std::size_t first, std::size_t count, Add add) const;
+  static void for_each(const SurfaceHit& surface, std::span<const EmitterPoint> points, Add add);
 
-  std::vector<Point> points_;  ///< set by set
+  std::vector<EmitterPoint> points_;         ///< set by set
+  std::vector<EmitterPoint> patches_, few_;  ///< for surfaces near by, and for others
   Eigen::Vector3f centre_m_;
   float reach_m_ = 0;
 };

@@ -43,13 +43,23 @@ Emitters::Emitters(const std::vector<ReferenceMesh>& meshes,
   }
 }
 
+EmitterPoint Emitters::Placed::placed(const Vector3f& position_m, const Vector3f& normal, const Rgb& emission,
+                                      float pdf) const {
+  const Vector3f turned = cofactor.determinant() < 0 ? Vector3f(-cofactor * normal) : Vector3f(cofactor * normal);
+  const float grown = turned.norm() / std::max(normal.norm(), 1e-6f);  // of areas
+  return {T_tag_model * position_m, turned / grown, white_radiance * emission, pdf / grown};
+}
+
 EmitterPoint Emitters::point(std::size_t mesh, const Eigen::Vector2f& u) const {
-  const Placed& placed = of_mesh_[mesh];
-  const EmissiveSurface::Point p = placed.surface->sample(u);
-  Vector3f normal = placed.cofactor * p.normal;
-  const float grown = normal.norm();
-  if (placed.cofactor.determinant() < 0) normal = -normal;
-  return {placed.T_tag_model * p.position_m, normal / grown, placed.white_radiance * p.emission, p.pdf / grown};
+  const EmissiveSurface::Point p = of_mesh_[mesh].surface->sample(u);
+  return of_mesh_[mesh].placed(p.position_m, p.normal, p.emission, p.pdf);
+}
+
+std::vector<EmitterPoint> Emitters::patches(std::size_t mesh) const {
+  std::vector<EmitterPoint> placed;
+  for (const EmissiveSurface::Patch& p : of_mesh_[mesh].surface->patches())
+    placed.push_back(of_mesh_[mesh].placed(p.position_m, p.normal, p.emission, p.pdf));
+  return placed;
 }
 
 LightSample Emitters::sample(const Vector3f& from_m, Eigen::Vector2f u) const {

@@ -9,9 +9,9 @@
 
 namespace lumigraft::relight {
 
-/// A point of an object, tag frame.
+/// A point of an object, tag frame; or a patch, with means of these.
 struct EmitterPoint {
-  Eigen::Vector3f position_m, normal;  ///< unit, geometric, on the side that emits
+  Eigen::Vector3f position_m, normal;  ///< geometric, on the side that emits; unit, of a patch shorter
   Rgb radiance;                        ///< W/sr/m²
   float pdf;                           ///< 1/m²
 };
@@ -30,6 +30,9 @@ class Emitters {
   /// Of a mesh that emits, in proportion to its power; stratified if `u` is.
   EmitterPoint point(std::size_t mesh, const Eigen::Vector2f& u) const;
 
+  /// EmissiveSurface::patches of a mesh that emits.
+  std::vector<EmitterPoint> patches(std::size_t mesh) const;
+
   /// Towards a point of one of them, chosen by their power.
   LightSample sample(const Eigen::Vector3f& from_m, Eigen::Vector2f u) const;
   /// Density of `sample` for a ray that hits a mesh, 1/sr; 0 where it does not emit.
@@ -46,6 +49,9 @@ class Emitters {
     float white_radiance = 1;
     float until = 0;  ///< cumulative share of the power
     float share = 0;
+
+    EmitterPoint placed(const Eigen::Vector3f& position_m, const Eigen::Vector3f& normal, const Rgb& emission,
+                        float pdf) const;
   };
   std::vector<Placed> of_mesh_;
   float power_ = 0;

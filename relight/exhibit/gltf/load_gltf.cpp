@@ -26,6 +26,7 @@ class GltfLoader {
 
   std::shared_ptr<const Model> load() {
     for (const GltfInstance& instance : read_instances(document_.root())) add(instance);
+    builder_.cut_out(masks_);
     const std::size_t material_count = document_.root().member("materials").size();
     const std::shared_ptr<Model> model = builder_.build([&](std::size_t material) { return parts_.at(material); });
     std::set<std::size_t> used;
@@ -79,7 +80,9 @@ class GltfLoader {
     const std::size_t count = materials.size(),
                       material = reference.exists() ? reference.index(count, "materials") : count;
     if (!parts_.contains(material)) {
-      parts_[material] = read_material(material < count ? materials[material] : materials.none(), textures_);
+      const GltfValue of = material < count ? materials[material] : materials.none();
+      parts_[material] = read_material(of, textures_);
+      if (auto mask = read_alpha(of, parts_[material], textures_)) masks_[material] = std::move(*mask);
     }
     return material;
   }
@@ -91,6 +94,7 @@ class GltfLoader {
   char up_;
   std::map<std::size_t, std::vector<MaterialPrimitive>> meshes_;  // by index of the mesh
   std::map<std::size_t, Model::Part> parts_;                      // by number of the material
+  std::map<std::size_t, AlphaMask> masks_;                        // likewise
   ModelBuilder builder_;
   std::size_t triangles_ = 0;
 };

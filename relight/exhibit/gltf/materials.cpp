@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <string>
 #include <vector>
 
 #include "relight/exhibit/gltf/parameters.h"
@@ -39,6 +40,20 @@ GltfSpecular specular_of(const GltfValue& material) {
   const double root = (ior - 1) / (ior + 1), specular = factor * (root * root / 0.04);
   if (ior == 1.5) return {.factor = static_cast<float>(factor)};  // without rounding errors
   return {.factor = static_cast<float>(std::min(specular, 1.0)), .expressible = specular <= 1};
+}
+
+std::optional<AlphaMask> read_alpha(const GltfValue& material, const Model::Part& part, GltfTextures& textures) {
+  const std::string mode = material.text("alphaMode", "OPAQUE");
+  if (mode == "OPAQUE") return std::nullopt;
+  if (mode != "MASK" && mode != "BLEND") material.member("alphaMode").refuse("OPAQUE, MASK or BLEND");
+  AlphaMask mask;
+  if (mode == "MASK") mask.cutoff = static_cast<float>(material.number("alphaCutoff", 0, kAnyNumber, 0.5));
+  const GltfValue pbr = material.member("pbrMetallicRoughness");
+  const auto factor = pbr.numbers("baseColorFactor", 4, -kAnyNumber, kAnyNumber);
+  if (factor) mask.factor = static_cast<float>(std::clamp((*factor)[3], 0.0, 1.0));
+  mask.slot = part.base_color_texture;
+  if (mask.slot.picture) mask.alpha = textures.alpha(pbr.member("baseColorTexture"));
+  return mask;
 }
 
 Model::Part read_material(const GltfValue& material, GltfTextures& textures) {

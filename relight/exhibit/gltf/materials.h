@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <optional>
 
+#include "relight/exhibit/alpha_cutout.h"
 #include "relight/exhibit/gltf/textures.h"
 
 namespace lumigraft::relight {
@@ -15,6 +16,10 @@ struct GltfSpecular {
   bool expressible = true;
 };
 GltfSpecular specular_of(const GltfValue& material);
+
+/// Where a material is opaque; nothing: everywhere. With the mode BLEND, which is not drawn, where alpha is at least a
+/// half. `part`: what `read_material` gives of it. Throws InputError.
+std::optional<AlphaMask> read_alpha(const GltfValue& material, const Model::Part& part, GltfTextures& textures);
 
 /// A part without triangles; `material` may not exist: the default of the specification. Throws InputError.
 Model::Part read_material(const GltfValue& material, GltfTextures& textures);

@@ -42,11 +42,7 @@ void add_of_texture(const GltfTextures& textures, const GltfValue& info, std::ve
 
 std::vector<std::string> of_material(const GltfTextures& textures, const GltfValue& material) {
   std::vector<std::string> features;
-  const std::string alpha = material.text("alphaMode", "OPAQUE");
-  if (alpha == "BLEND" || alpha == "MASK")
-    features.push_back("alphaMode " + alpha);
-  else if (alpha != "OPAQUE")
-    material.member("alphaMode").refuse("OPAQUE, MASK or BLEND");
+  if (material.text("alphaMode", "OPAQUE") == "BLEND") features.emplace_back("alphaMode BLEND");
   const GltfValue pbr = material.member("pbrMetallicRoughness");
   for (const GltfValue& info : {pbr.member("baseColorTexture"), pbr.member("metallicRoughnessTexture"),
                                 material.member("normalTexture"), material.member("emissiveTexture")}) {

@@ -86,12 +86,9 @@ Model::TextureSlot GltfTextures::slot(const GltfValue& texture_info) {
   return slot;
 }
 
-TexturePicture GltfTextures::picture(const GltfValue& reference) {
-  const GltfValue images = document_.root().member("images");
-  const std::size_t index = reference.index(images.size(), "images");
-  TexturePicture& picture = pictures_[index];
-  if (picture) return picture;
-  const GltfValue image = images[index], uri = image.member("uri");
+template <typename Decode>
+auto GltfTextures::decoded(const GltfValue& image, Decode decode) {
+  const GltfValue uri = image.member("uri");
   std::vector<std::uint8_t> content;
   std::span<const std::uint8_t> bytes;
   if (uri.exists()) {
@@ -102,11 +99,23 @@ TexturePicture GltfTextures::picture(const GltfValue& reference) {
   }
   check_format(image, bytes);
   try {
-    picture = decode_picture(bytes);
+    return decode(bytes);
   } catch (const capture::InputError& error) {
     image.fail(error.what());
   }
+}
+
+TexturePicture GltfTextures::picture(const GltfValue& reference) {
+  const GltfValue images = document_.root().member("images");
+  const std::size_t index = reference.index(images.size(), "images");
+  TexturePicture& picture = pictures_[index];
+  if (!picture) picture = decoded(images[index], decode_picture);
   return picture;
+}
+
+std::shared_ptr<const capture::Image<std::uint8_t>> GltfTextures::alpha(const GltfValue& texture_info) {
+  const GltfValue images = document_.root().member("images"), reference = image_of(texture(texture_info));
+  return decoded(images[reference.index(images.size(), "images")], decode_alpha);
 }
 
 }  // namespace lumigraft::relight

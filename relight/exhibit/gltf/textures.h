@@ -15,6 +15,8 @@ class GltfTextures {
   /// another format than PNG, JPEG and WebP, or a texture coordinate set beyond the second. A picture that is used
   /// twice is decoded once. Throws InputError.
   Model::TextureSlot slot(const GltfValue& texture_info);
+  /// Alpha of the picture of a slot that has one; null: it is opaque. Throws InputError.
+  std::shared_ptr<const capture::Image<std::uint8_t>> alpha(const GltfValue& texture_info);
   /// Texture coordinate set of a textureInfo.
   static std::size_t texcoord_set(const GltfValue& texture_info);
   /// The texture of a textureInfo that exists.
@@ -23,6 +25,9 @@ class GltfTextures {
   static GltfValue image_of(const GltfValue& texture);
 
  private:
+  /// What `decode` makes of the bytes of an image.
+  template <typename Decode>
+  auto decoded(const GltfValue& image, Decode decode);
   TexturePicture picture(const GltfValue& reference);
 
   const GltfDocument& document_;

@@ -56,7 +56,7 @@ Eigen::AlignedBox3f reach_of(const Contest& contest, const relight::Plan& plan) 
     }
     placed.sphere = relight::bounding_sphere(points_m);
   }
-  const relight::shader::vec4 outer = relight::place_volumes(bounds, plan.volume, /*truncation_m=*/0).cascade[1];
+  const relight::shader::vec4 outer = relight::place_volumes(bounds, plan.volume, /*max_voxel_m=*/0).cascade[1];
   const Eigen::Vector3f low = outer.head<3>() - Eigen::Vector3f::Constant(0.5f * outer.w());
   return {low, low + Eigen::Vector3f::Constant(static_cast<float>(plan.volume) * outer.w())};
 }

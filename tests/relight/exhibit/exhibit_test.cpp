@@ -58,6 +58,7 @@ base_color = [0.72, 0.68, 0.6]
 metallic = 0.25
 roughness = 0.5
 specular = 0.0
+emission = [3, 2, 0.5]
 )");
   ASSERT_EQ(exhibit.objects.size(), 1u);
   const VirtualObject& object = exhibit.objects[0];
@@ -67,6 +68,7 @@ specular = 0.0
   EXPECT_FLOAT_EQ(object.material.metallic.value(), 0.25f);
   EXPECT_FLOAT_EQ(object.material.roughness.value(), 0.5f);
   EXPECT_FLOAT_EQ(object.material.specular.value(), 0.0f);
+  EXPECT_EQ(object.material.emission.value(), Eigen::Vector3f(3, 2, 0.5f));
   EXPECT_NEAR(object.rotation.norm(), 1.0, 1e-12);
   // Scaled by half, turned by 90° about z, moved.
   const Eigen::Vector3d p = object.T_tag_model(7.0) * Eigen::Vector3d(1, 0, 0);
@@ -83,6 +85,23 @@ TEST_F(ReadExhibit, Defaults) {
   for (const auto& p : exhibit.objects[0].model->positions_m) EXPECT_EQ(p.z(), 0.0f);
   for (const auto& p : exhibit.objects[1].model->positions_m) EXPECT_EQ(p.y(), 0.0f);
   EXPECT_TRUE(read("").objects.empty());
+}
+
+TEST_F(ReadExhibit, AnObjectOfASizeStandsAtItsPosition) {
+  const VirtualObject object = read(R"(
+[[object]]
+model = "two.obj"
+position_m = [0.1, 0.2, 0.05]
+rotation_wxyz = [1, 0, 0, 1]
+size_m = 0.3
+)")
+                                   .objects[0];
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3f& p : object.model->positions_m) box.extend(object.T_tag_model(0) * p.cast<double>());
+  EXPECT_NEAR(box.sizes().maxCoeff(), 0.3, 1e-6);
+  EXPECT_NEAR(box.min().z(), 0.05, 1e-6);
+  EXPECT_NEAR(box.center().x(), 0.1, 1e-6);
+  EXPECT_NEAR(box.center().y(), 0.2, 1e-6);
 }
 
 // The key never had an effect, but existing files contain it.
@@ -170,12 +189,16 @@ TEST_F(ReadExhibit, BadInput) {
                 ":4: object.0.material.roughness: ", "found 2"},
            Case{"[[object]]\nmodel = \"square.ply\"\n[object.material]\nbase_color = [0.5, 0.5, 1.5]",
                 ":4: object.0.material.base_color: ", "outside 0 to 1"},
+           Case{"[[object]]\nmodel = \"square.ply\"\n[object.material]\nemission = [0, -1, 0]",
+                ":4: object.0.material.emission: ", "outside 0 to 100000"},
            Case{"[[object]]\nmodel = \"square.ply\"\n[[object.motion]]\nposition_m = [0, 0, 0]",
                 "object.0.motion.0.time_s: ", "found nothing"},
            Case{"[[object]]\nmodel = \"square.ply\"\n[[object.motion]]\ntime_s = 2\n[[object.motion]]\ntime_s = 1",
                 ":6: object.0.motion.1.time_s: ", "no earlier"},
            Case{"[[object]]\nname = \"a\"\nmodel = \"square.ply\"\n[[object]]\nname = \"a\"\nmodel = \"square.ply\"",
                 ":5: object.1.name: ", "second object named \"a\""},
+           Case{"[[object]]\nmodel = \"square.ply\"\nsize_m = 1\nscale = 2",
+                ":3: object.0.size_m: ", "together with scale"},
            Case{"object = 3", ":1: object: ", "found 3"},
        }) {
     const std::string message = error_of(c.toml);

@@ -61,6 +61,20 @@ TEST(ReferenceEmission, AnotherRadianceOfWhiteScalesIt) {
   EXPECT_NEAR(change_at_origin(floor_with(mesh)), kFloorAlbedo * 2 * form_factor_of_panel(), 0.002);
 }
 
+// White in one half and black in the other, interpolated in between: antisymmetric about a half, as seen from below the
+// middle of the panel.
+TEST(ReferenceEmission, ATextureDividesIt) {
+  relight::ReferenceMesh mesh = panel_above(glowing(4));
+  auto model = std::make_shared<relight::Model>(*mesh.model);
+  for (std::size_t v = 0; v < model->positions_m.size(); ++v)
+    model->texcoords[v] = (model->positions_m[v].head<2>().array() + 1) / 2;
+  auto picture = std::make_shared<capture::Image<std::uint8_t>>(2, 1, 3);
+  for (int c = 0; c < 3; ++c) picture->at(0, 0, c) = 255;
+  model->parts[0].emissive_texture.picture = picture;
+  mesh.model = model;
+  EXPECT_NEAR(change_at_origin(floor_with(mesh)), kFloorAlbedo * 2 * form_factor_of_panel(), 0.003);
+}
+
 TEST(ReferenceEmission, RealSurfacesAndObjectsOccludeIt) {
   for (const bool real : {true, false}) {
     relight::ReferenceScene scene = floor_with(panel_above(glowing(4)));

@@ -26,6 +26,7 @@ TEST(ServiceConfig, ASessionBringsItsOwnExhibit) {
   EXPECT_EQ(input.session.name, "tiny");
   EXPECT_EQ(input.session.tag.id, 7);
   ASSERT_EQ(input.exhibit.objects.size(), 1u);
+  EXPECT_FLOAT_EQ(input.exhibit.objects[0].white_radiance, 1 / 3.0f) << "exposure 3";
   EXPECT_EQ(input.plan.volume, 32);
   EXPECT_EQ(input.plan.trace_scale, 4) << "what is not set stays interactive";
   EXPECT_EQ(input.plan.look, "camera");

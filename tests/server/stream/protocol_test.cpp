@@ -65,13 +65,14 @@ TEST(Protocol, Commands) {
   EXPECT_EQ(std::get<AckCommand>(parse_command(R"({"type":"ack","sequence":4294967295})")).sequence, 4294967295u);
   const auto object = std::get<ObjectCommand>(parse_command(
       R"({"type":"object","name":"statue","position_m":[0.1,-2,3],"yaw_degrees":90,"visible":false,
-          "material":{"base_color":[1,0.5,0],"roughness":0.25}})"));
+          "material":{"base_color":[1,0.5,0],"roughness":0.25,"emission":[4,0,0]}})"));
   EXPECT_EQ(std::get<std::string>(object.object), "statue");
   EXPECT_EQ(*object.position_m, Eigen::Vector3d(0.1, -2, 3));
   EXPECT_EQ(object.yaw_degrees, 90.0);
   EXPECT_EQ(object.visible, false);
   EXPECT_EQ(object.material->base_color.value()->y(), 0.5f);
   EXPECT_EQ(object.material->roughness.value(), 0.25f);
+  EXPECT_EQ(object.material->emission.value()->x(), 4);
   EXPECT_FALSE(object.material->metallic) << "not named";
   const auto own = std::get<ObjectCommand>(
       parse_command(R"({"type":"object","index":0,"material":{"base_color":null,"specular":null}})"));

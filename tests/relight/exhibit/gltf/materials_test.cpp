@@ -171,10 +171,10 @@ TEST(GltfMaterials, WhatScenesAskForIsNamedOnce) {
   file.json["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}}};
   file.json["nodes"][0]["extensions"]["KHR_lights_punctual"]["light"] = 0;
   file.primitive()["targets"] = {{{"POSITION", 0}}};
-  material(file)["alphaMode"] = "MASK";
+  material(file)["alphaMode"] = "BLEND";
   material(file)["doubleSided"] = true;  // both sides are drawn always
   EXPECT_EQ(loaded(file.gltf())->not_drawn,
-            (std::vector<std::string>{"alphaMode MASK (material 0)", "KHR_lights_punctual", "animations", "cameras",
+            (std::vector<std::string>{"alphaMode BLEND (material 0)", "KHR_lights_punctual", "animations", "cameras",
                                       "morph targets"}));
 }
 
