@@ -49,9 +49,11 @@ std::vector<LightStep> LightVolumeBuilder::steps(const Work& work, const BrickPo
                        inject_->record(list, work.params, lamp, work.key.objects, white, volumes);
                      }});
   }
-  steps.push_back({"inject", 5, [this, work, &volumes](gpu::CommandList& list) {
-                     inject_->record_emission(list, work.params, work.key.objects, volumes);
-                   }});
+  if (std::ranges::any_of(work.key.objects, &PlacedObject::emits)) {
+    steps.push_back({"inject", 5, [this, work, &volumes](gpu::CommandList& list) {
+                       inject_->record_emission(list, work.params, work.key.objects, volumes);
+                     }});
+  }
   add_resolve(work, room, &steps);
   Work coarse = work;
   coarse.params.counts.y() = coarse.params.counts.z() = quality.voxel_cones;

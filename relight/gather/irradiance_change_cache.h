@@ -18,8 +18,8 @@ class IrradianceChangeCache {
   IrradianceChangeCache(const std::vector<Patch>& patches, const BoundingSphere& sphere, const RayObjects& objects);
 
   const std::vector<Patch>& cells() const { return layout_->cells; }
-  std::vector<Rgb>
-      irradiance;  ///< per cell, signed change without the lamps' direct light, with that of objects that emit, W/m²
+  /// Per cell, signed change without the lamps' direct light, with that of objects that emit, W/m².
+  std::vector<Rgb> irradiance;
 
   /// Copies the values of another cache at the same positions.
   void reuse_from(const IrradianceChangeCache& others);

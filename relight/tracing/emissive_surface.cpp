@@ -77,7 +77,6 @@ EmissiveSurface::EmissiveSurface(const Model& model, const MaterialOverride& mat
     const Vector3f centre = model.positions_m[model.indices[3 * std::size_t{t}]] + (a + b) / 3;
     found.push_back({morton((centre - box.min()).array() / sizes), t, mean * area_m2});
     power_ += mean * area_m2;
-    area_m2_ += area_m2;
     pdf_[t] = mean;
   }
   // In this order, strata of u are compact parts of the surface.
@@ -89,6 +88,7 @@ EmissiveSurface::EmissiveSurface(const Model& model, const MaterialOverride& mat
   }
   for (float& pdf : pdf_) pdf /= power_;
   if (triangles_.empty()) return;
+  until_.back() = 1;
   for (std::size_t i = 0; i < kPatches; ++i) {
     Patch& patch = patches_.emplace_back();
     for (std::uint32_t k = 0; k < kPatchPoints; ++k) {

@@ -34,8 +34,7 @@ class EmissiveSurface {
   };
   const std::vector<Patch>& patches() const { return patches_; }
 
-  float power() const { return power_; }      ///< luminance of emission times area, m²
-  float area_m2() const { return area_m2_; }  ///< of what emits
+  float power() const { return power_; }  ///< luminance of emission times area, m²
 
  private:
   EmissiveSurface(const Model& model, const MaterialOverride& material);
@@ -49,7 +48,7 @@ class EmissiveSurface {
   std::vector<Patch> patches_;
   std::vector<float> until_;  ///< of each of them: cumulative share of power
   std::vector<float> pdf_;    ///< of every triangle of the model
-  float power_ = 0, area_m2_ = 0;
+  float power_ = 0;
 };
 
 }  // namespace lumigraft::relight

@@ -63,6 +63,7 @@ struct PlacedObject {
 
   /// Of its brightest material, W/sr/m²; 0: it does not emit.
   Eigen::Vector3f emission() const { return white_radiance * material.emission.value_or(stored->max_emission); }
+  bool emits() const { return emission().maxCoeff() > 0; }
   Eigen::Vector3f mean_emission() const { return white_radiance * material.emission.value_or(stored->mean_emission); }
   bool operator==(const PlacedObject& o) const;
 };

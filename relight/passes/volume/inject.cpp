@@ -89,7 +89,7 @@ void Inject::record(gpu::CommandList& list, shader::FrameParams params, int lamp
 void Inject::record_emission(gpu::CommandList& list, shader::FrameParams params,
                              const std::vector<PlacedObject>& objects, const Volumes& volumes) const {
   for (const PlacedObject& object : objects) {
-    if (object.emission().maxCoeff() <= 0) continue;
+    if (!object.emits()) continue;
     const bool own = !object.material.emission;
     const Eigen::Vector3f factor = own ? Eigen::Vector3f::Constant(object.white_radiance).eval() : object.emission();
     params.pass_m = object.T_tag_model.matrix();
