@@ -187,6 +187,7 @@ struct Relighter::State {
                                    const Plan& plan) {
     Eigen::Vector3f emission = Eigen::Vector3f::Zero();  // of the brightest object, by channel
     shader::FrameParams p{};
+    p.emission.setZero();
     for (const PlacedObject& object : objects) {
       emission = emission.cwiseMax(object.emission());
       // A convex surface shows a quarter of its area in the mean of all directions (Cauchy 1832), any other less.

@@ -4,18 +4,13 @@
 #include <array>
 #include <cmath>
 
+#include "relight/exhibit/parameters.h"
 #include "relight/exhibit/texture_wrap.h"
 
 namespace lumigraft::relight {
 namespace {
 
 using Eigen::Vector2f;
-
-// Beyond these numbers contours are followed in longer pieces.
-constexpr std::size_t kMaxTriangles = 200'000, kMaxParts = 4 * kMaxTriangles;
-constexpr std::int64_t kMaxLookedAt = 400'000'000;  // texels: half a second
-constexpr float kLeaf_texels = 1.5f, kCoarser = 2;
-constexpr std::int64_t kMaxSquare = 1 << 22;  // texels that are looked at at once to find that all are alike
 
 using Triangle = std::array<Corner, 3>;
 
@@ -32,63 +27,83 @@ Corner between(const Corner& a, const Corner& b, float t) {
 
 class Cutter {
  public:
-  Cutter(const AlphaMask& mask, float leaf_texels) : mask_(mask), leaf_texels_(leaf_texels) {}
+  /// `max_triangles`: that it may keep.
+  Cutter(const AlphaMask& mask, float contour_texels, std::size_t max_triangles)
+      : mask_(mask), contour_texels_(contour_texels), max_triangles_(max_triangles) {}
 
-  void add(const Triangle& triangle) {
+  void add(const Triangle& triangle, int divisions = 0) {
     if (too_many()) return;
     ++parts_;
-    const Reach reach = reach_of(triangle);
-    if (reach.none_opaque) return;
-    if (reach.all_opaque) {
+    const Bounds bounds = bounds_of(triangle);
+    if (bounds.none_opaque) return;
+    if (bounds.all_opaque) {
       keep(triangle);
-    } else if (reach.longest_texels <= leaf_texels_) {
+    } else if (bounds.longest_texels <= contour_texels_ || divisions == kExhibit.max_divisions) {
       clip(triangle);
     } else {
       const auto& [a, b, c] = triangle;
       const Corner ab = between(a, b, 0.5f), bc = between(b, c, 0.5f), ca = between(c, a, 0.5f);
-      for (const Triangle& part : {Triangle{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}}) add(part);
+      for (const Triangle& part : {Triangle{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}})
+        add(part, divisions + 1);
     }
   }
+  /// By the alpha at its corners alone (Sutherland & Hodgman 1974).
+  void clip(const Triangle& triangle) {
+    std::array<Corner, 4> polygon;
+    std::size_t count = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Corner &a = triangle[k], &b = triangle[(k + 1) % 3];
+      const float at_a = excess(a), at_b = excess(b);
+      if (at_a >= 0) polygon[count++] = a;
+      if ((at_a >= 0) != (at_b >= 0)) polygon[count++] = between(a, b, at_a / (at_a - at_b));
+    }
+    for (std::size_t k = 2; k < count; ++k) keep({polygon[0], polygon[k - 1], polygon[k]});
+  }
 
-  bool too_many() const { return kept_.size() > 3 * kMaxTriangles || parts_ > kMaxParts || looked_at_ > kMaxLookedAt; }
+  bool too_many() const {
+    return kept_.size() > 3 * max_triangles_ || parts_ > max_triangles_ + kExhibit.max_parts ||
+           texels_ > kExhibit.max_texels;
+  }
   std::vector<Corner> take() { return std::move(kept_); }
 
  private:
-  struct Reach {
+  struct Bounds {
     bool all_opaque = true, none_opaque = true;
     float longest_texels = 0;  ///< edge
   };
 
-  Vector2f texels(const Corner& corner) const {
+  Vector2f in_texels(const Corner& corner) const {
     const Vector2f& uv = corner.texcoords[mask_.slot.texcoord_set];
     const Vector2f at = mask_.slot.transform * uv.homogeneous();
     return at.cwiseProduct(Vector2f(static_cast<float>(mask_.alpha->width), static_cast<float>(mask_.alpha->height)));
   }
 
   /// Over the square around the triangle: whether all texels that are interpolated there are alike.
-  Reach reach_of(const Triangle& triangle) {
-    Reach reach;
-    const std::array<Vector2f, 3> at = {texels(triangle[0]), texels(triangle[1]), texels(triangle[2])};
+  Bounds bounds_of(const Triangle& triangle) {
+    Bounds bounds;
+    const std::array<Vector2f, 3> at = {in_texels(triangle[0]), in_texels(triangle[1]), in_texels(triangle[2])};
     for (std::size_t k = 0; k < 3; ++k)
-      reach.longest_texels = std::max(reach.longest_texels, (at[k] - at[(k + 1) % 3]).norm());
+      bounds.longest_texels = std::max(bounds.longest_texels, (at[k] - at[(k + 1) % 3]).norm());
     const Vector2f low = (at[0].cwiseMin(at[1]).cwiseMin(at[2]).array() - 0.5f).floor();
     const Vector2f high = (at[0].cwiseMax(at[1]).cwiseMax(at[2]).array() - 0.5f).floor() + 1;
-    const auto columns = static_cast<std::int64_t>(std::min(high.x() - low.x() + 1, static_cast<float>(kMaxSquare)));
-    const auto rows = static_cast<std::int64_t>(std::min(high.y() - low.y() + 1, static_cast<float>(kMaxSquare)));
-    if (columns * rows > kMaxSquare) {
-      reach.all_opaque = reach.none_opaque = false;
-      return reach;
+    const auto columns =
+        static_cast<std::int64_t>(std::min(high.x() - low.x() + 1, static_cast<float>(kExhibit.max_square_texels)));
+    const auto rows =
+        static_cast<std::int64_t>(std::min(high.y() - low.y() + 1, static_cast<float>(kExhibit.max_square_texels)));
+    if (columns * rows > kExhibit.max_square_texels) {
+      bounds.all_opaque = bounds.none_opaque = false;
+      return bounds;
     }
     for (std::int64_t j = 0; j < rows; ++j) {
-      looked_at_ += columns;
+      texels_ += columns;
       const int v = texel(low.y() + static_cast<float>(j), mask_.alpha->height, mask_.slot.wrap_v);
       for (std::int64_t i = 0; i < columns; ++i) {
         const int u = texel(low.x() + static_cast<float>(i), mask_.alpha->width, mask_.slot.wrap_u);
-        (opaque(mask_.alpha->at(u, v)) ? reach.none_opaque : reach.all_opaque) = false;
-        if (!reach.all_opaque && !reach.none_opaque) return reach;
+        (opaque(mask_.alpha->at(u, v)) ? bounds.none_opaque : bounds.all_opaque) = false;
+        if (!bounds.all_opaque && !bounds.none_opaque) return bounds;
       }
     }
-    return reach;
+    return bounds;
   }
 
   /// What is shown at a whole number of texels.
@@ -112,28 +127,16 @@ class Cutter {
     return upper + v.weight * (lower - upper) - mask_.cutoff;
   }
 
-  /// Sutherland & Hodgman 1974, by the alpha at the corners.
-  void clip(const Triangle& triangle) {
-    std::array<Corner, 4> polygon;
-    std::size_t count = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Corner &a = triangle[k], &b = triangle[(k + 1) % 3];
-      const float at_a = excess(a), at_b = excess(b);
-      if (at_a >= 0) polygon[count++] = a;
-      if ((at_a >= 0) != (at_b >= 0)) polygon[count++] = between(a, b, at_a / (at_a - at_b));
-    }
-    for (std::size_t k = 2; k < count; ++k) keep({polygon[0], polygon[k - 1], polygon[k]});
-  }
-
   void keep(const Triangle& triangle) {
     if (is_usable(triangle[0], triangle[1], triangle[2])) kept_.insert(kept_.end(), triangle.begin(), triangle.end());
   }
 
   const AlphaMask& mask_;
-  float leaf_texels_;
+  float contour_texels_;
+  std::size_t max_triangles_;
   std::vector<Corner> kept_;
   std::size_t parts_ = 0;
-  std::int64_t looked_at_ = 0;
+  std::int64_t texels_ = 0;
 };
 
 }  // namespace
@@ -141,12 +144,15 @@ class Cutter {
 std::vector<Corner> cut_out(std::span<const Corner> corners, const AlphaMask& mask) {
   if (!mask.alpha)
     return mask.factor >= mask.cutoff ? std::vector(corners.begin(), corners.end()) : std::vector<Corner>();
-  for (float leaf_texels = kLeaf_texels;; leaf_texels *= kCoarser) {
-    Cutter cutter(mask, leaf_texels);
+  const std::size_t max_triangles = corners.size() / 3 + kExhibit.max_more_triangles;
+  for (float texels = kExhibit.contour_texels; texels < kExhibit.max_contour_texels; texels *= kExhibit.longer) {
+    Cutter cutter(mask, texels, max_triangles);
     for (std::size_t i = 0; i + 2 < corners.size(); i += 3) cutter.add({corners[i], corners[i + 1], corners[i + 2]});
-    // With longer pieces no triangle is divided at all.
-    if (!cutter.too_many() || leaf_texels > 1e9f) return cutter.take();
+    if (!cutter.too_many()) return cutter.take();
   }
+  Cutter cutter(mask, kExhibit.max_contour_texels, max_triangles);
+  for (std::size_t i = 0; i + 2 < corners.size(); i += 3) cutter.clip({corners[i], corners[i + 1], corners[i + 2]});
+  return cutter.take();
 }
 
 }  // namespace lumigraft::relight

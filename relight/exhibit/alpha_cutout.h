@@ -19,7 +19,8 @@ struct AlphaMask {
 };
 
 /// The opaque part of triangles, three corners each. Alpha is interpolated bilinearly between texels, and linearly
-/// along pieces of the contour, which are a texel or two long, or longer where there would be very many.
+/// along pieces of the contour, which are a texel or two long, or longer where there would be very many; at worst only
+/// alpha at the triangles' corners counts.
 std::vector<Corner> cut_out(std::span<const Corner> corners, const AlphaMask& mask);
 
 }  // namespace lumigraft::relight

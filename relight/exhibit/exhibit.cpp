@@ -75,8 +75,8 @@ std::vector<KeyFrame> read_motion(const capture::ConfigTable& table, const Virtu
   return motion;
 }
 
-/// So large along its longest edge, and with the middle of its underside where its position is.
-void stand_at_position(double size_m, VirtualObject& object) {
+/// Its longest edge has the size, and the middle of its underside is at its position.
+void place_by_size(double size_m, VirtualObject& object) {
   Eigen::AlignedBox3f box;
   for (const Eigen::Vector3f& p : object.model->positions_m) box.extend(p);
   object.scale = size_m / static_cast<double>(box.sizes().maxCoeff());
@@ -106,7 +106,7 @@ VirtualObject read_object(const capture::ConfigTable& table, ModelCache* cache) 
     table.fail("model", error.what());
   }
   object.model = model;
-  if (size_m > 0) stand_at_position(size_m, object);
+  if (size_m > 0) place_by_size(size_m, object);
   if (const auto material = table.optional_table("material")) object.material = read_material(*material);
   return object;
 }

@@ -8,6 +8,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "relight/exhibit/parameters.h"
+
 namespace lumigraft::relight {
 namespace {
 
@@ -29,11 +31,11 @@ Eigen::Vector3f unit_or_zero(const Eigen::Vector3f& v) {
   return without_minus_zero<Eigen::Vector3f>(v / length);
 }
 
-constexpr float kMaxTexcoord = 1e6f;  // beyond it floats are farther apart than texels
-
 bool finite(const Corner& corner) {
   if (!corner.position_m.allFinite() || !corner.color.allFinite()) return false;
-  const auto resolved = [](const Eigen::Vector2f& texcoord) { return texcoord.cwiseAbs().maxCoeff() < kMaxTexcoord; };
+  const auto resolved = [](const Eigen::Vector2f& texcoord) {
+    return texcoord.cwiseAbs().maxCoeff() < kExhibit.max_texcoord;
+  };
   return resolved(corner.texcoords[0]) && resolved(corner.texcoords[1]);
 }
 

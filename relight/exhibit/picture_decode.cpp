@@ -8,6 +8,7 @@
 #include <string>
 
 #include "capture/error.h"
+#include "relight/exhibit/parameters.h"
 
 namespace lumigraft::relight {
 namespace {
@@ -15,7 +16,6 @@ namespace {
 using Bytes = std::span<const std::uint8_t>;
 
 constexpr const char* kBroken = "found a broken picture, allowed: one that can be decoded";
-constexpr std::int64_t kMaxEdge = 8192;  // 200 MB decoded, and as much as mip levels; every device takes it
 
 bool has(Bytes bytes, std::size_t at, std::string_view text) {
   return bytes.size() >= at + text.size() && std::memcmp(bytes.data() + at, text.data(), text.size()) == 0;
@@ -73,9 +73,9 @@ PictureHeader webp_header(Bytes bytes) {
 
 void check_size(std::int64_t width, std::int64_t height) {
   capture::refuse_if(width < 1 || height < 1, kBroken);
-  capture::refuse_if(width > kMaxEdge || height > kMaxEdge, "found " + std::to_string(width) + " x " +
-                                                                std::to_string(height) + " pixels, allowed: at most " +
-                                                                std::to_string(kMaxEdge) + " along an edge");
+  capture::refuse_if(width > kExhibit.max_picture_edge || height > kExhibit.max_picture_edge,
+                     "found " + std::to_string(width) + " x " + std::to_string(height) + " pixels, allowed: at most " +
+                         std::to_string(kExhibit.max_picture_edge) + " along an edge");
 }
 
 /// Throws InputError if it cannot be read.

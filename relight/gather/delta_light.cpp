@@ -109,6 +109,9 @@ Rgb DeltaLight::lit_by_points(const SurfaceHit& surface, int set) const {
   Rgb sum = Rgb::Zero();
   for (const EmitterSampleSet& emitter : objects_.emitter_samples()) {
     ShadowRayPacket fan = emitter.from(surface, set);
+    // Next to a large object few points face the surface.
+    for (int k = 1; !(fan.all > 0) && k < LightSource::kSets; ++k)
+      fan = emitter.from(surface, (set + k) % LightSource::kSets);
     if (!(fan.all > 0)) continue;
     fan.rays.some &= ~objects_.meshes().blocked(fan.rays);
     fan.rays.some &= ~behind_room(fan.rays, kNoLamp);
@@ -124,9 +127,9 @@ Rgb DeltaLight::lit_by_points(const SurfaceHit& surface, int set) const {
 Rgb DeltaLight::emitted(const SampledRay& ray, const MeshHit& hit) const {
   const Emitters& emitters = objects_.emitters();
   if (!(ray.pdf > 0 || ray.cosine > 0) || emitters.empty() || !emitters.emits(hit.mesh)) return Rgb::Zero();
-  const float share = ray.cosine > 0 ? EmitterSampleSet::share_of_ray(ray.cosine, emitters.point_pdf(hit, ray.w))
-                                     : balanced(ray.pdf, emitters.pdf(hit, ray.w));
-  return share * objects_.meshes().surface(hit, ray.w).emission;
+  const float fraction = ray.cosine > 0 ? EmitterSampleSet::fraction_of_ray(ray.cosine, emitters.point_pdf(hit, ray.w))
+                                        : balanced(ray.pdf, emitters.pdf(hit, ray.w));
+  return fraction * objects_.meshes().surface(hit, ray.w).emission;
 }
 
 std::uint32_t DeltaLight::behind_room(const RayFan& fan, std::size_t lamp) const {

@@ -286,9 +286,9 @@ class ObjectView {
         if (own >> k & 1) all += fan.weight[k];
         if (open >> k & 1) arrives += fan.weight[k];
       }
-      if (!(all > 0)) continue;
-      const float open_share = std::min(arrives / all, light_.open(lamp, surface.position_m));
-      sum += open_share / kPi * sources_[i]->irradiance(surface);
+      // Without a point above the surface nothing is known of what occludes.
+      const float visible = all > 0 ? arrives / all : 1;
+      sum += std::min(visible, light_.open(lamp, surface.position_m)) / kPi * sources_[i]->irradiance(surface);
     }
     return sum;
   }

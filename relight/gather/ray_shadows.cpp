@@ -197,8 +197,8 @@ class LampShadow {
         const float w = kernel[static_cast<std::size_t>(std::abs(x - u))] *
                         kernel[static_cast<std::size_t>(std::abs(y - v))] * turn * turn *
                         fast_exp(off * off + 0.5f * apart.squaredNorm() / (within_m * within_m + 1e-12f));
-        // A ratio of sums: near a large source, sets of points differ in their light by more than they are occluded.
-        const float all = shadow.all > 0 ? shadow.all : shadows_[at(u, v)].all;
+        // Of objects a ratio of sums: next to them, sets of points differ in their light by more than in occlusion.
+        const float all = lamp_ != DeltaLight::kNoLamp ? 1 : shadow.all > 0 ? shadow.all : shadows_[at(u, v)].all;
         mean += w * all * shadow.hidden;
         weights += w * all;
       }

@@ -11,7 +11,7 @@ inline constexpr struct ObjectParameters {
   float seam = 1e-6f;                             ///< tolerance of a triangle's edge, so that neighbours leave no seam
   std::size_t tried = 64, max_pieces = 256;    ///< triangles for a rectangle; on fine curves further ones are as small
   float inner_edge = 2.6f, outer_edge = 3.5f;  ///< of the volumes: radii of the objects' sphere; inner edges
-  float visible = 0.02f;                       ///< least light of objects that emit; radiance, 1: white
+  float min_visible = 0.02f;                   ///< light of objects that emit; radiance, 1: white
   int margin = 3;                              ///< voxels of the virtual volume on each side
   double max_cone_fraction = 0.05;             ///< area of the cones that close a solid part over its own
 } kObjects;

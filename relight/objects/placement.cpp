@@ -47,9 +47,9 @@ Placement place_volumes(const std::vector<PlacedBounds>& objects, int voxels, fl
 
   const float edge = kObjects.inner_edge * sphere.radius_m;
   placement.cascade[0] = centred(placement.sphere.centre_m, edge, voxels);
-  float lit_m = 0;  // from the middle: there the brightest object's irradiance over π is `visible` of its emission
+  float lit_m = 0;  // from the middle: there the brightest object's irradiance over π is min_visible
   for (const auto& object : objects)
-    lit_m = std::max(lit_m, object.sphere.radius_m * std::sqrt(object.emission / kObjects.visible));
+    lit_m = std::max(lit_m, object.sphere.radius_m * std::sqrt(object.emission / kObjects.min_visible));
   const float outer =
       std::max(kObjects.outer_edge * edge, std::min(2 * lit_m, max_voxel_m * static_cast<float>(voxels)));
   placement.cascade[1] = centred(placement.sphere.centre_m, outer, voxels);

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "relight/tracing/bsdf.h"
+#include "relight/tracing/parameters.h"
 #include "relight/tracing/sampler.h"
 
 namespace lumigraft::relight {
@@ -14,8 +15,6 @@ namespace {
 using Eigen::Vector2f;
 using Eigen::Vector3f;
 
-constexpr int kEdgePoints = 4;    // a triangle's mean emission is that of the square of as many points
-constexpr int kPatchPoints = 16;  // a patch is the mean of as many
 constexpr std::uint32_t kPatchSeed = 41;
 
 /// Uniform over a triangle for uniform u (Turk 1990).
@@ -59,9 +58,10 @@ EmissiveSurface::EmissiveSurface(const Model& model, const MaterialOverride& mat
     : model_(model), material_(material), surface_(model, /*mips=*/false), pdf_(model.indices.size() / 3, 0) {
   struct Emitting {
     std::uint32_t place, triangle;
-    float share;
+    float power;
   };
   std::vector<Emitting> found;
+  double power = 0;  // sums of millions of triangles
   Eigen::AlignedBox3f box;
   for (const Vector3f& p : model.positions_m) box.extend(p);
   const Eigen::Array3f sizes = box.sizes().array().max(1e-12f);
@@ -70,34 +70,35 @@ EmissiveSurface::EmissiveSurface(const Model& model, const MaterialOverride& mat
     const Vector3f factor = material_.over(part.material).emission;
     if (factor.maxCoeff() <= 0) continue;
     const bool textured = !material_.emission && part.emissive_texture.picture;
-    const float mean = luminance(factor.array()) * (textured ? mean_of_texture(t) : 1);
+    const float mean = luminance(factor.array()) * (textured ? std::max(mean_of_texture(t), kTracing.min_emission) : 1);
     const auto [a, b] = edges(model, t);
     const float area_m2 = a.cross(b).norm() / 2;
     if (!(mean * area_m2 > 0)) continue;
     const Vector3f centre = model.positions_m[model.indices[3 * std::size_t{t}]] + (a + b) / 3;
     found.push_back({morton((centre - box.min()).array() / sizes), t, mean * area_m2});
-    power_ += mean * area_m2;
+    power += static_cast<double>(mean * area_m2);
     pdf_[t] = mean;
   }
   // In this order, strata of u are compact parts of the surface.
   std::ranges::sort(found, {}, [](const Emitting& e) { return std::pair(e.place, e.triangle); });
-  float sum = 0;
+  double sum = 0;
   for (const Emitting& e : found) {
     triangles_.push_back(e.triangle);
-    until_.push_back((sum += e.share) / power_);
+    cumulative_power_.push_back(static_cast<float>((sum += static_cast<double>(e.power)) / power));
   }
+  power_ = static_cast<float>(power);
   for (float& pdf : pdf_) pdf /= power_;
   if (triangles_.empty()) return;
-  until_.back() = 1;
+  cumulative_power_.back() = 1;
   for (std::size_t i = 0; i < kPatches; ++i) {
     Patch& patch = patches_.emplace_back();
-    for (std::uint32_t k = 0; k < kPatchPoints; ++k) {
-      const Vector2f u = Sampler(kPatchSeed, static_cast<std::uint32_t>(i), k).two();
+    for (int k = 0; k < kTracing.emission_patch_points; ++k) {
+      const Vector2f u = Sampler(kPatchSeed, static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(k)).two();
       const Point p = sample({(static_cast<float>(i) + u.x()) / kPatches, u.y()});
-      patch.position_m += p.position_m / kPatchPoints;
-      patch.normal += p.normal / kPatchPoints;
-      patch.emission += p.emission / p.pdf / kPatchPoints;
-      patch.pdf += 1 / p.pdf / kPatchPoints;
+      patch.position_m += p.position_m / static_cast<float>(kTracing.emission_patch_points);
+      patch.normal += p.normal / static_cast<float>(kTracing.emission_patch_points);
+      patch.emission += p.emission / p.pdf / static_cast<float>(kTracing.emission_patch_points);
+      patch.pdf += 1 / p.pdf / static_cast<float>(kTracing.emission_patch_points);
     }
     patch.emission /= patch.pdf;
     patch.pdf = 1 / patch.pdf;
@@ -107,19 +108,20 @@ EmissiveSurface::EmissiveSurface(const Model& model, const MaterialOverride& mat
 float EmissiveSurface::mean_of_texture(std::uint32_t triangle) const {
   const Vector3f factor = material_.over(model_.parts[surface_.part(triangle)].material).emission;
   float sum = 0;
-  for (int i = 0; i < kEdgePoints * kEdgePoints; ++i) {
-    const Vector2f u = (Vector2f(i % kEdgePoints, i / kEdgePoints).array() + 0.5f) / kEdgePoints;
+  for (int i = 0; i < kTracing.emission_edge_points * kTracing.emission_edge_points; ++i) {
+    const Vector2f u = (Vector2f(i % kTracing.emission_edge_points, i / kTracing.emission_edge_points).array() + 0.5f) /
+                       kTracing.emission_edge_points;
     sum += luminance(surface_.at({triangle, barycentric_of(u), 0}, material_).material.emission.array());
   }
-  return sum / (kEdgePoints * kEdgePoints * luminance(factor.array()));
+  return sum / (kTracing.emission_edge_points * kTracing.emission_edge_points * luminance(factor.array()));
 }
 
 EmissiveSurface::Point EmissiveSurface::sample(const Vector2f& u) const {
-  const auto found = std::min(std::ranges::upper_bound(until_, u.x()), until_.end() - 1);
-  const float before = found == until_.begin() ? 0 : *(found - 1);
+  const auto found = std::min(std::ranges::upper_bound(cumulative_power_, u.x()), cumulative_power_.end() - 1);
+  const float before = found == cumulative_power_.begin() ? 0 : *(found - 1);
   const float rest = std::clamp((u.x() - before) / (*found - before), 0.0f, 1.0f);
   Point point;
-  point.triangle = triangles_[static_cast<std::size_t>(found - until_.begin())];
+  point.triangle = triangles_[static_cast<std::size_t>(found - cumulative_power_.begin())];
   point.barycentric = barycentric_of({rest, u.y()});
   point.pdf = pdf_[point.triangle];
   const auto [a, b] = edges(model_, point.triangle);

@@ -46,8 +46,8 @@ class EmissiveSurface {
   ModelSurface surface_;
   std::vector<std::uint32_t> triangles_;  ///< that emit, in an order of places
   std::vector<Patch> patches_;
-  std::vector<float> until_;  ///< of each of them: cumulative share of power
-  std::vector<float> pdf_;    ///< of every triangle of the model
+  std::vector<float> cumulative_power_;  ///< of each of them and those before, as a fraction
+  std::vector<float> pdf_;               ///< of every triangle of the model
   float power_ = 0;
 };
 

@@ -14,27 +14,26 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr std::size_t kPerSet = RayFan::kMaxRays, kAll = EmissiveSurface::kPatches;
-constexpr float kRays = 16;         // over the hemisphere: other numbers of them are weighted as these
-constexpr float kNear = 3;          // radii: within them light is the sum of all patches,
-constexpr std::size_t kJoined = 4;  // farther away so many are one
 constexpr std::uint32_t kEmitterSeed = 37;
+constexpr float kRounding = 1e-5f;  // of the length of unit normals
 
 /// The mean of every few of them.
-std::vector<EmitterPoint> joined(const std::vector<EmitterPoint>& patches) {
-  std::vector<EmitterPoint> few;
-  for (std::size_t i = 0; i < patches.size(); i += kJoined) {
+std::vector<EmitterPoint> merged(const std::vector<EmitterPoint>& patches) {
+  constexpr std::size_t kMerged = kTracing.merged_patches;
+  std::vector<EmitterPoint> means;
+  for (std::size_t i = 0; i < patches.size(); i += kMerged) {
     Vector3f position_m = Vector3f::Zero(), normal = position_m;
     Rgb power = Rgb::Zero();
     float area_m2 = 0;
-    for (std::size_t k = i; k < i + kJoined; ++k) {
-      position_m += patches[k].position_m / kJoined;
-      normal += patches[k].normal / kJoined;
-      power += patches[k].radiance / patches[k].pdf / kJoined;
-      area_m2 += 1 / patches[k].pdf / kJoined;
+    for (std::size_t k = i; k < i + kMerged; ++k) {
+      position_m += patches[k].position_m / kMerged;
+      normal += patches[k].normal / kMerged;
+      power += patches[k].radiance / patches[k].pdf / kMerged;
+      area_m2 += 1 / patches[k].pdf / kMerged;
     }
-    few.push_back({position_m, normal, power / area_m2, 1 / area_m2});
+    means.push_back({position_m, normal, power / area_m2, 1 / area_m2});
   }
-  return few;
+  return means;
 }
 
 }  // namespace
@@ -51,11 +50,11 @@ EmitterSampleSet::EmitterSampleSet(const Emitters& emitters, std::size_t mesh, s
   centre_m_ = around.centre_m;
   reach_m_ = around.radius_m;
   patches_ = emitters.patches(mesh);
-  few_ = joined(patches_);
+  merged_patches_ = merged(patches_);
 }
 
-float EmitterSampleSet::share_of_ray(float cosine, float point_pdf) {
-  const float ray = kRays * cosine / kPi;
+float EmitterSampleSet::fraction_of_ray(float cosine, float point_pdf) {
+  const float ray = kTracing.emission_rays * cosine / kPi;
   return ray > 0 ? balanced(ray, kAll * point_pdf) : 0;
 }
 
@@ -69,12 +68,12 @@ void EmitterSampleSet::for_each(const SurfaceHit& surface, std::span<const Emitt
     const float d2 = to.squaredNorm(), distance_m = std::sqrt(d2);
     // Cosines times the distance. What a patch lacks of a unit normal faces all directions: a quarter of its area in
     // the mean of them, as the rest does (Cauchy 1832).
-    const float even = std::max(1 - p.normal.norm(), 0.0f) / 4 * distance_m;
-    const float facing = std::max(-p.normal.dot(to), 0.0f) + even, above = surface.normal.dot(to);
+    const float lacks = 1 - p.normal.norm(), all_ways = lacks > kRounding ? lacks / 4 * distance_m : 0;
+    const float facing = std::max(-p.normal.dot(to), 0.0f) + all_ways, above = surface.normal.dot(to);
     if (!(facing > 0 && above > 0 && surface.face.dot(to) > 0)) continue;
     const float cosine = above / distance_m;
     const float per_sr = kAll * p.pdf * d2 * distance_m / facing;
-    add(k, p, to, distance_m, fewer * cosine / (per_sr + kRays * cosine / kPi));
+    add(k, p, to, distance_m, fewer * cosine / (per_sr + kTracing.emission_rays * cosine / kPi));
   }
 }
 
@@ -95,9 +94,10 @@ ShadowRayPacket EmitterSampleSet::from(const SurfaceHit& surface, int set) const
 }
 
 Rgb EmitterSampleSet::irradiance(const SurfaceHit& surface) const {
-  const bool near = (surface.position_m - centre_m_).squaredNorm() < kNear * kNear * reach_m_ * reach_m_;
+  const bool near =
+      (surface.position_m - centre_m_).squaredNorm() < kTracing.near_radii * kTracing.near_radii * reach_m_ * reach_m_;
   Rgb sum = Rgb::Zero();
-  for_each(surface, near ? patches_ : few_,
+  for_each(surface, near ? patches_ : merged_patches_,
            [&](std::size_t, const EmitterPoint& p, const Vector3f&, float, float gain) { sum += p.radiance * gain; });
   return sum;
 }

@@ -17,7 +17,7 @@ class EmitterSampleSet final : public LightSource {
 
   /// What a ray over the hemisphere that hits an object counts of its emission. `cosine`: to the surface's normal;
   /// `point_pdf`: Emitters::point_pdf.
-  static float share_of_ray(float cosine, float point_pdf);
+  static float fraction_of_ray(float cosine, float point_pdf);
 
   /// The part that the points count, as in `irradiance`.
   ShadowRayPacket from(const SurfaceHit& surface, int set) const override;
@@ -30,8 +30,8 @@ class EmitterSampleSet final : public LightSource {
   template <typename Add>
   static void for_each(const SurfaceHit& surface, std::span<const EmitterPoint> points, Add add);
 
-  std::vector<EmitterPoint> points_;         ///< set by set
-  std::vector<EmitterPoint> patches_, few_;  ///< for surfaces near by, and for others
+  std::vector<EmitterPoint> points_;                    ///< set by set
+  std::vector<EmitterPoint> patches_, merged_patches_;  ///< for surfaces near by, and for others
   Eigen::Vector3f centre_m_;
   float reach_m_ = 0;
 };

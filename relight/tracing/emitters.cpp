@@ -33,21 +33,26 @@ Emitters::Emitters(const std::vector<ReferenceMesh>& meshes,
         {surfaces[i], meshes[i].model, meshes[i].T_tag_model, cofactor_of(linear), meshes[i].white_radiance});
     if (!surfaces[i]) continue;
     const float area_scale = std::pow(std::abs(linear.determinant()), 2.0f / 3);
-    of_mesh_.back().share = surfaces[i]->power() * area_scale * meshes[i].white_radiance;
-    power_ += of_mesh_.back().share;
+    of_mesh_.back().fraction = surfaces[i]->power() * area_scale * meshes[i].white_radiance;
+    power_ += of_mesh_.back().fraction;
   }
   float sum = 0;
   for (Placed& placed : of_mesh_) {
-    placed.until = (sum += placed.share) / power_;
-    placed.share /= power_;
+    placed.cumulative = (sum += placed.fraction) / power_;
+    placed.fraction /= power_;
   }
 }
 
 EmitterPoint Emitters::Placed::placed(const Vector3f& position_m, const Vector3f& normal, const Rgb& emission,
                                       float pdf) const {
-  const Vector3f turned = cofactor.determinant() < 0 ? Vector3f(-cofactor * normal) : Vector3f(cofactor * normal);
-  const float grown = turned.norm() / std::max(normal.norm(), 1e-6f);  // of areas
-  return {T_tag_model * position_m, turned / grown, white_radiance * emission, pdf / grown};
+  const float determinant = T_tag_model.linear().determinant(), length = normal.norm();
+  if (length < 1e-3f) {  // of a patch that faces all directions
+    const float area_scale = std::pow(std::abs(determinant), 2.0f / 3);
+    return {T_tag_model * position_m, Vector3f::Zero(), white_radiance * emission, pdf / area_scale};
+  }
+  const Vector3f turned = std::copysign(1.0f, determinant) * (cofactor * normal);
+  const float area_scale = turned.norm() / length;
+  return {T_tag_model * position_m, turned / area_scale, white_radiance * emission, pdf / area_scale};
 }
 
 EmitterPoint Emitters::point(std::size_t mesh, const Eigen::Vector2f& u) const {
@@ -64,11 +69,11 @@ std::vector<EmitterPoint> Emitters::patches(std::size_t mesh) const {
 
 LightSample Emitters::sample(const Vector3f& from_m, Eigen::Vector2f u) const {
   std::size_t mesh = 0;
-  while (mesh + 1 < of_mesh_.size() && (of_mesh_[mesh].share <= 0 || u.x() >= of_mesh_[mesh].until)) ++mesh;
+  while (mesh + 1 < of_mesh_.size() && (of_mesh_[mesh].fraction <= 0 || u.x() >= of_mesh_[mesh].cumulative)) ++mesh;
   const Placed& placed = of_mesh_[mesh];
   LightSample s;
   if (!placed.surface) return s;
-  u.x() = std::clamp((u.x() - placed.until + placed.share) / placed.share, 0.0f, 0x1.fffffep-1f);
+  u.x() = std::clamp((u.x() - placed.cumulative + placed.fraction) / placed.fraction, 0.0f, 0x1.fffffep-1f);
   const EmitterPoint p = point(mesh, u);
   const Vector3f to = p.position_m - from_m;
   s.distance_m = to.norm();
@@ -76,12 +81,12 @@ LightSample Emitters::sample(const Vector3f& from_m, Eigen::Vector2f u) const {
   const float cosine = -p.normal.dot(s.w);
   if (!(cosine > 0)) return s;
   s.radiance = p.radiance;
-  s.pdf = placed.share * p.pdf * s.distance_m * s.distance_m / cosine;
+  s.pdf = placed.fraction * p.pdf * s.distance_m * s.distance_m / cosine;
   return s;
 }
 
 float Emitters::pdf(const MeshHit& hit, const Vector3f& w) const {
-  return empty() ? 0 : of_mesh_[hit.mesh].share * point_pdf(hit, w);
+  return empty() ? 0 : of_mesh_[hit.mesh].fraction * point_pdf(hit, w);
 }
 
 float Emitters::point_pdf(const MeshHit& hit, const Vector3f& w) const {

@@ -47,8 +47,7 @@ class Emitters {
     Eigen::Affine3f T_tag_model;
     Eigen::Matrix3f cofactor;  ///< of its linear part: turns normals, with the factor by which areas grow
     float white_radiance = 1;
-    float until = 0;  ///< cumulative share of the power
-    float share = 0;
+    float fraction = 0, cumulative = 0;  ///< of the power of all
 
     EmitterPoint placed(const Eigen::Vector3f& position_m, const Eigen::Vector3f& normal, const Rgb& emission,
                         float pdf) const;

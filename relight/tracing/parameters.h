@@ -10,6 +10,12 @@ inline constexpr struct TracingParameters {
   float behind_voxels = 3, cell_offset_m = 1e-3f;      ///< of the enclosure behind the surfaces; of its rays' origins
   float min_footprint_cosine = 0.05f;  ///< bound of a ray's footprint, which is infinite at the silhouette
   float wider = 1.1f;                  ///< margin on the region of a shadow that the rays find
+  // Objects that emit: a triangle's mean emission is that of so many points squared; a patch is the mean of as many.
+  int emission_edge_points = 4, emission_patch_points = 16;
+  float min_emission = 0.01f;  ///< of a textured triangle over its factor: the points may miss what is small and bright
+  float emission_rays = 16;    ///< over the hemisphere: other numbers of rays are weighted as these, the default plan's
+  float near_radii = 3;        ///< within them light is the sum of all patches, farther away so many are one: 1 % off
+  int merged_patches = 4;
   float max_albedo = 1;  ///< of enclosure cells: the centre of the range over which enclosure_light.comp fades out
 } kTracing;
 }  // namespace lumigraft::relight

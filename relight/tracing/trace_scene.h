@@ -29,10 +29,11 @@ struct ReferenceMesh {
   float white_radiance = 1;  ///< of emission 1, W/sr/m²
 };
 
-/// Whether models, poses and materials are equal.
+/// Whether models, poses, materials and the radiance of white are equal.
 inline bool same_meshes(const std::vector<ReferenceMesh>& a, const std::vector<ReferenceMesh>& b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const ReferenceMesh& x, const ReferenceMesh& y) {
-    return x.model == y.model && x.T_tag_model.matrix() == y.T_tag_model.matrix() && x.material == y.material;
+    return x.model == y.model && x.T_tag_model.matrix() == y.T_tag_model.matrix() && x.material == y.material &&
+           x.white_radiance == y.white_radiance;
   });
 }
 

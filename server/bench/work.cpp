@@ -115,6 +115,7 @@ void multiply_objects(WorkCase& work, int side) {
         object.position_m = middle + (T_tag_model.translation() - centre) / side;
         object.rotation = Eigen::Quaterniond(T_tag_model.rotation());
         object.scale /= side;
+        object.origin_m.setZero();  // the translation has it
         object.motion.clear();
         copies.objects.push_back(std::move(object));
       }

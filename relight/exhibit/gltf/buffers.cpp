@@ -49,7 +49,14 @@ GltfBuffers::View GltfBuffers::view(const GltfValue& reference) {
   const GltfValue compressed = value.extension("EXT_meshopt_compression");
   if (!compressed.exists()) return {part(value), stride};
   const auto [found, is_new] = decompressed_.try_emplace(index);
-  if (is_new) found->second = decode_meshopt(compressed, part(compressed));
+  if (is_new) {
+    found->second = decode_meshopt(compressed, part(compressed));
+    loaded_bytes_ += found->second.size();
+    if (loaded_bytes_ > kGltf.max_file_bytes) {
+      value.fail("found more than " + std::to_string(kGltf.max_file_bytes) +
+                 " bytes of buffers and compressed views up to here, allowed: as many");
+    }
+  }
   return {found->second, stride};
 }
 

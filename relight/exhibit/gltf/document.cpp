@@ -100,8 +100,8 @@ std::span<const std::uint8_t> GltfDocument::json_text() {
 void GltfDocument::check_version() const {
   const GltfValue version = root_.member("asset").member("version");
   if (!version.exists() || !version.text().starts_with("2.")) version.refuse("\"2.0\"");
-  const GltfValue least = root_.member("asset").member("minVersion");
-  if (least.exists() && least.text() != "2.0") least.refuse("\"2.0\"");
+  const GltfValue min_version = root_.member("asset").member("minVersion");
+  if (min_version.exists() && min_version.text() != "2.0") min_version.refuse("\"2.0\"");
 }
 
 void GltfDocument::read_extensions() {

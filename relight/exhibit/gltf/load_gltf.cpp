@@ -49,6 +49,9 @@ class GltfLoader {
     if (is_new) found->second = read_mesh(mesh);
     const Eigen::Affine3f T_model_mesh = Eigen::Affine3f(up_to_z(up_)) * instance.T_file_mesh;
     for (const auto& [material, primitive] : found->second) {
+      vertices_ += primitive.vertices.size();
+      if (vertices_ > kGltf.max_elements)
+        mesh.fail("found more than " + std::to_string(kGltf.max_elements) + " vertices up to here, allowed: as many");
       triangles_ += primitive.indices.size() / 3;
       if (triangles_ > kGltf.max_triangles) {
         mesh.fail("found more than " + std::to_string(kGltf.max_triangles) + " triangles up to here, allowed: as many");
@@ -96,7 +99,7 @@ class GltfLoader {
   std::map<std::size_t, Model::Part> parts_;                      // by number of the material
   std::map<std::size_t, AlphaMask> masks_;                        // likewise
   ModelBuilder builder_;
-  std::size_t triangles_ = 0;
+  std::size_t triangles_ = 0, vertices_ = 0;  // of all instances
 };
 
 }  // namespace

@@ -1,7 +1,6 @@
 #include "relight/exhibit/gltf/materials.h"
 
 #include <algorithm>
-#include <limits>
 #include <string>
 #include <vector>
 
@@ -9,8 +8,6 @@
 
 namespace lumigraft::relight {
 namespace {
-
-constexpr double kAnyNumber = std::numeric_limits<double>::max();
 
 /// Exporters write factors that rounding has brought beyond 0 to 1.
 double unit_number(const GltfValue& value, const char* key, double otherwise) {
@@ -66,8 +63,8 @@ Model::Part read_material(const GltfValue& material, GltfTextures& textures) {
   part.material.metallic = part.metallic_factor;
   part.material.roughness = part.roughness_factor;
   part.material.specular = specular_of(material).factor;
-  const double strength =
-      material.extension("KHR_materials_emissive_strength").number("emissiveStrength", 0, kMaxEmission, 1);
+  const double strength = std::min(
+      material.extension("KHR_materials_emissive_strength").number("emissiveStrength", 0, kAnyNumber, 1), kMaxEmission);
   part.material.emission = unit_color(material, "emissiveFactor", 3, 0) * static_cast<float>(strength);
 
   part.base_color_texture = textures.slot(pbr.member("baseColorTexture"));

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "relight/exhibit/gltf/materials.h"
+#include "relight/exhibit/gltf/parameters.h"
 #include "relight/exhibit/gltf/primitive.h"
 
 namespace lumigraft::relight {
@@ -43,6 +44,9 @@ void add_of_texture(const GltfTextures& textures, const GltfValue& info, std::ve
 std::vector<std::string> of_material(const GltfTextures& textures, const GltfValue& material) {
   std::vector<std::string> features;
   if (material.text("alphaMode", "OPAQUE") == "BLEND") features.emplace_back("alphaMode BLEND");
+  const auto emission = material.numbers("emissiveFactor", 3, -kAnyNumber, kAnyNumber);
+  if (material.flag("doubleSided", false) && emission && *std::max_element(emission->begin(), emission->end()) > 0)
+    features.emplace_back("emission of the back");
   const GltfValue pbr = material.member("pbrMetallicRoughness");
   for (const GltfValue& info : {pbr.member("baseColorTexture"), pbr.member("metallicRoughnessTexture"),
                                 material.member("normalTexture"), material.member("emissiveTexture")}) {

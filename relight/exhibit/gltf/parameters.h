@@ -1,12 +1,16 @@
 #pragma once
 // Limits of what is read of glTF files: what a small, broken file can ask for stays bounded.
 #include <cstddef>
+#include <limits>
 
 namespace lumigraft::relight {
 
+inline constexpr double kAnyNumber = std::numeric_limits<double>::max();
+
 struct GltfParameters {
-  std::size_t max_file_bytes = std::size_t{1} << 31;     ///< of the file, and of all of its buffers together
-  std::size_t max_elements = 50'000'000;                 ///< of all accessors that are read: a second or two
+  std::size_t max_file_bytes = std::size_t{1} << 31;  ///< of the file, and of all of its buffers together
+  std::size_t max_elements =
+      50'000'000;  ///< of all accessors that are read, and vertices of all instances: a second or two
   std::size_t max_picture_bytes = std::size_t{1} << 28;  ///< of a picture in a file of its own
   std::size_t max_zeros = 1'000'000;                     ///< elements of an accessor that no data follow
   std::size_t max_nodes = 100'000;                       ///< those of large scenes have some thousands

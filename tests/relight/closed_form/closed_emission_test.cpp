@@ -71,8 +71,7 @@ TEST(RaysEmission, TheCameraSeesIt) {
   EXPECT_NEAR(object_radiance(scene, scene.relit(renderer, rays_plan())), kWhite, 0.01);
 }
 
-// A plate next to a white object is lit by a panel that emits as by a lamp of that shape; a probe at the plate counts
-// rays and sample points once.
+// The top of a box under the ball; its probes count rays and patches once.
 TEST(RaysEmission, AnObjectLightsAnother) {
   ClosedScene scene = floor_under_ball(0.3f);
   scene.exhibit.objects.push_back(box_object({-0.15f, -0.15f, 0.001f}, {0.15f, 0.15f, 0.02f}, 0.8f));

@@ -117,17 +117,41 @@ TEST(GltfAlpha, WhereNothingWouldRemainAllRemains) {
   EXPECT_EQ(loaded(file.gltf())->parts.size(), 1u) << "one of two materials";
 }
 
-TEST(GltfAlpha, NoiseAndManyTilesStayBounded) {
+// What is too fine is followed coarsely: half of it remains, and no part is missing.
+TEST(GltfAlpha, NoiseStaysBounded) {
   std::mt19937 random(1);
-  const std::string noise = alpha_png(1024, [&](double, double) { return random() % 2 ? 1.0 : 0.0; });
-  GltfFile file = masked(noise);
-  for (const double scale : {1.0, 900'000.0}) {
-    alpha_material(file)["pbrMetallicRoughness"]["baseColorTexture"]["extensions"]["KHR_texture_transform"]["scale"] = {
-        scale, scale};
-    const auto model = loaded(file.gltf());
-    EXPECT_LE(model->indices.size() / 3, 200'010u);
-    EXPECT_GT(area_of(*model, model->parts[0]), 0.0);
+  GltfFile file = masked(alpha_png(1024, [&](double, double) { return random() % 2 ? 1.0 : 0.0; }));
+  const auto model = loaded(file.gltf());
+  EXPECT_LE(model->indices.size() / 3, 200'010u);
+  EXPECT_NEAR(area_of(*model, model->parts[0]), 0.25, 0.1);
+}
+
+TEST(GltfAlpha, FarTextureCoordinatesAndManyTilesEnd) {
+  GltfFile file = masked(disc_png(1024));
+  nlohmann::json& transform =
+      alpha_material(file)["pbrMetallicRoughness"]["baseColorTexture"]["extensions"]["KHR_texture_transform"];
+  transform["scale"] = {900'000, 900'000};
+  EXPECT_GE(area_of(file), 0.0);
+  transform["scale"] = {1, 1};
+  transform["offset"] = {500'000, 500'000};
+  EXPECT_NEAR(area_of(file), kDisc, 0.3 * kDisc) << "texture coordinates there are a sixteenth apart";
+}
+
+// More triangles than a mask may add.
+TEST(GltfAlpha, ALargeModelWithAnOpaqueMaskStaysWhole) {
+  GltfFile file = masked(alpha_png(4, [](double, double) { return 1.0; }));
+  std::vector<float> positions, texcoords;
+  constexpr int kTriangles = 300'000;
+  for (int i = 0; i < kTriangles; ++i) {
+    const auto x = static_cast<float>(i % 1000), y = static_cast<float>(i / 1000);
+    for (const auto& [dx, dy] : {std::pair{0.0f, 0.0f}, {1.0f, 0.0f}, {0.0f, 1.0f}}) {
+      positions.insert(positions.end(), {x + dx, y + dy, 0});
+      texcoords.insert(texcoords.end(), {dx, dy});
+    }
   }
+  file.attributes()["POSITION"] = file.add(positions, "VEC3");
+  file.attributes()["TEXCOORD_0"] = file.add(texcoords, "VEC2");
+  EXPECT_EQ(loaded(file.glb(), "a.glb")->indices.size(), 3u * kTriangles);
 }
 
 }  // namespace

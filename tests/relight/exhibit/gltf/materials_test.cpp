@@ -174,8 +174,8 @@ TEST(GltfMaterials, WhatScenesAskForIsNamedOnce) {
   material(file)["alphaMode"] = "BLEND";
   material(file)["doubleSided"] = true;  // both sides are drawn always
   EXPECT_EQ(loaded(file.gltf())->not_drawn,
-            (std::vector<std::string>{"alphaMode BLEND (material 0)", "KHR_lights_punctual", "animations", "cameras",
-                                      "morph targets"}));
+            (std::vector<std::string>{"alphaMode BLEND (material 0)", "emission of the back (material 0)",
+                                      "KHR_lights_punctual", "animations", "cameras", "morph targets"}));
 }
 
 TEST(GltfMaterials, PartsAreInTheOrderOfMaterials) {
