@@ -105,7 +105,7 @@ class ObjectStore {
   std::map<const Model*, Entry> models_;
 };
 
-constexpr int kVertexFloats = 17;
+using shader::kVertexFloats;
 gpu::RasterDesc vertex_raster(const char* vertex_shader, const char* fragment_shader,
                               std::vector<gpu::Format> color_formats);  ///< draws such vertices
 

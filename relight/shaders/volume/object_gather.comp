@@ -6,7 +6,7 @@
 #include "volume/gather.glsl"
 #include "volume/mirror_lamp.glsl"
 layout(local_size_x = 64) in;
-layout(std430, binding = 16) readonly buffer Vertices { float vertices[]; };    // 11 floats: position, normal, ...
+layout(std430, binding = 16) readonly buffer Vertices { float vertices[]; };    // kVertexFloats each
 layout(std430, binding = 17) writeonly buffer Gathered { vec4 gathered[]; };    // front sides, then back sides
 
 vec3 arriving(vec3 p, vec3 n) {
@@ -20,8 +20,9 @@ vec3 arriving(vec3 p, vec3 n) {
 void main() {
   uint i = uint(frame.pass_i.w) + gl_GlobalInvocationID.x;
   if (i >= uint(frame.pass_i.x)) return;
-  vec3 p = (frame.pass_m * vec4(vertices[11u * i], vertices[11u * i + 1u], vertices[11u * i + 2u], 1.0)).xyz;
-  vec3 n = mat3(frame.pass_m) * vec3(vertices[11u * i + 3u], vertices[11u * i + 4u], vertices[11u * i + 5u]);
+  uint at = uint(kVertexFloats) * i;
+  vec3 p = (frame.pass_m * vec4(vertices[at], vertices[at + 1u], vertices[at + 2u], 1.0)).xyz;
+  vec3 n = mat3(frame.pass_m) * vec3(vertices[at + 3u], vertices[at + 4u], vertices[at + 5u]);
   n /= max(length(n), 1e-9);
   vec3 front = arriving(p, n), back = front;
   for (int side = 0; side < frame.pass_i.z; ++side) back = arriving(p, -n);

@@ -5,14 +5,15 @@
 #include "common/frame.glsl"
 #include "common/unoccluded_irradiance.glsl"
 layout(local_size_x = 64) in;
-layout(std430, binding = 16) readonly buffer Vertices { float vertices[]; };  // 11 floats: position, normal, ...
+layout(std430, binding = 16) readonly buffer Vertices { float vertices[]; };  // kVertexFloats each
 layout(std430, binding = 17) writeonly buffer Gathered { vec4 gathered[]; };  // front sides, then back sides
 
 void main() {
   uint i = gl_GlobalInvocationID.x;
   if (i >= uint(frame.pass_i.x)) return;
-  vec3 p = (frame.pass_m * vec4(vertices[11u * i], vertices[11u * i + 1u], vertices[11u * i + 2u], 1.0)).xyz;
-  vec3 n = mat3(frame.pass_m) * vec3(vertices[11u * i + 3u], vertices[11u * i + 4u], vertices[11u * i + 5u]);
+  uint at = uint(kVertexFloats) * i;
+  vec3 p = (frame.pass_m * vec4(vertices[at], vertices[at + 1u], vertices[at + 2u], 1.0)).xyz;
+  vec3 n = mat3(frame.pass_m) * vec3(vertices[at + 3u], vertices[at + 4u], vertices[at + 5u]);
   n /= max(length(n), 1e-9);
   gathered[2u * i] = vec4(open_irradiance(p, n), 0.0);
   gathered[2u * i + 1u] = vec4(open_irradiance(p, -n), 0.0);
