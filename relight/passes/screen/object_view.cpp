@@ -89,7 +89,7 @@ void ObjectView::shade(gpu::CommandList& list, shader::FrameParams params, const
   dispatch_tiles(list, *shade_,
                  joined(joined(shading_inputs(volumes, screen), maps.bindings()),
                         {gpu::sampled(17, *screen.object_irradiance), gpu::sampled(18, *screen.object_mirrored),
-                         gpu::sampled(19, *screen.object_open), gpu::sampled(20, *screen.object_emission),
+                         gpu::sampled(19, *screen.object_open), gpu::image(20, *screen.object_emission),
                          gpu::image(16, *screen.object_radiance)}),
                  params, screen.tiles->objects());
 }

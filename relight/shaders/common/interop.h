@@ -20,11 +20,11 @@ const int kMaxMirrors = 8;
 const int kMaxImages = 8;
 const int kOutline = 64;  // texels along an edge of a mirror's outline mask
 const int kCascades = 2;
-const int kMaxSides = 12;   // of the enclosure
-const int kBrickCells = 8;  // voxels along the edge of a brick of the real distance field
-const int kChunkEdge = 8;   // texels along the edge of a chunk of the volumes
+const int kMaxSides = 12;      // of the enclosure
+const int kBrickCells = 8;     // voxels along the edge of a brick of the real distance field
+const int kChunkEdge = 8;      // texels along the edge of a chunk of the volumes
 const int kVertexFloats = 17;  // of objects: position, normal, both texture coordinates, colour, tangent
-const int kChunkRow = 16;   // chunks per row along x and y of a pool
+const int kChunkRow = 16;      // chunks per row along x and y of a pool
 
 // A sphere or flat disc of uniform radiance. A lamp of unknown distance is placed very far away.
 struct Lamp {

@@ -9,7 +9,7 @@
 layout(binding = 17) uniform sampler2D irradiance;
 layout(binding = 18) uniform sampler2D mirrored_light;
 layout(binding = 19) uniform sampler2D open_lamps;
-layout(binding = 20) uniform sampler2D object_emission;
+layout(binding = 20, rgba16f) uniform readonly image2D object_emission;
 layout(binding = 16, rgba16f) uniform writeonly image2D out_radiance;
 
 struct Arriving {
@@ -123,7 +123,7 @@ void main() {
       }
     }
     vec3 under = o.mirror ? under_layer_evenly(o.bsdf, dot(o.n, o.v)) : vec3(1);
-    radiance += o.bsdf.diffuse * under / kPi * a.irradiance + a.mirrored + texelFetch(object_emission, at, 0).rgb;
+    radiance += o.bsdf.diffuse * under / kPi * a.irradiance + a.mirrored + imageLoad(object_emission, at).rgb;
   }
   imageStore(out_radiance, at, to_half(vec4(radiance, 1.0)));
 }
