@@ -4,6 +4,7 @@
 #include <cstring>
 #include <optional>
 #include <span>
+#include <type_traits>
 #include <utility>
 
 namespace lumigraft::relight {
@@ -189,7 +190,9 @@ std::vector<To> GltfAccessors::read(const GltfValue& reference, const GltfAccess
                       replaced.integer("byteOffset", 0, kGltf.max_file_bytes, 0), element_bytes, count);
   for (std::size_t i = 0; i < count; ++i) {
     std::size_t element = 0;
-    with_type(place_type, [&]<typename Place>(Place) { element = static_cast<std::size_t>(at.at<Place>(i, 0)); });
+    with_type(place_type, [&]<typename Place>(Place) {
+      if constexpr (std::is_unsigned_v<Place>) element = at.at<Place>(i, 0);
+    });
     if (element >= format.count) {
       places.fail("found " + std::to_string(element) + ", allowed: less than the " + std::to_string(format.count) +
                   " elements");
