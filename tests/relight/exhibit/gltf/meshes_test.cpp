@@ -10,7 +10,6 @@ namespace {
 
 using Eigen::Vector2f;
 using Eigen::Vector3f;
-using relight::Model;
 using std::int16_t, std::int8_t, std::uint16_t, std::uint32_t, std::uint8_t;
 
 constexpr int kByte = 5120, kUnsignedByte = 5121, kShort = 5122, kUnsignedShort = 5123, kUnsignedInt = 5125;
