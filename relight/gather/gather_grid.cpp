@@ -69,21 +69,26 @@ std::array<float, 9> GatherGrid::weights_around(int u, int v, const SurfaceHit& 
   return weights;
 }
 
-void GatherGrid::gather(const DeltaLight& light, const std::vector<ChangeRegion>& places, int rays, std::uint32_t seed,
-                        const UpdateSubset& turn) {
+void GatherGrid::gather(const DeltaLight& light, const std::vector<ChangeRegion>& places, int rays, float step_radiance,
+                        std::uint32_t seed, const UpdateSubset& turn) {
   const auto irradiance = [&](std::uint32_t cell, const PathVertex& vertex, float* near_m) {
     // Most rays over the hemisphere; a few towards objects and shadows, which these may miss.
     const RayCounts counts{std::max(3 * rays / 5, 1), std::max(rays / 4, 1)};
     return changed_irradiance(light, vertex, counts, seed, cell, near_m);
   };
-  const auto radiance = [&](std::uint32_t cell, const PathVertex& vertex, float* near_m) {
-    Rgb sum = Rgb::Zero();
-    const int samples = std::max(rays / 2, 1);
-    for (int k = 0; k < samples; ++k) {
-      Sampler sampler(seed, cell, static_cast<std::uint32_t>(k));
-      sum += changed_radiance(light, vertex, sampler, near_m);
+  const auto radiance = [&](std::uint32_t cell, const PathVertex& vertex, float* near_m) -> Rgb {
+    const int at_once = std::max(rays / 2, 2), at_most = kGather.gloss_rounds * at_once;
+    Rgb sum = Rgb::Zero(), squares = Rgb::Zero();
+    for (int samples = 1;; ++samples) {
+      Sampler sampler(seed, cell, static_cast<std::uint32_t>(samples - 1));
+      const Rgb found = changed_radiance(light, vertex, sampler, near_m);
+      sum += found;
+      squares += found.square();
+      if (samples % at_once != 0) continue;
+      const auto n = static_cast<float>(samples);
+      const Rgb mean = sum / n, variance_of_mean = (squares / n - mean.square()) / (n - 1);
+      if (samples >= at_most || variance_of_mean.maxCoeff() <= step_radiance * step_radiance) return mean;
     }
-    return (sum / static_cast<float>(samples)).eval();
   };
   for_each_index(static_cast<int>(cells_.size()), 32, [&](int i) {
     Cell& cell = cells_[static_cast<std::size_t>(i)];

@@ -18,10 +18,11 @@ class GatherGrid {
   /// each.
   GatherGrid(const std::vector<GBufferPixel>& seen, const capture::CameraModel& camera, int scale, Of kind);
 
-  /// `places`: regions where light changes. `rays`: per pixel. `turn`: the subset of squares to update; they are
-  /// numbered from 0 to 7 in patterns of 4 × 2.
-  void gather(const DeltaLight& light, const std::vector<ChangeRegion>& places, int rays, std::uint32_t seed,
-              const UpdateSubset& turn);
+  /// `places`: regions where light changes. `rays`: per pixel; glossy ones send up to kGather.gloss_rounds times as
+  /// many, until the standard error is below `step_radiance`, W/sr/m². `turn`: the subset of squares to update; they
+  /// are numbered from 0 to 7 in patterns of 4 × 2.
+  void gather(const DeltaLight& light, const std::vector<ChangeRegion>& places, int rays, float step_radiance,
+              std::uint32_t seed, const UpdateSubset& turn);
 
   /// Per pixel, three channels. Matt surfaces: signed change of irradiance without the lamps' direct light, W/m².
   /// Glossy surfaces: the whole change of the radiance they send to the camera, W/sr/m². 0 for all others.

@@ -197,7 +197,7 @@ void RayLight::gather_on_objects(int bounces, const Plan& plan, const std::funct
   World& w = *world_;
   gather_lamps(w.light, kGather.lamp_points, kLampSeed, turn_, w.objects);
   done("object lamps");
-  gather_objects(w.light, plan.rays, bounces, kObjectSeed, turn_, w.objects);
+  gather_objects(w.light, kGather.object_rays * plan.rays, bounces, kObjectSeed, turn_, w.objects);
   done("objects");
 }
 

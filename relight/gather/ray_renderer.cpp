@@ -200,13 +200,16 @@ struct RayRenderer::State {
     });
   }
 
+  /// One of 255 equal steps to the white of the picture, W/sr/m².
+  float grey_level() const { return 1 / (255 * camera.exposure().maxCoeff()); }
+
   void see(const CameraRays& eye, const CurrentDepth& depth, int rays, Clock& clock) {
     const UpdateSubset turn = new_view ? UpdateSubset{} : light.turn();
     new_view = true;  // if this throws, everything is recomputed
     const std::vector<EmitterSampleSet>& emitters = light.light().objects().emitter_samples();
     find_change(emitters, rays, turn, clock);
     if (gloss) {
-      gloss->gather(light.light(), light.places(), rays, kGlossSeed, turn);
+      gloss->gather(light.light(), light.places(), rays, grey_level(), kGlossSeed, turn);
       const std::vector<Eigen::Array4f> found = gloss->at_pixels();
       for (std::size_t i = 0; i < seen.size(); ++i) {
         if (seen[i].glossy) set_at(change, i, found[i].head<3>());
@@ -242,7 +245,7 @@ struct RayRenderer::State {
     const std::vector<Eigen::Array4f> hidden = hidden_by_objects(light.light(), lamps, shared(), of_shared(), detail);
     const std::vector<Eigen::Array4f> added = lit_by_objects(light.light(), emitters, shared(), of_shared(), detail);
     clock.done("shadows");
-    indirect->gather(light.light(), light.places(), rays, kPixelSeed, turn);
+    indirect->gather(light.light(), light.places(), rays, grey_level(), kPixelSeed, turn);
     std::vector<Eigen::Array4f> delta = indirect->at_pixels();
     const LightChange* light_change = light.light().light_change();
     for_each_index(delta.size(), kRows * change.width, [&](std::size_t i) {
