@@ -66,6 +66,7 @@ Plan read_plan(const capture::ConfigTable& root, const Plan& defaults) {
   const auto table = root.optional_table("plan");
   if (!table) return plan;
   plan.method = table->choice("method", plan_methods(), defaults.method);
+  if (table->has("method")) plan.user_set.insert("method");
   plan.look = table->choice("look", plan_looks(), defaults.look);
   if (table->has("look")) plan.user_set.insert("look");
   for (const IntegerKey& key : integer_keys()) {

@@ -190,6 +190,7 @@ class Device {
  public:
   virtual ~Device() = default;
   virtual std::string name() const = 0;
+  virtual bool is_software() const = 0;          ///< it draws on the processor
   virtual const Holdings& holdings() const = 0;  ///< of textures and buffers
   virtual std::unique_ptr<Texture> create_texture(const TextureDesc& desc) = 0;
   virtual std::unique_ptr<Buffer> create_buffer(std::size_t size_bytes, std::string_view name) = 0;

@@ -1,6 +1,10 @@
 #pragma once
 // Renderer of a service: after a failure the device is created again; until that succeeds the camera image is passed
 // through with a warning. While the camera's pose or picture is missing, objects fade out (compose/change_fade.h).
+//
+// On a software device, rays draw specular objects in place of cones while the camera rests, unless the user chose the
+// method or a fixed plan (relight/method_choice.h). What the other method needs is prepared before it takes over.
+#include <atomic>
 #include <chrono>
 #include <functional>
 #include <memory>
@@ -8,6 +12,8 @@
 
 #include "relight/compose/change_fade.h"
 #include "relight/gather/ray_renderer.h"
+#include "relight/method_choice.h"
+#include "relight/relighter.h"
 #include "relight/upload/upload_model.h"
 
 namespace lumigraft::server {
@@ -23,9 +29,9 @@ class LiveRelighter {
     relight::RelitPicture picture;
     bool up_to_date = true;  ///< false: the scene has surfaces that are not prepared yet
   };
-  /// Whether the renderer needs `prepare`; RayRenderer does.
-  bool draws_prepared() const { return rays_ != nullptr; }
-  /// Whether the scene contains surfaces that are not prepared. Any thread.
+  /// Whether rays may draw, which need `prepare`.
+  bool may_draw_prepared() const { return chooses_ || !plan_.on_device(); }
+  /// Whether rays are to draw, and the scene contains surfaces that are not prepared. Any thread.
   bool wants_prepared(const reconstruct::Scene& scene) const;
   /// Prepares the scene's surfaces for later calls of `relight`, also during one; takes tenths of a second. One thread.
   void prepare(const reconstruct::Scene& scene);
@@ -40,17 +46,25 @@ class LiveRelighter {
                  const relight::Plan& plan);
 
  private:
-  void make();
+  void make_on_device();
+  void choose(const reconstruct::Scene& scene, const relight::Exhibit& exhibit, std::int64_t time_ns);
+  bool rays_are_ready(const reconstruct::Scene& scene, const relight::Exhibit& exhibit) const;
+  relight::RelitPicture draw(const capture::FrameSet& frame, const reconstruct::Scene& scene,
+                             const relight::Exhibit& exhibit, const relight::Plan& plan);
 
   capture::Session session_;
   relight::Plan plan_;
   MakeDevice make_device_;
-  std::shared_ptr<relight::UploadModels> upload_models_;  ///< if the method renders on a device,
-  std::shared_ptr<relight::RayModels> ray_models_;        ///< else
-  std::unique_ptr<relight::Renderer> renderer_;
-  relight::RayRenderer* rays_ = nullptr;  ///< the renderer, if it is one
+  std::shared_ptr<relight::UploadModels> upload_models_;
+  std::shared_ptr<relight::RayModels> ray_models_;
+  std::unique_ptr<relight::Relighter> on_device_;  ///< null if the plan needs none, and after a failure
+  bool chooses_ = false;                           ///< between both methods
+  relight::MethodChoice choice_;
+  std::atomic<bool> wants_rays_ = false;
+  bool draws_rays_ = false, drawn_ = false;  ///< the method that draws; whether it has drawn
 
-  mutable std::mutex prepared_mutex_;
+  mutable std::mutex rays_mutex_;                  ///< for the three below
+  std::shared_ptr<relight::RayRenderer> by_rays_;  ///< while rays draw or are to
   std::shared_ptr<const relight::RayRoom> prepared_, drawn_with_;
 
   relight::ChangeFade fade_;

@@ -54,12 +54,12 @@ std::string renderer_name(const ContextHandle& handle) {
   return reinterpret_cast<const char*>(glGetString(GL_RENDERER));
 }
 
-/// Mesa also offers a device for a card without a driver.
+}  // namespace
+
+// Mesa also offers a device for a card without a driver.
 bool draws_in_software(const std::string& renderer) {
   return renderer.find("llvmpipe") != std::string::npos || renderer.find("softpipe") != std::string::npos;
 }
-
-}  // namespace
 
 std::vector<Candidate> find_candidates() {
   const char* extensions = eglQueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS);

@@ -10,6 +10,8 @@ struct Candidate {
   EGLDisplay display = EGL_NO_DISPLAY;
   bool software = false;
 };
+/// By the name of its renderer, as "llvmpipe (LLVM 15.0.6, 256 bits)".
+bool draws_in_software(const std::string& renderer);
 /// Hardware before software. Throws GpuError if there are none.
 std::vector<Candidate> find_candidates();
 

@@ -68,6 +68,7 @@ class Context {
   std::uint32_t queue_family() const { return queue_family_; }
   const VkPhysicalDeviceLimits& limits() const { return properties_.limits; }
   std::string name() const { return properties_.deviceName; }
+  bool is_software() const { return properties_.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU; }
   std::uint32_t timestamp_bits() const { return timestamp_bits_; }
   VkSampler sampler(const Sampling& sampling) const { return samplers_[sampling.index()]; }
   Messages& messages() { return instance_->messages; }

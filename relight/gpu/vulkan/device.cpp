@@ -25,6 +25,7 @@ class VulkanDevice final : public Device {
       : context_(std::move(context)), more_shaders_(more_shaders.begin(), more_shaders.end()) {}
 
   std::string name() const override { return context_->name(); }
+  bool is_software() const override { return context_->is_software(); }
   const Holdings& holdings() const override { return *context_->holdings(); }
 
   std::unique_ptr<Texture> create_texture(const TextureDesc& desc) override {

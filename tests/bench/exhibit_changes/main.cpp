@@ -92,7 +92,7 @@ class Film {
         planner_(plan),
         relighter_(session, plan, [] { return relight::gpu::create_device(relight::gpu::Backend::best, {}); }),
         exhibit(std::move(first)) {
-    if (relighter_.draws_prepared()) relighter_.prepare(seen.back().scene);
+    if (relighter_.may_draw_prepared()) relighter_.prepare(seen.back().scene);
     models_ = std::jthread([this](const std::stop_token& stop) {
       server::BackgroundThreads background;
       background.add();
@@ -219,6 +219,7 @@ int main(int count, char** arguments) {
   for (const std::string& method : methods) {
     relight::Plan plan = input.plan;
     plan.method = method;
+    plan.user_set.insert("method");
     if (method == "rays") plan.trace_scale = 8;
     for (const bool moving : {false, true}) test::measure(input, plan, seen, moving);
   }

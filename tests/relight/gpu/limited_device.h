@@ -13,6 +13,7 @@ class LimitedDevice : public relight::gpu::Device {
   LimitedDevice(std::shared_ptr<relight::gpu::Device> real, Fits fits)
       : real_(std::move(real)), fits_(std::move(fits)) {}
   std::string name() const override { return real_->name(); }
+  bool is_software() const override { return real_->is_software(); }
   const relight::gpu::Holdings& holdings() const override { return real_->holdings(); }
   std::unique_ptr<relight::gpu::Texture> create_texture(const relight::gpu::TextureDesc& d) override {
     if (!fits_(d)) throw relight::gpu::GpuError("texture \"" + d.name + "\": out of device memory");

@@ -14,6 +14,7 @@ namespace {
 class BrokenDevice : public relight::gpu::Device {
  public:
   std::string name() const override { return "broken"; }
+  bool is_software() const override { return true; }
   const relight::gpu::Holdings& holdings() const override { return holdings_; }
   std::unique_ptr<relight::gpu::Texture> create_texture(const relight::gpu::TextureDesc&) override { fail(); }
   std::unique_ptr<relight::gpu::Buffer> create_buffer(std::size_t, std::string_view) override { fail(); }
@@ -38,6 +39,7 @@ class FailingDevice : public relight::gpu::Device {
   FailingDevice(std::unique_ptr<relight::gpu::Device> real, std::shared_ptr<bool> broken)
       : real_(std::move(real)), broken_(std::move(broken)) {}
   std::string name() const override { return real_->name(); }
+  bool is_software() const override { return real_->is_software(); }
   const relight::gpu::Holdings& holdings() const override { return real_->holdings(); }
   std::unique_ptr<relight::gpu::Texture> create_texture(const relight::gpu::TextureDesc& d) override {
     return ok().create_texture(d);
@@ -90,9 +92,11 @@ capture::FrameSet grey_frame() {
   return frame;
 }
 
+/// Of cones, also for specular objects.
 relight::Plan small_plan() {
   relight::Plan plan;
   plan.volume = 32;
+  plan.user_set.insert("method");
   return plan;
 }
 
@@ -114,11 +118,11 @@ relight::Exhibit pyramid() {
   return exhibit;
 }
 
-/// The first frame with the objects: models are uploaded over some frames.
+/// The first frame with the objects: models are uploaded, and their light is gathered, over some frames.
 LiveRelighter::Result drawn(LiveRelighter& relighter, const reconstruct::Scene& scene, const relight::Exhibit& exhibit,
                             const relight::Plan& plan) {
   LiveRelighter::Result result;
-  for (int i = 0; i < 20 && (i == 0 || result.picture.passed_through); ++i)
+  for (int i = 0; i < 200 && (i == 0 || result.picture.passed_through); ++i)
     result = relighter.relight(grey_frame(), scene, exhibit, plan);
   return result;
 }
@@ -137,7 +141,7 @@ TEST(LiveRelighter, RaysNeedNoDeviceAndDrawWithWhatWasPrepared) {
   plan.trace_scale = 8;
   LiveRelighter relighter(small_camera(), plan,
                           []() -> std::shared_ptr<relight::gpu::Device> { throw relight::gpu::GpuError("none"); });
-  ASSERT_TRUE(relighter.draws_prepared());
+  ASSERT_TRUE(relighter.may_draw_prepared());
   reconstruct::Scene scene = empty_room();
   const relight::Exhibit exhibit = pyramid();
   EXPECT_TRUE(relighter.wants_prepared(scene));
@@ -283,7 +287,7 @@ INSTANTIATE_TEST_SUITE_P(BothDevices, LiveRelighterOn,
 TEST_P(LiveRelighterOn, ADeviceThatFailsIsMadeAgainAndThePictureGoesOn) {
   const auto broken = std::make_shared<bool>(false);
   int made = 0;
-  LiveRelighter relighter(small_camera(), relight::Plan(), [&]() -> std::shared_ptr<relight::gpu::Device> {
+  LiveRelighter relighter(small_camera(), small_plan(), [&]() -> std::shared_ptr<relight::gpu::Device> {
     ++made;
     if (made == 2) {
       throw relight::gpu::GpuError("still gone");
@@ -313,9 +317,69 @@ TEST_P(LiveRelighterOn, ADeviceThatFailsIsMadeAgainAndThePictureGoesOn) {
   EXPECT_TRUE(well);
 }
 
+TEST_P(LiveRelighterOn, WithoutAGraphicsProcessorRaysDrawSpecularObjectsOnceTheyAreReady) {
+  if (!relight::gpu::create_device(GetParam(), {})->is_software()) GTEST_SKIP() << "draws on a graphics processor";
+  relight::Plan asked = small_plan();
+  asked.user_set.clear();
+  asked.trace_scale = 4;
+  LiveRelighter relighter(small_camera(), asked, [] { return relight::gpu::create_device(GetParam(), {}); });
+  ASSERT_TRUE(relighter.may_draw_prepared());
+  const reconstruct::Scene scene = empty_room();
+  relight::Exhibit matt = pyramid(), metal = matt;
+  matt.objects[0].material.specular = 0;
+  metal.objects[0].material.metallic = 1;
+  EXPECT_FALSE(relighter.wants_prepared(scene)) << "cones draw matt objects";
+  relighter.prepare_model(matt);
+  ASSERT_EQ(drawn(relighter, scene, matt, asked).picture.plan.method, "dvct");
+
+  const auto unprepared = relighter.relight(grey_frame(), scene, metal, asked);
+  EXPECT_EQ(unprepared.picture.plan.method, "dvct");
+  EXPECT_FALSE(unprepared.picture.passed_through) << "the object stays meanwhile";
+  EXPECT_TRUE(relighter.wants_models(metal));
+  relighter.prepare_model(metal);
+  EXPECT_EQ(relighter.relight(grey_frame(), scene, metal, asked).picture.plan.method, "dvct");
+  ASSERT_TRUE(relighter.wants_prepared(scene));
+  relighter.prepare(scene);
+  const auto prepared = relighter.relight(grey_frame(), scene, metal, asked);
+  EXPECT_EQ(prepared.picture.plan.method, "rays");
+  EXPECT_EQ(prepared.picture.plan.trace_scale, 8) << "the live setting of rays";
+  EXPECT_FALSE(prepared.picture.passed_through);
+
+  EXPECT_EQ(relighter.relight(grey_frame(), scene, matt, asked).picture.plan.method, "dvct");
+  EXPECT_FALSE(relighter.wants_prepared(scene));
+
+  // What the user chose stays.
+  relight::Plan chosen = asked;
+  chosen.user_set.insert("method");
+  LiveRelighter as_chosen(small_camera(), chosen, [] { return relight::gpu::create_device(GetParam(), {}); });
+  as_chosen.prepare_model(metal);
+  EXPECT_EQ(drawn(as_chosen, scene, metal, chosen).picture.plan.method, "dvct");
+  EXPECT_FALSE(as_chosen.may_draw_prepared());
+}
+
+TEST(LiveRelighter, SpecularObjectsAtTheStartAreDrawnByRaysAlone) {
+  relight::Exhibit metal = pyramid();
+  metal.objects[0].material.metallic = 1;
+  const reconstruct::Scene scene = empty_room();
+  relight::Plan plan = small_plan();
+  plan.user_set.clear();
+  plan.trace_scale = 4;
+  const std::shared_ptr<relight::gpu::Device> device = relight::gpu::create_device(relight::gpu::Backend::best, {});
+  if (!device->is_software()) GTEST_SKIP() << "draws on a graphics processor";
+  LiveRelighter relighter(small_camera(), plan, [&] { return device; });
+  EXPECT_TRUE(relighter.relight(grey_frame(), scene, metal, plan).picture.passed_through);
+  ASSERT_TRUE(relighter.wants_models(metal));
+  relighter.prepare_model(metal);
+  ASSERT_TRUE(relighter.wants_prepared(scene));
+  relighter.prepare(scene);
+  const auto result = relighter.relight(grey_frame(), scene, metal, plan);
+  EXPECT_EQ(result.picture.plan.method, "rays");
+  EXPECT_FALSE(result.picture.passed_through);
+}
+
 TEST_P(LiveRelighterOn, AfterALostDevicePicturesAreAsBefore) {
   const relight::gpu::LosableDevices losable(GetParam());
-  LiveRelighter relighter(small_camera(), relight::Plan(), [] { return relight::gpu::create_device(GetParam(), {}); });
+  LiveRelighter relighter(small_camera(), small_plan(), [] { return relight::gpu::create_device(GetParam(), {}); });
   const reconstruct::Scene scene = empty_room();
   const relight::Exhibit exhibit = pyramid();
   relighter.prepare_model(exhibit);
