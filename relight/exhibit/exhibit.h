@@ -117,6 +117,7 @@ struct VirtualObject {
   double scale = 1.0;
   Eigen::Vector3d origin_m = Eigen::Vector3d::Zero();  ///< the model's point that is at position_m, model frame
   bool visible = true;
+  bool stands = false;  ///< on the fused surface below its place (objects/standing.h)
   MaterialOverride material;
   float white_radiance = 1;      ///< of emission 1, W/sr/m²: 1 over the exposure of the colour camera
   std::vector<KeyFrame> motion;  ///< sorted by time; position linear, rotation slerp, constant outside the range

@@ -41,8 +41,12 @@ Json json_of(const relight::MaterialOverride& material) {
 
 }  // namespace
 
-relight::Exhibit shown_exhibit(const relight::Exhibit& exhibit, const std::optional<reconstruct::Pose>& pose) {
-  return pose ? relight::placed_at(exhibit, pose->T_tag_exhibit) : exhibit;
+relight::Exhibit shown_exhibit(const relight::Exhibit& exhibit, const reconstruct::Scene& scene, double time_s,
+                               relight::Standing& standing) {
+  if (!scene.pose) return exhibit;
+  const Eigen::Vector3d up = scene.pose->T_tag_exhibit.linear().col(2);
+  return standing.placed(relight::placed_at(exhibit, scene.pose->T_tag_exhibit), scene.field.get(), up.cast<float>(),
+                         time_s);
 }
 
 ExhibitState::ExhibitState(relight::Exhibit exhibit) {

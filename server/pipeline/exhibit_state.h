@@ -7,14 +7,16 @@
 #include <string>
 #include <vector>
 
-#include "reconstruct/pose/pose.h"
+#include "reconstruct/scene.h"
 #include "relight/exhibit/exhibit.h"
+#include "relight/objects/standing.h"
 #include "server/stream/protocol.h"
 
 namespace lumigraft::server {
 
-/// The exhibit at the place that the pose gives its frame.
-relight::Exhibit shown_exhibit(const relight::Exhibit& exhibit, const std::optional<reconstruct::Pose>& pose);
+/// The exhibit at the place that the scene's pose gives its frame, standing on the scene's surface.
+relight::Exhibit shown_exhibit(const relight::Exhibit& exhibit, const reconstruct::Scene& scene, double time_s,
+                               relight::Standing& standing);
 
 class ExhibitState {
  public:

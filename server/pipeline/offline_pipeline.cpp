@@ -35,9 +35,9 @@ FrameRecord OfflinePipeline::step(const capture::FrameSet& sensed, bool with_map
                      .warnings = std::move(built.warnings),
                      .choices = {}};
   const reconstruct::CostClock clock;
-  const relight::Exhibit exhibit = shown_exhibit(exhibit_, record.scene.pose);
-  relight::Planner::Decision decision =
-      planner_.decide(record.scene, exhibit, 1e-9 * static_cast<double>(sensed.time_ns));
+  const double time_s = 1e-9 * static_cast<double>(sensed.time_ns);
+  const relight::Exhibit exhibit = shown_exhibit(exhibit_, record.scene, time_s, standing_);
+  relight::Planner::Decision decision = planner_.decide(record.scene, exhibit, time_s);
   record.choices = std::move(decision.choices);
   try {
     if (!renderer_) make();  // the device was lost during the previous frame, and creating another failed

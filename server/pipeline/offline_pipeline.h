@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "reconstruct/scene_builder.h"
+#include "relight/objects/standing.h"
 #include "relight/planner.h"
 #include "relight/renderer.h"
 #include "server/truth/oracle.h"
@@ -47,6 +48,7 @@ class OfflinePipeline {
   relight::Exhibit exhibit_;
   relight::Plan plan_;
   relight::Planner planner_;
+  relight::Standing standing_;
   MakeDevice make_device_;
   OracleParts truth_;
   std::unique_ptr<relight::Renderer> renderer_;

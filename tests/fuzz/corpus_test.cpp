@@ -36,6 +36,7 @@ int play(const char* corpus, void (*target)(fuzz::Bytes)) {
 TEST(FuzzCorpus, Recordings) { EXPECT_GT(play("mkv", fuzz::mkv), 10); }
 TEST(FuzzCorpus, Sessions) { EXPECT_GT(play("session", fuzz::session), 10); }
 TEST(FuzzCorpus, Calibrations) { EXPECT_GT(play("calibration", fuzz::calibration), 10); }
+TEST(FuzzCorpus, Models) { EXPECT_GT(play("gltf", fuzz::gltf), 10); }
 TEST(FuzzCorpus, OpenNiRecordings) { EXPECT_GT(play("oni", fuzz::oni), 10); }
 
 }  // namespace

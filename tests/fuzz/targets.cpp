@@ -15,6 +15,7 @@
 #include "capture/recorded/oni_source.h"
 #include "capture/session/config.h"
 #include "capture/session/session.h"
+#include "relight/exhibit/load_gltf.h"
 
 namespace lumigraft::fuzz {
 namespace {
@@ -98,6 +99,10 @@ size_m = 0.1
 )",
                                                       "session.toml"));
   });
+}
+
+void gltf(Bytes bytes) {
+  expect_answer([&] { relight::load_gltf(file_with(bytes), 'y'); });
 }
 
 void oni(Bytes bytes) {

@@ -24,6 +24,7 @@ using Bytes = std::span<const std::uint8_t>;
 void mkv(Bytes bytes);          ///< a Matroska recording; the first byte selects the stream and the seek time
 void session(Bytes bytes);      ///< a session.toml
 void calibration(Bytes bytes);  ///< the calibration file of a session.toml
+void gltf(Bytes bytes);         ///< a model, .gltf or .glb
 void oni(Bytes bytes);          ///< a recording of OpenNI2, read by the helper program
 /// The same in this process, so that libFuzzer measures coverage of OpenNI2 as built by openni_with_coverage.sh.
 /// OpenNI2 may crash.

@@ -123,8 +123,9 @@ class Film {
       s.frame.time_ns = number_++ * std::chrono::nanoseconds(kFrame).count();
       if (i == 0) wanted_ = std::make_shared<const relight::Exhibit>(exhibit);
       const reconstruct::CostClock clock;
-      const relight::Exhibit shown = server::shown_exhibit(exhibit, s.scene.pose);
-      const auto decision = planner_.decide(s.scene, shown, 1e-9 * static_cast<double>(s.frame.time_ns));
+      const double time_s = 1e-9 * static_cast<double>(s.frame.time_ns);
+      const relight::Exhibit shown = server::shown_exhibit(exhibit, s.scene, time_s, standing_);
+      const auto decision = planner_.decide(s.scene, shown, time_s);
       const auto result = relighter_.relight(s.frame, s.scene, shown, decision.plan);
       const reconstruct::StageCost cost = clock.elapsed();
       const auto worst = std::max_element(result.picture.passes.begin(), result.picture.passes.end(),
@@ -167,6 +168,7 @@ class Film {
   const std::vector<Seen>& seen_;
   bool moving_;
   relight::Planner planner_;
+  relight::Standing standing_;
   server::LiveRelighter relighter_;
   Clock::time_point due_ = Clock::now();
   int number_ = 0;

@@ -39,10 +39,12 @@ TEST(ExhibitState, CommandsChangeACopy) {
 
 TEST(ExhibitState, IsShownWhereItsFrameIs) {
   const relight::Exhibit exhibit = two_objects();
-  EXPECT_EQ(shown_exhibit(exhibit, std::nullopt).objects[1].position_m, exhibit.objects[1].position_m);
-  reconstruct::Pose pose;
+  reconstruct::Scene scene;
+  relight::Standing standing;
+  EXPECT_EQ(shown_exhibit(exhibit, scene, 0, standing).objects[1].position_m, exhibit.objects[1].position_m);
+  reconstruct::Pose& pose = scene.pose.emplace();
   pose.T_tag_exhibit = Eigen::Translation3d(0.1, 0.2, 0) * Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitZ());
-  const relight::Exhibit shown = shown_exhibit(exhibit, pose);
+  const relight::Exhibit shown = shown_exhibit(exhibit, scene, 0, standing);
   for (std::size_t i = 0; i < 2; ++i)
     for (const double time_s : {0.0, 0.3, 2.0}) {  // one of them moves by its key frames
       const Eigen::Affine3d expected = pose.T_tag_exhibit * exhibit.objects[i].T_tag_model(time_s);
