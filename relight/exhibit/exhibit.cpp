@@ -97,6 +97,7 @@ VirtualObject read_object(const capture::ConfigTable& table, ModelCache* cache) 
   const double size_m = table.number("size_m", 1e-3, 1e3, 0.0);
   object.scale = table.number("scale", 1e-6, 1e6, 1.0);
   table.obsolete("rigid");
+  object.visible = table.flag("visible", true);
   object.stands = table.choice("on", {"tag", "table"}, "tag") == "table";
   object.motion = read_motion(table, object);
 

@@ -38,6 +38,7 @@ export class Controls {
     const chosen = Math.max(0, this.index);
     $("object").replaceChildren(...message.objects.map((o) => new Option(o.name, o.index)));
     $("object").selectedIndex = Math.min(chosen, message.objects.length - 1);
+    $("only").hidden = message.objects.length < 2;
     this.state(message.objects);
   }
 
@@ -75,6 +76,18 @@ export class Controls {
     setTimeout(() => this.flush(), 1000 / MESSAGES_A_SECOND);
   }
 
+  /** Shows the selected object and hides all others. */
+  showOnly() {
+    this.flush(); // what was changed before
+    for (const object of this.objects) {
+      const visible = object === this.current;
+      if (object.visible === visible) continue;
+      object.visible = visible;
+      this.send({ type: "object", index: object.index, visible });
+    }
+    this.show();
+  }
+
   flush() {
     if (this.pending) this.send(this.pending);
     this.pending = null;
@@ -93,6 +106,7 @@ export class Controls {
   bind() {
     $("object").onchange = () => this.show();
     $("visible").onchange = () => this.change({ visible: $("visible").checked });
+    $("only").onclick = () => this.showOnly();
     $("yaw").oninput = () => this.change({ yaw_degrees: Number($("yaw").value) });
     $("material").onchange = () => {
       if ($("material").value in MATERIALS) this.change({ material: MATERIALS[$("material").value] });

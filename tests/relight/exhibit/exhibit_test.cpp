@@ -87,6 +87,23 @@ TEST_F(ReadExhibit, Defaults) {
   EXPECT_TRUE(read("").objects.empty());
 }
 
+TEST_F(ReadExhibit, ObjectsMayBeHiddenAndStandOnTheTable) {
+  const std::vector<VirtualObject> objects = read(R"(
+[[object]]
+model = "two.obj"
+[[object]]
+name = "hidden"
+model = "two.obj"
+visible = false
+on = "table"
+)")
+                                                 .objects;
+  EXPECT_TRUE(objects[0].visible);
+  EXPECT_FALSE(objects[0].stands);
+  EXPECT_FALSE(objects[1].visible);
+  EXPECT_TRUE(objects[1].stands);
+}
+
 TEST_F(ReadExhibit, AnObjectOfASizeStandsAtItsPosition) {
   const VirtualObject object = read(R"(
 [[object]]
@@ -199,6 +216,7 @@ TEST_F(ReadExhibit, BadInput) {
                 ":5: object.1.name: ", "second object named \"a\""},
            Case{"[[object]]\nmodel = \"square.ply\"\nsize_m = 1\nscale = 2",
                 ":3: object.0.size_m: ", "together with scale"},
+           Case{"[[object]]\nmodel = \"square.ply\"\non = \"wall\"", ":3: object.0.on: ", "found \"wall\""},
            Case{"object = 3", ":1: object: ", "found 3"},
        }) {
     const std::string message = error_of(c.toml);

@@ -104,6 +104,19 @@ TEST(ServiceConfig, TheProjectsOwnConfigurationIsReadable) {
   EXPECT_EQ(error_of(files), "");
 }
 
+TEST(ServiceConfig, TheGalleryIsReadAndEverythingInItIsDrawn) {
+  ServiceFiles files;
+  files.session = LUMIGRAFT_SOURCE_DIR "/recordings/tabletop";
+  files.exhibit = LUMIGRAFT_SOURCE_DIR "/recordings/gallery/exhibit.toml";
+  const ServiceInput input = read_service(files, relight::Plan{});
+  EXPECT_TRUE(input.warnings.empty()) << input.warnings[0];
+  EXPECT_EQ(input.exhibit.objects.size(), 6u);
+  for (const relight::VirtualObject& object : input.exhibit.objects) {
+    EXPECT_EQ(object.visible, object.name == "owl");
+    EXPECT_TRUE(object.model->not_drawn.empty()) << object.model->not_drawn[0];
+  }
+}
+
 TEST(ServiceConfig, ErrorsSayWhere) {
   const TinySession tiny("errors");
   ServiceFiles files;
