@@ -86,17 +86,21 @@ TEST(RestoredField, LaterFillsOnlyWhatThisRunHasNotObserved) {
   ASSERT_NE(field, before);
   EXPECT_GT(field->version, before->version);
   EXPECT_GT(compare(*field, table, small_camera(), aside()).hit_fraction, 0.98);
-  int observed = 0;
+  int observed = 0, filled = 0;
   for (const auto& [key, brick] : before->bricks) {
     const FieldBrick& now = *field->bricks.at(key);
     for (std::size_t i = 0; i < kBrickVoxels; ++i) {
-      if (!(brick->weight[i] > 0)) continue;
+      if (!(brick->weight[i] > 0)) {
+        filled += now.weight[i] > 0 ? 1 : 0;
+        continue;
+      }
       ++observed;
       // The noise of one more frame; the kept ball would move them by up to a truncation distance.
       ASSERT_NEAR(now.distance_m[i], brick->distance_m[i], 0.006f);
     }
   }
   EXPECT_GT(observed, 100'000);
+  EXPECT_GT(filled, 1000);
 }
 
 TEST(RestoredField, StaysWithinItsMemoryAndLetsTheViewIn) {

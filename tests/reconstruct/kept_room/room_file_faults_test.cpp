@@ -62,7 +62,7 @@ class RoomFileFaults : public testing::Test {
     return folder.bytes();
   }();
 
-  std::string error_with(FileBytes bytes) const {
+  std::string error_with(const FileBytes& bytes) const {
     folder.write(bytes);
     return room_error(folder);
   }
