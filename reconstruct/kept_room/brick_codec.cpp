@@ -7,7 +7,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
-#include <optional>
+#include <stdexcept>
 
 #include "capture/error.h"
 #include "capture/message_text.h"

@@ -1,5 +1,7 @@
 #include "server/commands/kept_room_file.h"
 
+#include <exception>
+#include <system_error>
 #include <utility>
 
 #include "capture/message_text.h"

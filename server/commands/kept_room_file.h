@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "capture/session/session.h"
 #include "reconstruct/fusion/parameters.h"

@@ -1,5 +1,7 @@
 #pragma once
 // A small room to keep, and a folder for its file.
+#include <gtest/gtest.h>
+
 #include <filesystem>
 #include <fstream>
 #include <iterator>
