@@ -7,8 +7,11 @@
 #include <mutex>
 #include <utility>
 
+#include "capture/message_text.h"
 #include "capture/sync/depth_registration.h"
+#include "reconstruct/albedo/kept_albedo.h"
 #include "reconstruct/fusion/fusion.h"
+#include "reconstruct/kept_room/room_check.h"
 #include "reconstruct/lamps/light_from_shading.h"
 #include "reconstruct/light/fluence.h"
 #include "reconstruct/light/light.h"
@@ -81,6 +84,10 @@ constexpr std::int64_t kNever_ns = std::numeric_limits<std::int64_t>::min() / 2;
 /// light of a black room is.
 constexpr float kNoLight = 1e-6f;
 
+constexpr const char* kKeptRoomUnseen =
+    "the room that was kept is not used yet, nor is this one kept: the camera sees too little of its surfaces; if the "
+    "camera was moved for good, delete the file";
+
 }  // namespace
 
 struct SceneBuilder::State {
@@ -112,6 +119,12 @@ struct SceneBuilder::State {
   std::atomic<bool> learning = true;
   Shared<std::optional<TagMap::State>> newest_tag_map;     ///< until it is taken
   Shared<std::optional<KeyframeMap::Views>> newest_views;  ///< the same
+  std::optional<KeptRoom> kept_room;                       ///< until it is used or found to be another one
+  RoomCheck room_check;
+  Shared<std::shared_ptr<const AlbedoField>> restored_albedo;  ///< of that room, until albedo is solved with it
+  std::optional<KeptAlbedo> kept_albedo;
+  std::atomic<bool> room_is_certain = true, restored_another = false;
+  std::uint64_t taken_version = 0;  ///< of the field that room_to_keep returned last
   Shared<LampTags> newest_lamp_tags;
   Shared<SeenByColor> seen_by_color;  ///< until the light stage takes it
   SceneStore store;
@@ -133,10 +146,13 @@ struct SceneBuilder::State {
         albedo(session),
         light_from_shading(session),
         fisheye_awaited_ns(session.fisheye ? kFisheyeAwaited_ns : 0),
-        schedule(std::move(pace)) {}
+        schedule(std::move(pace)),
+        room_check(session.color.model) {}
 
   std::optional<AlbedoStage::Result> solve(AlbedoWork work, const std::shared_ptr<const DistanceField>& field,
                                            const Illumination& measured);
+  void compare_kept_room(const capture::FrameSet& frame, const Pose& where);
+  void use_kept_albedo();
   void estimate_light(const DistanceField& field);
   void publish(AlbedoStage::Result solution, const DistanceField& field,
                const std::shared_ptr<const Illumination>& measured);
@@ -177,6 +193,28 @@ PoseStage::Result SceneBuilder::locate_camera(const capture::FrameSet& frame) {
 void SceneBuilder::restore_tag_map(TagMap::State learnt) { state_->pose.restore_tag_map(std::move(learnt)); }
 void SceneBuilder::restore_views(KeyframeMap::Views views) { state_->pose.restore_views(std::move(views)); }
 std::optional<KeyframeMap::Views> SceneBuilder::take_views() { return state_->newest_views.take(); }
+
+void SceneBuilder::restore_room(KeptRoom kept) {
+  if (kept.field.bricks.empty()) return;
+  state_->kept_room = std::move(kept);
+  state_->room_is_certain = false;
+}
+
+std::optional<RoomToKeep> SceneBuilder::room_to_keep() {
+  State& s = *state_;
+  const std::shared_ptr<const DistanceField> field = s.store.observed_field();
+  if (!s.room_is_certain || !field || field->bricks.empty() || field->version == s.taken_version) return std::nullopt;
+  s.taken_version = field->version;
+  s.store.publish_warnings("kept room", {});
+  RoomToKeep result{.room = {.field = *field, .albedo = nullptr, .albedo_error = 0}, .another = s.restored_another};
+  // What was solved in a guessed light is no knowledge.
+  if (const Scene scene = s.store.newest(); scene.illumination && !scene.illumination->from_shading) {
+    result.room.albedo = scene.albedo;
+    result.room.albedo_error = common_error(*scene.illumination);
+  }
+  return result;
+}
+
 std::optional<TagMap::State> SceneBuilder::take_tag_map() { return state_->newest_tag_map.take(); }
 void SceneBuilder::restart_tracking() { state_->pose.reset(); }
 
@@ -226,8 +264,33 @@ capture::FrameSet SceneBuilder::complete_depth(const capture::FrameSet& frame, c
   return completed;
 }
 
+void SceneBuilder::State::compare_kept_room(const capture::FrameSet& frame, const Pose& where) {
+  if (!kept_room || !frame.depth || where.age_ns != 0) return;
+  const RoomCheck::Verdict verdict =
+      room_check.look(kept_room->field, frame.depth->depth_m, where.T_tag_camera.cast<float>(), frame.time_ns);
+  std::vector<std::string> warnings;
+  if (verdict == RoomCheck::Verdict::undecided) {
+    if (room_check.sees_too_little()) warnings.emplace_back(kKeptRoomUnseen);
+  } else if (verdict == RoomCheck::Verdict::another) {
+    const RoomCheck::Points points = room_check.points();
+    warnings.push_back(capture::formatted(
+        "the room that was kept is another one, or its tag was moved: %d of %d points that the camera sees are on its "
+        "surfaces, allowed: more than half; it is not used, and its file is renamed when this room is kept",
+        points.on_surface, points.all()));
+    restored_another = true;
+  } else {
+    fusion.restore(std::move(kept_room->field));
+    restored_albedo.put(kept_room->albedo);
+  }
+  store.publish_warnings("kept room", std::move(warnings));
+  if (verdict == RoomCheck::Verdict::undecided) return;
+  kept_room.reset();
+  room_is_certain = true;
+}
+
 void SceneBuilder::fuse_depth(const capture::FrameSet& frame, const Pose& pose) {
   State& s = *state_;
+  s.compare_kept_room(frame, pose);
   double light_change = 0;
   if (const auto light = s.store.measured_light(); light && !light->from_shading && light != s.fused_light) {
     if (s.fused_light) light_change = relative_change(*light, *s.fused_light);
@@ -250,6 +313,13 @@ void SceneBuilder::fuse_depth(const capture::FrameSet& frame, const Pose& pose) 
   if (s.first_fused_ns < 0) s.first_fused_ns = frame.time_ns;
   s.fused_span_ns = frame.time_ns - s.first_fused_ns;
   s.store.publish_warnings("geometry", s.fusion.warnings());
+}
+
+void SceneBuilder::State::use_kept_albedo() {
+  const std::shared_ptr<const AlbedoField> kept = restored_albedo.take();
+  if (!kept) return;
+  kept_albedo.emplace(kept);
+  store.publish_albedo(kept_albedo->complete(store.newest().albedo));
 }
 
 /// While no fish-eye delivers.
@@ -287,6 +357,7 @@ std::optional<AlbedoStage::Result> SceneBuilder::State::solve(AlbedoWork work,
 void SceneBuilder::State::publish(AlbedoStage::Result solution, const DistanceField& field,
                                   const std::shared_ptr<const Illumination>& measured) {
   if (overrides.light) solution.illumination = measured;
+  if (kept_albedo && solution.albedo) solution.albedo = kept_albedo->complete(solution.albedo);
   if (solution.complete && solution.illumination) {
     const Illumination& lit = *solution.illumination;
     const std::shared_ptr<const Enclosure> known = overrides.enclosure ? overrides.enclosure(lit) : nullptr;
@@ -299,6 +370,7 @@ void SceneBuilder::State::publish(AlbedoStage::Result solution, const DistanceFi
 
 bool SceneBuilder::solve_albedo() {
   State& s = *state_;
+  s.use_kept_albedo();
   if (!s.color_shows_room) return false;
   const std::shared_ptr<const DistanceField> field = s.store.observed_field();
   if (field) s.estimate_light(*field);

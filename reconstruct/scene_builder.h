@@ -19,6 +19,7 @@
 #include "reconstruct/albedo_schedule.h"
 #include "reconstruct/exposure/color_gain.h"
 #include "reconstruct/fusion/fusion.h"
+#include "reconstruct/kept_room/kept_room.h"
 #include "reconstruct/scene.h"
 #include "reconstruct/scene_store.h"
 #include "reconstruct/stage_cost.h"
@@ -40,6 +41,12 @@ struct BuildResult {
   Scene scene;
   std::map<std::string, StageCost> stages;
   std::vector<std::string> warnings;  ///< of all stages, in the order in which they ran
+};
+
+/// A room that is worth keeping.
+struct RoomToKeep {
+  KeptRoom room;
+  bool another = false;  ///< than the one that was restored, which must not be replaced
 };
 
 class SceneBuilder {
@@ -67,6 +74,12 @@ class SceneBuilder {
   void restore_views(KeyframeMap::Views views);
   /// The kept views of the room, if there are new ones since the last call. Any thread.
   std::optional<KeyframeMap::Views> take_views();
+  /// Call before the first frame: the room, as kept before. It is used from the first frame on whose depth agrees with
+  /// it (RoomCheck); a warning says if it is another room.
+  void restore_room(KeptRoom kept);
+  /// The room, if it changed since the last call. Empty while it is not certain whether it is the one that was
+  /// restored. One thread at a time, any.
+  std::optional<RoomToKeep> room_to_keep();
   /// Where the tags are, if more was learnt since the last call. Any thread.
   std::optional<TagMap::State> take_tag_map();
   /// Poses of lamps that carry tags, for the light that is extracted next.

@@ -8,6 +8,7 @@
 #include "reconstruct/albedo/albedo_bricks.h"
 #include "reconstruct/albedo/clipped_albedo.h"
 #include "reconstruct/albedo/incremental_solver.h"
+#include "reconstruct/albedo/kept_albedo.h"
 #include "reconstruct/albedo/known_surface.h"
 #include "reconstruct/albedo/parameters.h"
 #include "reconstruct/albedo/sample_solver.h"
@@ -17,7 +18,6 @@
 #include "reconstruct/lamps/lamp_reflections.h"
 #include "reconstruct/lamps/out_of_view_lamps.h"
 #include "reconstruct/light/extrinsics_check.h"
-#include "reconstruct/light/fluence.h"
 #include "reconstruct/light/lamp_merge.h"
 #include "reconstruct/math/tag_family.h"
 #include "reconstruct/room/enclosure.h"
@@ -317,20 +317,15 @@ std::optional<AlbedoStage::Result> AlbedoStage::State::solve_incremental(const D
   return last;
 }
 
-/// The last solution becomes prior knowledge of those under another light. Errors common to all samples limit it: of
-/// the fish-eye, and of the power of clipped lamps. What was solved in a guessed light is no knowledge.
+/// The last solution becomes prior knowledge of those under another light; errors common to all samples limit it. What
+/// was solved in a guessed light is no knowledge.
 void AlbedoStage::State::remember_albedo() {
   if (solved_light.dimmed) return;  // it follows from what is known
   known.clear();
   if (solved_light.from_shading) return;
-  float power_error = 0;  // W/m² at the probe
-  for (const PointLight& lamp : last.illumination->lights)
-    power_error += lamp.power_log_sigma * lamp.irradiance.mean() / 4;
-  const float all_light = mean_irradiance(*last.illumination, last.illumination->probe_position_m).mean();
-  const float common = std::hypot(kAlbedoParameters.lighting.lamp_error, power_error / std::max(all_light, 1e-9f));
+  const float common = common_error(*last.illumination);
   known = incremental.albedo();
-  for (auto& [cell, sample] : known)
-    sample.sigma = std::hypot(sample.sigma, common * sample.albedo.mean()) / std::sqrt(kStage.kept_information);
+  for (auto& [cell, sample] : known) sample.sigma = sigma_later(sample, common);
 }
 
 void AlbedoStage::State::add_warnings(const Illumination& lit) {

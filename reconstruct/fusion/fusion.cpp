@@ -102,6 +102,16 @@ std::shared_ptr<const DistanceField> FusionStage::fuse(
   return s.field = both;
 }
 
+void FusionStage::restore(DistanceField kept) {
+  State& s = *state_;
+  if (kept.coarse && !kept.coarse->bricks.empty()) {
+    if (!s.coarse) s.begin_coarse();
+    s.share_memory();
+    s.coarse->restore(kept.coarse->bricks);
+  }
+  s.fine.restore(std::move(kept.bricks));
+}
+
 FusionStage::Memory FusionStage::memory() const {
   Memory memory = state_->fine.memory();
   if (!state_->coarse) return memory;

@@ -47,6 +47,10 @@ class FusionStage {
   std::shared_ptr<const DistanceField> fuse(
       const capture::FrameSet& frame, const Pose& pose, double light_change = 0,
       const std::function<Eigen::Array3f(const Eigen::Vector3f& position_m)>& light_ratio = {});
+  /// Adds surfaces as they were known in an earlier run, with the voxels of these settings; radiance is not used. Where
+  /// this run has observed something, that stays. What does not fit into the memory, far from the tag, is left out. The
+  /// next `fuse` publishes it.
+  void restore(DistanceField kept);
   using Memory = FusionMemory;
   Memory memory() const;
   /// Real surfaces of the session that depth contradicts (real_surface.h).

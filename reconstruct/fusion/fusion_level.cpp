@@ -30,6 +30,15 @@ float motion(const Isometry3f& from, const Isometry3f& to, float unit_m, float u
          Eigen::AngleAxisf(from.linear().transpose() * to.linear()).angle() / unit_rad;
 }
 
+/// Voxels that were not observed get the distances of another brick.
+void fill_unknown(FieldBrick& brick, const FieldBrick& from) {
+  for (std::size_t i = 0; i < kBrickVoxels; ++i) {
+    if (brick.weight[i] > 0) continue;
+    brick.distance_m[i] = from.distance_m[i];
+    brick.weight[i] = from.weight[i];
+  }
+}
+
 bool same_frame(const std::shared_ptr<const capture::Frame>& a, const std::shared_ptr<const capture::Frame>& b) {
   if (a == b) return true;
   return a && b && a->exposure == b->exposure && a->encoded.data == b->encoded.data &&
@@ -61,8 +70,13 @@ struct FusionLevel::State {
   void set_max_memory(double mb) {
     max_copies = static_cast<std::size_t>(1e6 * std::max(mb, 0.0)) / sizeof(FieldBrick);
   }
+  void begin_field();
+  void restore(BrickMap<FieldBrick> kept);
   void add_viewpoint(const Isometry3f& T_tag_camera);
   WorkingBrick& brick_at(const BrickKey& key);
+  std::size_t count_copies();
+  /// Bricks that a frame may need to copy.
+  std::size_t reserve() const { return std::min(kUpdateSchedule.max_bricks, max_copies / 2); }
   void evict();
   void allocate(const Isometry3f& T_tag_camera);
   void update_models();
@@ -114,6 +128,46 @@ struct FusionLevel::State {
   double light_variance = 0;  ///< sum of the squared relative changes of light so far
 };
 
+void FusionLevel::State::begin_field() {
+  if (field) return;
+  auto empty = std::make_shared<DistanceField>();
+  empty->voxel_m = voxel_m;
+  empty->truncation_m = truncation_m;
+  field = empty;
+}
+
+/// Bricks near the tag come first where memory is short, as they are evicted last. All count as out of view for long,
+/// so that those that no frame shows give way to those that one does.
+void FusionLevel::State::restore(BrickMap<FieldBrick> kept) {
+  begin_field();
+  auto next = std::make_shared<DistanceField>(*field);
+  next->version += 1;
+  for (const BrickKey& key : std::exchange(evicted, {})) next->bricks.erase(key);
+  std::vector<std::pair<float, BrickKey>> order;  // squared distance
+  for (const auto& [key, brick] : kept) order.emplace_back(brick_centre(key, voxel_m).squaredNorm(), key);
+  std::sort(order.begin(), order.end());
+  const std::size_t used = count_copies() + reserve();
+  std::size_t free = max_copies - std::min(used, max_copies);
+  for (const auto& [squared, key] : order) {
+    if (free == 0) break;
+    WorkingBrick& brick = brick_at(key);
+    if (brick.now || brick.published || brick.model) {
+      free -= !brick.now || brick.now == brick.published ? 1 : 0;
+      brick.prepare_change(maker);
+      fill_unknown(*brick.now, *kept.at(key));
+      brick.urgent = urgent = true;
+      queue(brick);
+    } else {
+      brick.now = brick.published = maker.copy(*kept.at(key));
+      brick.last_update = frames - kMemory.keep_frames;
+      next->bricks[key] = brick.published;
+      --free;
+    }
+    kept.erase(key);  // now, so that not all are in memory twice
+  }
+  field = std::move(next);
+}
+
 /// Adds the camera position to the viewpoints, or marks a near one as most recent. The limit removes positions of wrong
 /// poses in time.
 void FusionLevel::State::add_viewpoint(const Isometry3f& T_tag_camera) {
@@ -151,8 +205,7 @@ WorkingBrick& FusionLevel::State::brick_at(const BrickKey& key) {
   return brick;
 }
 
-/// Keeps memory free for the bricks that a frame changes, as long as there are bricks to evict.
-void FusionLevel::State::evict() {
+std::size_t FusionLevel::State::count_copies() {
   std::size_t copies = 0;
   bricks.for_each([&](WorkingBrick& brick) {
     // What has not drifted is not worth a second copy once it is out of view.
@@ -160,12 +213,16 @@ void FusionLevel::State::evict() {
       brick.now = brick.published;
     copies += (brick.now ? 1u : 0u) + (brick.published != brick.now ? 1u : 0u);
   });
-  free_copies = max_copies - std::min(copies, max_copies);
-  const std::size_t reserve = std::min(kUpdateSchedule.max_bricks, max_copies / 2);
-  scarce = free_copies < reserve;
+  return copies;
+}
+
+/// Keeps memory free for the bricks that a frame changes, as long as there are bricks to evict.
+void FusionLevel::State::evict() {
+  free_copies = max_copies - std::min(count_copies(), max_copies);
+  scarce = free_copies < reserve();
   if (!scarce) return;
   const auto slack = static_cast<std::size_t>(kMemory.slack * static_cast<double>(max_copies));
-  const std::vector<BrickKey> keys = least_needed(bricks, reserve - free_copies + slack, frames, voxel_m);
+  const std::vector<BrickKey> keys = least_needed(bricks, reserve() - free_copies + slack, frames, voxel_m);
   const std::set<BrickKey> gone(keys.begin(), keys.end());
   bricks.remove_if([&](const WorkingBrick& brick) {
     const bool never_observed = !brick.now && !brick.model && unseen(brick, frames);
@@ -366,6 +423,8 @@ FusionLevel::FusionLevel(const capture::Session& session, const FusionSettings& 
 
 FusionLevel::~FusionLevel() = default;
 
+void FusionLevel::restore(BrickMap<FieldBrick> kept) { state_->restore(std::move(kept)); }
+
 void FusionLevel::set_max_memory(double mb) { state_->set_max_memory(mb); }
 
 std::shared_ptr<const DistanceField> FusionLevel::fuse(
@@ -386,12 +445,7 @@ std::shared_ptr<const DistanceField> FusionLevel::fuse(
   const bool again =
       s.field && same_pose && same_depth(frame.depth, s.last_depth) && same_frame(frame.color, s.last_color);
   if (again && !s.unfinished) return s.field;
-  if (!s.field) {
-    auto empty = std::make_shared<DistanceField>();
-    empty->voxel_m = s.voxel_m;
-    empty->truncation_m = s.truncation_m;
-    s.field = empty;
-  }
+  s.begin_field();
 
   if (again)
     --s.frames;

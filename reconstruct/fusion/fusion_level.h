@@ -33,6 +33,8 @@ class FusionLevel {
   std::shared_ptr<const DistanceField> fuse(
       const capture::FrameSet& frame, const Pose& pose, double light_change,
       const std::function<Eigen::Array3f(const Eigen::Vector3f& position_m)>& light_ratio);
+  /// As FusionStage::restore, of one size of voxels.
+  void restore(BrickMap<FieldBrick> kept);
   /// In place of that of the settings.
   void set_max_memory(double mb);
   FusionMemory memory() const;

@@ -19,8 +19,7 @@ constexpr int kFormat = 1;
 
 /// What must be the same for views to be of use: the world frame, and the mapping from pixels to rays.
 std::string identity_of(const capture::Tag& tag, const capture::CameraModel& color) {
-  std::string text = tag.present() ? capture::formatted("%s %d, %.6g m", tag.family.c_str(), tag.id, tag.size_m)
-                                   : std::string("a surface");
+  std::string text = world_name(tag);
   text += capture::formatted("; camera of %d x %d pixels, f %.6g %.6g, c %.6g %.6g", color.width, color.height,
                              color.fx, color.fy, color.cx, color.cy);
   for (const double k : color.distortion) text += capture::formatted(" %.6g", k);
@@ -92,6 +91,11 @@ Keyframe read_view(const cv::FileNode& node) {
 }
 
 }  // namespace
+
+std::string world_name(const capture::Tag& tag) {
+  return tag.present() ? capture::formatted("%s %d, %.6g m", tag.family.c_str(), tag.id, tag.size_m)
+                       : std::string("a surface");
+}
 
 void write_views(const std::filesystem::path& file, const KeyframeMap::Views& views, const capture::Tag& tag,
                  const capture::CameraModel& color) {

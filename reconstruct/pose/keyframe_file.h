@@ -2,6 +2,7 @@
 // Kept views of a room as a file, so that the camera is found again after a restart.
 #include <filesystem>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "capture/camera/camera_model.h"
@@ -9,6 +10,9 @@
 #include "reconstruct/pose/keyframe_map.h"
 
 namespace lumigraft::reconstruct {
+
+/// What the world frame belongs to: the tag with its size, or a surface.
+std::string world_name(const capture::Tag& tag);
 
 /// Writes OpenCV's YAML, compressed if the name ends in .gz, in one step: an older file stays until the new one is
 /// whole. About 30 kB a view. Throws InputError.

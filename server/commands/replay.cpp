@@ -12,6 +12,7 @@
 #include "capture/recorded/seekable_reader.h"
 #include "capture/source.h"
 #include "reconstruct/field/surface_mesh.h"
+#include "server/commands/kept_room_file.h"
 #include "server/commands/tag_map_file.h"
 #include "server/pipeline/frame_record.h"
 #include "server/pipeline/offline_pipeline.h"
@@ -107,6 +108,13 @@ bool run_replay(const ReplayCommand& command, const std::atomic<bool>& interrupt
               << (file.message().empty() ? map.string() + ": no such file, tags are learnt anew" : file.message())
               << '\n';
     if (file.learnt()) pipeline.restore_tag_map(*file.learnt());
+  }
+  if (const fs::path& room = input.server.room; !room.empty()) {
+    KeptRoomFile file(room, input.session.tag, input.server.fusion);
+    std::cerr << "lumigraft: "
+              << (file.message().empty() ? room.string() + ": no such file, the room is learnt anew" : file.message())
+              << '\n';
+    if (auto kept = file.take()) pipeline.restore_room(*std::move(kept));
   }
 
   std::ofstream lines(output.folder() / "frames.jsonl", std::ios::binary);

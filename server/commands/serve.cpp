@@ -6,6 +6,7 @@
 #include "capture/error.h"
 #include "capture/record/source_observer.h"
 #include "capture/recorded/seekable_reader.h"
+#include "server/commands/kept_room_file.h"
 #include "server/commands/record_button.h"
 #include "server/commands/serve_log.h"
 #include "server/commands/serve_texts.h"
@@ -73,6 +74,21 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
     if (!views->message().empty()) std::fprintf(stderr, "lumigraft: %s\n", views->message().c_str());
     input.views = views->views();
   }
+  std::optional<KeptRoomFile> room;
+  if (live || !server.room.empty()) {
+    room.emplace(server.room.empty() ? default_kept_room(input.session_text.file) : server.room, session.tag,
+                 server.fusion);
+    if (!room->message().empty()) std::fprintf(stderr, "lumigraft: %s\n", room->message().c_str());
+    input.room = room->take();
+  }
+  Pipeline::Keep keep;
+  if (room) {
+    keep = [&room](const reconstruct::RoomToKeep& found) {
+      const std::string failure = room->save(found);
+      if (!failure.empty()) std::fprintf(stderr, "lumigraft: %s\n", failure.c_str());
+      return room->size();
+    };
+  }
 
   EncoderDemand demand;
   Metrics metrics;
@@ -82,7 +98,8 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
       std::move(input), std::move(cameras), open,
       [backend = server.backend] { return relight::gpu::create_device(backend, relight::gpu::DeviceOptions{}); },
       demand, metrics,
-      [&web_pointer](std::shared_ptr<const StreamMessage> message) { web_pointer->publish(std::move(message)); });
+      [&web_pointer](std::shared_ptr<const StreamMessage> message) { web_pointer->publish(std::move(message)); },
+      std::move(keep));
 
   const WebSettings settings{.address = server.address,
                              .port = server.port,

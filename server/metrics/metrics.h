@@ -36,6 +36,8 @@ class Metrics {
   void decided(const std::string& key, int value, double left_out = 0);
   /// Bricks of the distance field, their memory, and bricks evicted so far.
   void fused(std::size_t bricks, std::size_t bytes, std::size_t evicted);
+  /// The room was written to the disk.
+  void kept(std::uintmax_t bytes) { kept_bytes_ = bytes; }
   void cameras_with_faults(int count) { cameras_with_faults_ = count; }
 
   std::uint64_t frames() const;
@@ -69,6 +71,7 @@ class Metrics {
   std::uint64_t interval_frames_ = 0;
   Clock::time_point last_frame_{}, interval_start_ = Clock::now();
   std::atomic<std::size_t> bricks_ = 0, brick_bytes_ = 0, evicted_bricks_ = 0;
+  std::atomic<std::uintmax_t> kept_bytes_ = 0;
   std::atomic<int> viewers_ = 0;
   std::atomic<int> cameras_with_faults_ = 0;
 };

@@ -37,6 +37,8 @@ class OfflinePipeline {
 
   /// Call before the first frame: where the tags are, as learnt before.
   void restore_tag_map(reconstruct::TagMap::State learnt) { builder_.restore_tag_map(std::move(learnt)); }
+  /// Call before the first frame: the room, as kept before.
+  void restore_room(reconstruct::KeptRoom kept) { builder_.restore_room(std::move(kept)); }
   /// An exception of a stage becomes a warning of the frame. If the device is lost, the frame is rendered again on a
   /// new one; other gpu::GpuErrors are rethrown, since there is no image then.
   FrameRecord step(const capture::FrameSet& frame, bool with_maps);

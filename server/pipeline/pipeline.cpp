@@ -43,6 +43,7 @@ struct Pipeline::State {
   EncoderDemand& demand;
   Metrics& metrics;
   Publish publish;
+  Keep keep;
 
   reconstruct::SceneBuilder builder;
   reconstruct::SceneStore& store = builder.store();
@@ -72,12 +73,15 @@ struct Pipeline::State {
 
   Clock::time_point last_encoded{};  ///< used by the encode thread only
 
+  Clock::duration keep_wait = kPipeline.first_keep;  ///< used by the thread that keeps the room only
+  Clock::time_point keep_due = Clock::now() + keep_wait;
+
   std::stop_source stopping;
   BackgroundThreads background_threads;
   std::vector<std::jthread> threads;
 
   State(ServiceInput input, Cameras cameras, OpenCameras the_open_again, LiveRelighter::MakeDevice make_device,
-        EncoderDemand& the_demand, Metrics& the_metrics, Publish the_publish)
+        EncoderDemand& the_demand, Metrics& the_metrics, Publish the_publish, Keep the_keep)
       : session(input.session),
         exhibit(std::move(input.exhibit)),
         open_again(std::move(the_open_again)),
@@ -86,12 +90,14 @@ struct Pipeline::State {
         demand(the_demand),
         metrics(the_metrics),
         publish(std::move(the_publish)),
+        keep(std::move(the_keep)),
         builder(session, {}, std::make_unique<RestingPace>(the_metrics), input.server.fusion),
         planner(input.plan),
         relighter(session, input.plan, std::move(make_device)),
         encode(input.server.jpeg_quality, demand, metrics) {
     if (input.tag_map) builder.restore_tag_map(*std::move(input.tag_map));
     builder.restore_views(std::move(input.views));
+    if (input.room) builder.restore_room(*std::move(input.room));
   }
 
   template <typename T>
@@ -130,6 +136,7 @@ struct Pipeline::State {
   void albedo_turn();
   void room_turn();
   void models_turn();
+  void keep_turn();
   void encode_turn();
 };
 
@@ -347,6 +354,18 @@ void Pipeline::State::models_turn() {
   store.publish_warnings("models stage", {});
 }
 
+/// The room is shared with the stages until it is written, and copied in chunks; no stage waits for it.
+void Pipeline::State::keep_turn() {
+  if (!sleep_until(keep_due)) return;
+  keep_due = Clock::now() + keep_wait;
+  if (const std::optional<reconstruct::RoomToKeep> room = builder.room_to_keep()) {
+    const StageTimer timer(metrics, "keep room");
+    metrics.kept(keep(*room));
+    keep_wait = std::min<Clock::duration>(2 * keep_wait, kPipeline.longest_keep);
+  }
+  store.publish_warnings("keep room stage", {});
+}
+
 void Pipeline::State::encode_turn() {
   std::optional<ShownFrame> picture = to_encode.take(kPipeline.tick);
   if (picture) {
@@ -367,9 +386,9 @@ void Pipeline::State::encode_turn() {
 }
 
 Pipeline::Pipeline(ServiceInput input, Cameras cameras, OpenCameras open_again, LiveRelighter::MakeDevice make_device,
-                   EncoderDemand& demand, Metrics& metrics, Publish publish)
+                   EncoderDemand& demand, Metrics& metrics, Publish publish, Keep keep)
     : state_(std::make_unique<State>(std::move(input), std::move(cameras), std::move(open_again),
-                                     std::move(make_device), demand, metrics, std::move(publish))) {}
+                                     std::move(make_device), demand, metrics, std::move(publish), std::move(keep))) {}
 
 Pipeline::~Pipeline() {
   stop();
@@ -387,6 +406,7 @@ void Pipeline::start() {
   s.run("albedo", true, [&s] { s.albedo_turn(); });
   if (s.relighter.may_draw_prepared()) s.run("room", true, [&s] { s.room_turn(); });
   s.run("models", true, [&s] { s.models_turn(); });
+  if (s.keep) s.run("keep room", true, [&s] { s.keep_turn(); });
   s.run("capture", false, [&s] { s.capture_turn(); });
   if (s.fisheye) s.run("fisheye", false, [&s] { s.fisheye_turn(); });
 }

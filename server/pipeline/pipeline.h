@@ -7,13 +7,16 @@
 //      │          └─> lamp tags ─┐     ├─> albedo ─> room   (for `rays` only: the geometry that is ray traced)
 //   fish-eye ─────────────> light ─────┘
 //   exhibit ──> models   (what rendering needs once per model)
+//   geometry, albedo ──> keep room   (the disk, minutes apart)
 //
 // The stages from frames to the scene are SceneBuilder's, which replay runs too. Pose registers depth, and takes the
 // newest frame just in time for relight, so that no pose is computed for frames that are not rendered. A live fish-eye
 // has a thread of its own, so light is updated while rendering is slow or the colour camera is disconnected; of a
 // recording, capture passes its frames to light. Geometry, lamp tags, light, albedo and room have lower
-// priority and rest between turns, models has lower priority, so that on two cores rendering comes first.
+// priority and rest between turns, models and keep room have lower priority, so that on two cores rendering comes
+// first.
 #include <Eigen/Geometry>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -22,6 +25,7 @@
 
 #include "capture/source.h"
 #include "capture/sync/fisheye_reader.h"
+#include "reconstruct/scene_builder.h"
 #include "server/metrics/metrics.h"
 #include "server/pipeline/exhibit_state.h"
 #include "server/pipeline/live_relighter.h"
@@ -38,12 +42,15 @@ class Pipeline {
     std::unique_ptr<capture::FisheyeReader> fisheye;  ///< null if there is none, or if `frames` contain its images
   };
   using OpenCameras = std::function<Cameras()>;
+  /// Keeps the room for the next start; returns the size of the file. Called on a thread of its own.
+  using Keep = std::function<std::uintmax_t(const reconstruct::RoomToKeep&)>;
   using Publish = std::function<void(std::shared_ptr<const StreamMessage>)>;
 
   /// Creates all stages and the GPU device; throws what they throw. `publish` is called on the encode thread.
+  /// `keep` may be empty.
   /// `open_again` is called when a recording gives no frames any more; `cameras` is the result of its first call.
   Pipeline(ServiceInput input, Cameras cameras, OpenCameras open_again, LiveRelighter::MakeDevice make_device,
-           EncoderDemand& demand, Metrics& metrics, Publish publish);
+           EncoderDemand& demand, Metrics& metrics, Publish publish, Keep keep = {});
   ~Pipeline();  ///< stops and joins
 
   void start();

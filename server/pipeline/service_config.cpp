@@ -30,6 +30,7 @@ ServerSettings read_server(const capture::ConfigTable& root) {
     if (table->has("recordings")) settings.recordings = table->folder() / table->text("recordings");
     settings.backend = *relight::gpu::backend_named(table->choice("backend", {"best", "vulkan", "egl"}, "best"));
     double& memory_mb = settings.fusion.max_memory_mb;
+    if (table->has("room")) settings.room = table->folder() / table->text("room");
     memory_mb = table->number("max_field_memory_mb", kMinFieldMemory_mb, kMaxFieldMemory_mb, memory_mb);
   }
   return settings;
@@ -140,7 +141,9 @@ std::string settable_keys() {
       "EGL\n"
       "  server.max_field_memory_mb  (64 to 1048576)\n      memory of the reconstructed room; where it is short, what "
       "is "
-      "out of view for long and far from the tag is\n      forgotten; 768\n";
+      "out of view for long and far from the tag is\n      forgotten; 768\n"
+      "  server.room  (FILE)\n      the reconstructed room, kept for the next start; of live cameras KIOSK.room beside "
+      "KIOSK.toml\n";
   return text;
 }
 

@@ -8,6 +8,7 @@
 
 #include "capture/session/session.h"
 #include "reconstruct/fusion/parameters.h"
+#include "reconstruct/kept_room/kept_room.h"
 #include "reconstruct/pose/keyframe_map.h"
 #include "reconstruct/pose/tag_map.h"
 #include "relight/exhibit/exhibit.h"
@@ -24,6 +25,7 @@ struct ServerSettings {
   std::filesystem::path recordings;  ///< folder for recordings from the page; empty: it cannot record
   relight::gpu::Backend backend = relight::gpu::Backend::best;  ///< also for replay
   reconstruct::FusionSettings fusion;                           ///< also for replay
+  std::filesystem::path room;  ///< file of the kept room, also for replay; empty: the default of live cameras
 };
 
 /// ADDRESS:PORT with a numeric address, [::1]:PORT, localhost:PORT, or :PORT. `where` is the prefix of error messages.
@@ -44,6 +46,7 @@ struct ServiceInput {
   ServerSettings server;
   std::optional<reconstruct::TagMap::State> tag_map;  ///< learnt earlier; see TagMapFile
   reconstruct::KeyframeMap::Views views;              ///< kept earlier; see ViewsFile
+  std::optional<reconstruct::KeptRoom> room;          ///< kept earlier; see KeptRoomFile
   std::vector<std::string> warnings;                  ///< about former and obsolete keys in these files
 };
 

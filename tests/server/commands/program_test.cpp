@@ -183,6 +183,42 @@ TEST(Program, ASignalEndsItAtAnyMoment) {
   }
 }
 
+// Also if it is killed, as when the power fails.
+TEST(Program, KeepsItsRoomForTheNextStart) {
+  const TinySession scratch("keeps-room");
+  const std::filesystem::path file = scratch.folder / "hall.room";
+  const std::vector<std::string> words = {"serve",
+                                          "--session",
+                                          LUMIGRAFT_SOURCE_DIR "/recordings/tabletop",
+                                          "--listen",
+                                          "127.0.0.1:0",
+                                          "--set",
+                                          "plan.method=rays",
+                                          "--set",
+                                          "server.room=" + file.string()};
+  {
+    const Program first(scratch.folder, words);
+    const Clock::time_point deadline = Clock::now() + std::chrono::seconds(90);
+    while (!std::filesystem::exists(file) && Clock::now() < deadline)
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    EXPECT_EQ(first.stderr_text().find("hall.room"), std::string::npos) << "there was none: " << first.stderr_text();
+  }
+  ASSERT_TRUE(std::filesystem::exists(file));
+  EXPECT_FALSE(std::filesystem::exists(file.string() + ".unused"));
+  const auto said_at_start = [&] {
+    const Program program(scratch.folder, words);
+    EXPECT_NE(program.port(), 0) << program.stderr_text();
+    return program.stderr_text();
+  };
+  std::string text = said_at_start();
+  EXPECT_NE(text.find(" bricks of surface, as kept before, is used"), std::string::npos) << text;
+  std::filesystem::resize_file(file, std::filesystem::file_size(file) / 2);
+  text = said_at_start();
+  EXPECT_NE(text.find("the file is cut short; this room is not used, and kept as " + file.string() + ".unused"),
+            std::string::npos)
+      << text;
+}
+
 TEST(Program, AnAddressInUseIsExitCode1) {
   const TinySession tiny("in-use");
   Program first(tiny.folder, small({"serve", "--session", tiny.folder, "--listen", "127.0.0.1:0"}));

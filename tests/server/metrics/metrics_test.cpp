@@ -17,6 +17,7 @@ TEST(Metrics, HistogramsAreCumulative) {
   metrics.encoded("jpeg", 1000);
   metrics.cameras_with_faults(1);
   metrics.fused(7, 86016, 2);
+  metrics.kept(4096);
   const std::string text = metrics.prometheus();
   for (const char* line :
        {"lumigraft_stage_seconds_bucket{stage=\"pose\",le=\"0.001\"} 0\n",
@@ -25,7 +26,7 @@ TEST(Metrics, HistogramsAreCumulative) {
         "lumigraft_stage_seconds_bucket{stage=\"pose\",le=\"+Inf\"} 3\n",
         "lumigraft_stage_seconds_count{stage=\"pose\"} 3\n", "lumigraft_dropped_total{stage=\"fuse\"} 3\n",
         "lumigraft_cameras_in_trouble 1\n", "lumigraft_fusion_bricks 7\n", "lumigraft_fusion_bytes 86016\n",
-        "lumigraft_fusion_evicted_bricks_total 2\n", "lumigraft_frames_total 1\n",
+        "lumigraft_fusion_evicted_bricks_total 2\n", "lumigraft_kept_room_bytes 4096\n", "lumigraft_frames_total 1\n",
         "lumigraft_encoded_bytes_total{codec=\"jpeg\"} 1000\n"}) {
     EXPECT_NE(text.find(line), std::string::npos) << line << text;
   }

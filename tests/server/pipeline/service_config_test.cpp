@@ -42,7 +42,8 @@ TEST(ServiceConfig, AConfigurationMayNameASession) {
              "session = \".\"\nexhibit = \"other.toml\"\n[server]\nmax_viewers = 3\n[plan]\nvolume = 64\n");
   ServiceFiles files;
   files.config = tiny.folder / "kiosk.toml";
-  files.overrides = {"tag.id=8", "server.jpeg_quality=50", "server.backend=egl", "server.max_field_memory_mb=2048"};
+  files.overrides = {"tag.id=8", "server.jpeg_quality=50", "server.backend=egl", "server.max_field_memory_mb=2048",
+                     "server.room=hall.room"};
   const ServiceInput input = read_service(files, relight::Plan{});
   EXPECT_EQ(input.session.name, "tiny");
   EXPECT_EQ(input.session.tag.id, 8) << "--set reaches the session's keys";
@@ -51,6 +52,7 @@ TEST(ServiceConfig, AConfigurationMayNameASession) {
   EXPECT_EQ(input.server.jpeg_quality, 50);
   EXPECT_EQ(input.server.backend, relight::gpu::Backend::egl);
   EXPECT_EQ(input.server.fusion.max_memory_mb, 2048);
+  EXPECT_EQ(input.server.room, tiny.folder / "hall.room") << "beside the configuration";
   EXPECT_EQ(input.plan.volume, 64);
 }
 
