@@ -243,8 +243,9 @@ void Pipeline::State::relight_turn() {
   LiveRelighter::Result relit;
   {
     const StageTimer timer(metrics, "relight");
-    const relight::Exhibit shown = shown_exhibit(*exhibit.newest(), located.pose);
-    const relight::Planner::Decision decision = planner.decide(scene, shown, 1e-9 * static_cast<double>(frame.time_ns));
+    const double time_s = 1e-9 * static_cast<double>(frame.time_ns);
+    const relight::Exhibit shown = shown_exhibit(*exhibit.at(time_s), located.pose);
+    const relight::Planner::Decision decision = planner.decide(scene, shown, time_s);
     for (const relight::PlanChoice& choice : decision.choices)
       metrics.decided(choice.key, choice.value, choice.left_out);
     relit = relighter.relight(frame, scene, shown, decision.plan);
