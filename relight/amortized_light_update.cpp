@@ -12,8 +12,9 @@ namespace lumigraft::relight {
 namespace {
 
 bool near(const PlacedObject& a, const PlacedObject& b) {
-  if (a.stored != b.stored) return false;
+  if (a.stored->model != b.stored->model) return false;
   PlacedObject moved = a;
+  moved.stored = b.stored;
   moved.T_tag_model = b.T_tag_model;
   if (!(moved == b)) return false;
   const Eigen::Matrix3f turn = a.T_tag_model.linear().inverse() * b.T_tag_model.linear();
@@ -59,7 +60,7 @@ std::vector<const gpu::Buffer*> buffers_of(const std::vector<PlacedObject>& obje
     std::size_t nearest = from.objects.size();
     float nearest_m = std::numeric_limits<float>::infinity();
     for (std::size_t j = 0; j < from.objects.size(); ++j) {
-      if (taken[j] || from.objects[j].stored != objects[i].stored) continue;
+      if (taken[j] || from.objects[j].stored->model != objects[i].stored->model) continue;
       const float far_m = (from.objects[j].bounds.sphere.centre_m - objects[i].bounds.sphere.centre_m).norm();
       if (far_m >= nearest_m) continue;
       nearest = j;

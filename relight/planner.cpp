@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "reconstruct/light/environment.h"
+#include "relight/exhibit/animation/skinning.h"
 #include "relight/parameters.h"
 
 namespace lumigraft::relight {
@@ -87,6 +88,10 @@ int Planner::Held::hold(const std::vector<float>& left_out) {
 }
 
 Eigen::Vector3f Planner::middle_of(const VirtualObject& object, double time_s) {
+  if (const RigPose pose = object.pose(time_s); !pose.at_rest()) {
+    const BoundingSphere sphere = bounding_sphere(skinned(*object.model->rig, pose).positions_m);
+    return (object.T_tag_model(time_s) * sphere.centre_m.cast<double>()).cast<float>();
+  }
   auto known = spheres_.find(object.model);
   if (known == spheres_.end()) known = spheres_.emplace(object.model, bounding_sphere(object.model->positions_m)).first;
   return (object.T_tag_model(time_s) * known->second.centre_m.cast<double>()).cast<float>();

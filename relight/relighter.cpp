@@ -331,10 +331,11 @@ RelitPicture Relighter::relight(const capture::FrameSet& frame, const reconstruc
   s.take_time(frame.time_ns);
   result.camera = s.view.camera().coded();
   std::vector<std::string> preparing;
-  const Exhibit exhibit = s.models ? s.store.ready(wanted, *s.models, &preparing) : wanted;
+  Exhibit exhibit = s.models ? s.store.ready(wanted, *s.models, &preparing) : wanted;
+  const double time_s = static_cast<double>(frame.time_ns) * 1e-9;
+  for (VirtualObject& object : exhibit.objects) object.visible = object.drawn(time_s);
 
-  const bool visible = std::any_of(exhibit.objects.begin(), exhibit.objects.end(),
-                                   [](const VirtualObject& o) { return o.visible && o.model; });
+  const bool visible = std::ranges::any_of(exhibit.objects, &VirtualObject::visible);
   std::string missing = what_is_missing(scene, visible, preparing);
   if (missing.empty()) {
     s.take_lights(scene.illumination, asked.max_lights);
@@ -354,7 +355,7 @@ RelitPicture Relighter::relight(const capture::FrameSet& frame, const reconstruc
   }
 
   const Plan& plan = result.plan;
-  const std::vector<PlacedObject> objects = s.store.place(exhibit, static_cast<double>(frame.time_ns) * 1e-9);
+  const std::vector<PlacedObject> objects = s.store.place(exhibit, time_s);
   std::vector<PlacedBounds> bounds;
   for (const auto& object : objects) bounds.push_back(object.bounds);
   const Placement placement = place_volumes(bounds, plan.volume, kRelight.max_voxel * scene.field->truncation_m);

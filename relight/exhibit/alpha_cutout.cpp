@@ -14,7 +14,7 @@ using Eigen::Vector2f;
 
 using Triangle = std::array<Corner, 3>;
 
-Corner between(const Corner& a, const Corner& b, float t) {
+Corner between(const Corner& a, const Corner& b, float t, SourceMixes& mixes) {
   const auto mixed = [t](const auto& x, const auto& y) { return (x + t * (y - x)).eval(); };
   Corner c = a;
   c.position_m = mixed(a.position_m, b.position_m);
@@ -22,14 +22,15 @@ Corner between(const Corner& a, const Corner& b, float t) {
   for (std::size_t set = 0; set < 2; ++set) c.texcoords[set] = mixed(a.texcoords[set], b.texcoords[set]);
   c.color = mixed(a.color, b.color);
   c.tangent = mixed(a.tangent, b.tangent).stableNormalized();
+  if (a.source != Corner::kNoSource) c.source = mixes.between(a.source, b.source, t);
   return c;
 }
 
 class Cutter {
  public:
   /// `max_triangles`: that it may keep.
-  Cutter(const AlphaMask& mask, float contour_texels, std::size_t max_triangles)
-      : mask_(mask), contour_texels_(contour_texels), max_triangles_(max_triangles) {}
+  Cutter(const AlphaMask& mask, float contour_texels, std::size_t max_triangles, const SourceMixes& mixes)
+      : mask_(mask), contour_texels_(contour_texels), max_triangles_(max_triangles), mixes_(mixes) {}
 
   void add(const Triangle& triangle, int divisions = 0) {
     if (too_many()) return;
@@ -42,7 +43,7 @@ class Cutter {
       clip(triangle);
     } else {
       const auto& [a, b, c] = triangle;
-      const Corner ab = between(a, b, 0.5f), bc = between(b, c, 0.5f), ca = between(c, a, 0.5f);
+      const Corner ab = between(a, b, 0.5f, mixes_), bc = between(b, c, 0.5f, mixes_), ca = between(c, a, 0.5f, mixes_);
       for (const Triangle& part : {Triangle{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}})
         add(part, divisions + 1);
     }
@@ -55,7 +56,7 @@ class Cutter {
       const Corner &a = triangle[k], &b = triangle[(k + 1) % 3];
       const float at_a = excess(a), at_b = excess(b);
       if (at_a >= 0) polygon[count++] = a;
-      if ((at_a >= 0) != (at_b >= 0)) polygon[count++] = between(a, b, at_a / (at_a - at_b));
+      if ((at_a >= 0) != (at_b >= 0)) polygon[count++] = between(a, b, at_a / (at_a - at_b), mixes_);
     }
     for (std::size_t k = 2; k < count; ++k) keep({polygon[0], polygon[k - 1], polygon[k]});
   }
@@ -64,7 +65,10 @@ class Cutter {
     return kept_.size() > 3 * max_triangles_ || parts_ > max_triangles_ + kExhibit.max_parts ||
            texels_ > kExhibit.max_texels;
   }
-  std::vector<Corner> take() { return std::move(kept_); }
+  std::vector<Corner> take(SourceMixes& mixes) {
+    mixes = std::move(mixes_);
+    return std::move(kept_);
+  }
 
  private:
   struct Bounds {
@@ -134,6 +138,7 @@ class Cutter {
   const AlphaMask& mask_;
   float contour_texels_;
   std::size_t max_triangles_;
+  SourceMixes mixes_;
   std::vector<Corner> kept_;
   std::size_t parts_ = 0;
   std::int64_t texels_ = 0;
@@ -141,18 +146,18 @@ class Cutter {
 
 }  // namespace
 
-std::vector<Corner> cut_out(std::span<const Corner> corners, const AlphaMask& mask) {
+std::vector<Corner> cut_out(std::span<const Corner> corners, const AlphaMask& mask, SourceMixes& mixes) {
   if (!mask.alpha)
     return mask.factor >= mask.cutoff ? std::vector(corners.begin(), corners.end()) : std::vector<Corner>();
   const std::size_t max_triangles = corners.size() / 3 + kExhibit.max_more_triangles;
   for (float texels = kExhibit.contour_texels; texels < kExhibit.max_contour_texels; texels *= kExhibit.longer) {
-    Cutter cutter(mask, texels, max_triangles);
+    Cutter cutter(mask, texels, max_triangles, mixes);
     for (std::size_t i = 0; i + 2 < corners.size(); i += 3) cutter.add({corners[i], corners[i + 1], corners[i + 2]});
-    if (!cutter.too_many()) return cutter.take();
+    if (!cutter.too_many()) return cutter.take(mixes);
   }
-  Cutter cutter(mask, kExhibit.max_contour_texels, max_triangles);
+  Cutter cutter(mask, kExhibit.max_contour_texels, max_triangles, mixes);
   for (std::size_t i = 0; i + 2 < corners.size(); i += 3) cutter.clip({corners[i], corners[i + 1], corners[i + 2]});
-  return cutter.take();
+  return cutter.take(mixes);
 }
 
 }  // namespace lumigraft::relight

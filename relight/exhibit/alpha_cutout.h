@@ -8,6 +8,7 @@
 #include "capture/image.h"
 #include "relight/exhibit/exhibit.h"
 #include "relight/exhibit/model_corners.h"
+#include "relight/exhibit/source_mixes.h"
 
 namespace lumigraft::relight {
 
@@ -20,7 +21,7 @@ struct AlphaMask {
 
 /// The opaque part of triangles, three corners each. Alpha is interpolated bilinearly between texels, and linearly
 /// along pieces of the contour, which are a texel or two long, or longer where there would be very many; at worst only
-/// alpha at the triangles' corners counts.
-std::vector<Corner> cut_out(std::span<const Corner> corners, const AlphaMask& mask);
+/// alpha at the triangles' corners counts. New corners of an animated model are numbered in `mixes`.
+std::vector<Corner> cut_out(std::span<const Corner> corners, const AlphaMask& mask, SourceMixes& mixes);
 
 }  // namespace lumigraft::relight

@@ -1,11 +1,14 @@
 #include "relight/exhibit/exhibit.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
 #include <utility>
 
 #include "capture/error.h"
+#include "capture/message_text.h"
+#include "relight/exhibit/animation/pose.h"
 
 namespace lumigraft::relight {
 namespace {
@@ -83,6 +86,35 @@ void place_by_size(double size_m, VirtualObject& object) {
   object.origin_m = {box.center().x(), box.center().y(), box.min().z()};
 }
 
+/// Of the model's animations, the first if no other is named; nothing if it has none.
+std::optional<ShownAnimation> read_animation(const capture::ConfigTable& table, const Model& model) {
+  const auto keys = table.optional_table("animation");
+  if (!model.rig) {
+    if (keys) table.fail("animation", "found a model without animations, allowed: one with an animation");
+    return std::nullopt;
+  }
+  ShownAnimation shown;
+  if (!keys) return shown;
+  const std::vector<Rig::Animation>& all = model.rig->animations;
+  if (keys->has("name")) {
+    const std::string name = keys->text("name");
+    const auto found = std::ranges::find(all, name, &Rig::Animation::name);
+    if (found == all.end()) {
+      std::vector<std::string> names;
+      for (const Rig::Animation& animation : all) names.push_back("\"" + animation.name + "\"");
+      keys->fail("name", "found \"" + name + "\", allowed: " + capture::listed(names));
+    }
+    shown.index = static_cast<std::size_t>(found - all.begin());
+  }
+  shown.loops = keys->flag("loop", true);
+  const double at_s = keys->number("at_s", 0.0, 1e6, 0.0);
+  if (keys->flag("playing", true))
+    shown.begin_s = -at_s;
+  else
+    shown.held_s = at_s;
+  return shown;
+}
+
 VirtualObject read_object(const capture::ConfigTable& table, ModelCache* cache) {
   VirtualObject object;
   const std::filesystem::path file = table.existing_file("model");
@@ -108,6 +140,7 @@ VirtualObject read_object(const capture::ConfigTable& table, ModelCache* cache) 
     table.fail("model", error.what());
   }
   object.model = model;
+  object.animation = read_animation(table, *model);
   if (size_m > 0) place_by_size(size_m, object);
   if (const auto material = table.optional_table("material")) object.material = read_material(*material);
   return object;
@@ -129,6 +162,21 @@ Eigen::Affine3d VirtualObject::T_tag_model(double time_s) const {
   }
   return Eigen::Translation3d(at.position_m) * at.rotation * Eigen::Scaling(scale) * Eigen::Translation3d(-origin_m);
 }
+
+double ShownAnimation::moment_s(double length_s, double time_s) const {
+  const double at_s = held_s.value_or(time_s - begin_s);
+  if (held_s || !loops || !(length_s > 0)) return std::clamp(at_s, 0.0, length_s);
+  const double into_s = std::fmod(at_s, length_s);
+  return into_s < 0 ? into_s + length_s : into_s;
+}
+
+RigPose VirtualObject::pose(double time_s) const {
+  if (!animation || !model || !model->rig) return {};
+  const Rig& rig = *model->rig;
+  return pose_at(rig, animation->index, animation->moment_s(rig.animations[animation->index].length_s, time_s));
+}
+
+bool VirtualObject::drawn(double time_s) const { return visible && model && has_extent(pose(time_s)); }
 
 Exhibit placed_at(Exhibit exhibit, const Eigen::Isometry3d& T_tag_exhibit) {
   const Eigen::Quaterniond turn(T_tag_exhibit.linear());

@@ -1,5 +1,5 @@
 #pragma once
-// The virtual objects: exhibit.toml, models, materials, motion.
+// The virtual objects: exhibit.toml, models, materials, motion, animations.
 #include <Eigen/Geometry>
 #include <cstdint>
 #include <filesystem>
@@ -10,6 +10,7 @@
 
 #include "capture/image.h"
 #include "capture/session/config.h"
+#include "relight/exhibit/animation/rig.h"
 
 namespace lumigraft::relight {
 
@@ -61,7 +62,7 @@ using TexturePicture = std::shared_ptr<const capture::Image<std::uint8_t>>;  ///
 /// What a texture shows where its coordinates are outside 0 to 1.
 enum class Wrap { repeat, clamp_to_edge, mirrored_repeat };
 
-/// Triangles with attributes, in the model's own frame rotated so that z is up, metres.
+/// Triangles with attributes, in the model's own frame rotated so that z is up, metres. An animated one is at rest.
 struct Model {
   /// A texture of a part and how it lies on the surface.
   struct TextureSlot {
@@ -95,6 +96,14 @@ struct Model {
   std::vector<Eigen::Vector3f> colors;  ///< linear vertex colours, white if the model has none
   std::vector<std::uint32_t> indices;   ///< three per triangle
   std::vector<Part> parts;
+  /// A point between two vertices of the rig or such points: a + t (b - a).
+  struct Mix {
+    std::uint32_t a = 0, b = 0;  ///< as in `sources`, lower than its own number
+    float t = 0;
+  };
+  std::shared_ptr<const Rig> rig;      ///< null: it has no animation, and the two below are empty
+  std::vector<std::uint32_t> sources;  ///< per vertex: number of a vertex of the rig or, counted after these, of a mix
+  std::vector<Mix> mixes;
   std::size_t unusable_triangles = 0;  ///< triangles of the file that were dropped
   std::vector<std::string> not_drawn;  ///< features that the file asks for, each with the first material that does
 };
@@ -109,6 +118,17 @@ struct KeyFrame {
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
 };
 
+/// Which animation of its model an object shows, and when.
+struct ShownAnimation {
+  std::size_t index = 0;         ///< in the model's rig
+  bool loops = true;             ///< false: its last pose is held
+  double begin_s = 0;            ///< frame time of its beginning; with loops of one of them
+  std::optional<double> held_s;  ///< it shows this moment of the animation; nothing: it plays
+
+  /// The moment of an animation of this length that is shown at the time of a frame.
+  double moment_s(double length_s, double time_s) const;
+};
+
 struct VirtualObject {
   std::string name;
   std::shared_ptr<const Model> model;
@@ -121,8 +141,11 @@ struct VirtualObject {
   MaterialOverride material;
   float white_radiance = 1;      ///< of emission 1, W/sr/m²: 1 over the exposure of the colour camera
   std::vector<KeyFrame> motion;  ///< sorted by time; position linear, rotation slerp, constant outside the range
+  std::optional<ShownAnimation> animation;  ///< nothing: the model has none
 
   Eigen::Affine3d T_tag_model(double time_s) const;
+  RigPose pose(double time_s) const;  ///< at rest if the model has no animation
+  bool drawn(double time_s) const;    ///< visible, with a model that its animation does not shrink to nothing
 };
 
 struct Exhibit {

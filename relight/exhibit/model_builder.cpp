@@ -30,6 +30,9 @@ void join(const std::vector<Corner>& corners, Model* model) {
     model->colors[v] = corner.color;
     if (!model->texcoords_1.empty()) model->texcoords_1[v] = corner.texcoords[1];
     if (!model->tangents.empty()) model->tangents[v] << corner.tangent, corner.handedness;
+    if (corner.source == Corner::kNoSource) continue;
+    model->sources.resize(vertices);
+    model->sources[v] = corner.source;
   }
 }
 
@@ -48,14 +51,8 @@ Eigen::Matrix3f up_to_z(char up) {
 }
 
 ModelBuilder::Mesh::Mesh(ModelBuilder& builder, std::vector<Corner>& corners, std::vector<Corner> vertices,
-                         const CornerTransform& to_model)
-    : builder_(builder),
-      corners_(corners),
-      first_(corners.size()),
-      vertices_(std::move(vertices)),
-      mirrors_(to_model.mirrors()) {
-  for (Corner& vertex : vertices_) vertex = to_model(vertex);
-}
+                         bool mirrors)
+    : builder_(builder), corners_(corners), first_(corners.size()), vertices_(std::move(vertices)), mirrors_(mirrors) {}
 
 void ModelBuilder::Mesh::add(std::size_t a, std::size_t b, std::size_t c) {
   if (mirrors_) std::swap(a, c);
@@ -66,21 +63,36 @@ void ModelBuilder::Mesh::add(std::size_t a, std::size_t b, std::size_t c) {
     ++builder_.unusable_triangles_;
 }
 
-void ModelBuilder::Mesh::finish() { fill_missing_normals(std::span(corners_).subspan(first_)); }
+std::span<Corner> ModelBuilder::Mesh::finish() {
+  const std::span<Corner> corners = std::span(corners_).subspan(first_);
+  fill_missing_normals(corners);
+  return corners;
+}
 
-ModelBuilder::Mesh ModelBuilder::mesh(std::size_t material, std::vector<Corner> vertices, std::size_t triangles,
-                                      const Eigen::Affine3f& T_model_mesh) {
+std::vector<Corner>& ModelBuilder::room_for(std::size_t material, std::size_t triangles) {
   std::vector<Corner>& corners = corners_[material];
   const std::size_t needed = corners.size() + 3 * triangles;
   if (needed > corners.capacity()) corners.reserve(std::max(needed, 2 * corners.capacity()));
-  return {*this, corners, std::move(vertices), CornerTransform(T_model_mesh)};
+  return corners;
 }
 
-void ModelBuilder::cut_out(const std::map<std::size_t, AlphaMask>& masks) {
+ModelBuilder::Mesh ModelBuilder::mesh(std::size_t material, std::vector<Corner> vertices, std::size_t triangles,
+                                      const Eigen::Affine3f& T_model_mesh) {
+  const CornerTransform to_model(T_model_mesh);
+  for (Corner& vertex : vertices) vertex = to_model(vertex);
+  return {*this, room_for(material, triangles), std::move(vertices), to_model.mirrors()};
+}
+
+ModelBuilder::Mesh ModelBuilder::mesh_at_rest(std::size_t material, std::vector<Corner> vertices, std::size_t triangles,
+                                              bool mirrors) {
+  return {*this, room_for(material, triangles), std::move(vertices), mirrors};
+}
+
+void ModelBuilder::cut_out(const std::map<std::size_t, AlphaMask>& masks, SourceMixes& mixes) {
   std::map<std::size_t, std::vector<Corner>> left;
   for (const auto& [material, corners] : corners_) {
     const auto mask = masks.find(material);
-    if (mask != masks.end()) left[material] = relight::cut_out(corners, mask->second);
+    if (mask != masks.end()) left[material] = relight::cut_out(corners, mask->second, mixes);
   }
   const bool any = std::ranges::any_of(
       corners_, [&](const auto& of) { return !(left.contains(of.first) ? left.at(of.first) : of.second).empty(); });

@@ -2,11 +2,12 @@
 // Triangles while a model is being read: every corner has its own attributes, not shared yet.
 #include <Eigen/Geometry>
 #include <array>
+#include <cstdint>
 #include <span>
 
 namespace lumigraft::relight {
 
-/// Plain floats without padding: corners with equal bytes are merged to vertices.
+/// Without padding: corners with equal bytes are merged to vertices.
 struct Corner {
   Eigen::Vector3f position_m = Eigen::Vector3f::Zero();
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< unit; zero if the file has none
@@ -14,8 +15,11 @@ struct Corner {
   Eigen::Vector3f color = Eigen::Vector3f::Ones();
   Eigen::Vector3f tangent = Eigen::Vector3f::Zero();  ///< unit; zero if the file has none
   float handedness = 0;                               ///< of the tangent: 1 or -1, as in Model::tangents
+  std::uint32_t source = kNoSource;                   ///< as in Model::sources
+
+  static constexpr std::uint32_t kNoSource = ~0u;  ///< of a model without animation
 };
-static_assert(sizeof(Corner) == 17 * sizeof(float));
+static_assert(sizeof(Corner) == 17 * sizeof(float) + sizeof(std::uint32_t));
 
 /// Takes corners of a mesh to the model's frame.
 class CornerTransform {

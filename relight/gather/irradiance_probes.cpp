@@ -9,6 +9,7 @@
 #include "relight/objects/mesh_refine.h"
 #include "relight/objects/mesh_simplify.h"
 #include "relight/objects/placement.h"
+#include "relight/objects/posed_model.h"
 
 namespace lumigraft::relight {
 namespace {
@@ -66,7 +67,8 @@ IrradianceProbes place_probes(const Model& coarse) {
     cell.sum[f] += side.position_m;
     cell.min_off[f] = std::numeric_limits<float>::infinity();
   }
-  for (const VertexSide& side : sides) {
+  for (std::uint32_t s = 0; s < sides.size(); ++s) {
+    const VertexSide& side = sides[s];
     Cell& cell = cells[key_of(cell_of(side.position_m))];
     const auto f = static_cast<std::size_t>(facing(side.normal));
     const float off = (cell.sum[f] / static_cast<float>(cell.count[f]) - side.position_m).squaredNorm();
@@ -75,12 +77,16 @@ IrradianceProbes place_probes(const Model& coarse) {
     if (cell.place[f] < 0) {
       cell.place[f] = static_cast<int>(found.places.size());
       found.places.emplace_back();
+      found.sides.emplace_back();
     }
+    found.sides[static_cast<std::size_t>(cell.place[f])] = s;
     found.places[static_cast<std::size_t>(cell.place[f])] = {side.position_m, side.normal};
   }
 
+  auto interpolation = std::make_shared<IrradianceProbes::Interpolation>();
+  auto& [weights, first] = *interpolation;
   for (const VertexSide& side : sides) {
-    found.first.push_back(static_cast<std::uint32_t>(found.weights.size()));
+    first.push_back(static_cast<std::uint32_t>(weights.size()));
     float sum = 0;
     // The eight cells whose centres surround the vertex.
     const Eigen::Vector3i low = cell_of(side.position_m - Vector3f::Constant(0.5f * edge_m));
@@ -94,20 +100,37 @@ IrradianceProbes place_probes(const Model& coarse) {
                     off = (p.position_m - side.position_m).norm() / (kGather.probe_reach * edge_m);
         if (turn <= 0 || off >= 1) continue;
         const float weight = std::pow(turn, kGather.probe_exponent) * (1 - off) * (1 - off);
-        found.weights.push_back({place, weight});
+        weights.push_back({place, weight});
         sum += weight;
       }
     }
-    const std::size_t begin = found.first.back();
+    const std::size_t begin = first.back();
     if (sum <= 0) {  // a single vertex whose position is out of reach of all probes: uses its own cell's probe
       const Cell& own = cells[key_of(cell_of(side.position_m))];
-      found.weights.push_back({own.place[static_cast<std::size_t>(facing(side.normal))], 1});
+      weights.push_back({own.place[static_cast<std::size_t>(facing(side.normal))], 1});
       sum = 1;
     }
-    for (std::size_t i = begin; i < found.weights.size(); ++i) found.weights[i].weight /= sum;
+    for (std::size_t i = begin; i < weights.size(); ++i) weights[i].weight /= sum;
   }
-  found.first.resize(2 * model.positions_m.size() + 1, static_cast<std::uint32_t>(found.weights.size()));
+  first.resize(2 * model.positions_m.size() + 1, static_cast<std::uint32_t>(weights.size()));
+  found.interpolation = std::move(interpolation);
   return found;
+}
+
+std::shared_ptr<const IrradianceProbes> posed_probes(const IrradianceProbes& at_rest, const RigPose& pose) {
+  auto posed = std::make_shared<IrradianceProbes>();
+  posed->model = posed_model(at_rest.model, pose);
+  posed->tree = std::make_shared<const ModelTree>(posed->model, *at_rest.tree);
+  posed->closed = at_rest.closed;
+  posed->sides = at_rest.sides;
+  posed->interpolation = at_rest.interpolation;
+  const Model& model = *posed->model;
+  const std::size_t vertices = model.positions_m.size();
+  for (const std::uint32_t side : at_rest.sides) {
+    const std::size_t v = side % vertices;
+    posed->places.push_back({model.positions_m[v], side < vertices ? model.normals[v] : Vector3f(-model.normals[v])});
+  }
+  return posed;
 }
 
 std::shared_ptr<const IrradianceProbes> make_ray_model(const std::shared_ptr<const Model>& model) {

@@ -72,22 +72,35 @@ std::shared_ptr<const IrradianceProbes> RayLight::places_of(const std::shared_pt
   return made;
 }
 
-/// Prepares an object from cached data, or creates it.
+/// Prepares an object from cached data, or creates it. Of another pose only what depends on the pose is computed again.
 PlacedModel RayLight::placed(const ReferenceMesh& object) {
-  PlacedModel result{.model = object.model,
-                     .places = places_of(object.model),
-                     .facets = nullptr,
-                     .emissive = nullptr,
-                     .T_tag_model = object.T_tag_model,
-                     .material = object.material,
-                     .white_radiance = object.white_radiance};
+  PlacedModel result;
+  result.model = object.model;
+  result.at_rest = places_of(object.model);
+  result.pose = object.pose;
+  result.T_tag_model = object.T_tag_model;
+  result.material = object.material;
+  result.white_radiance = object.white_radiance;
   for (const PlacedModel& other : placed_) {
-    if (other.places != result.places || !(other.material == object.material)) continue;
+    if (other.at_rest != result.at_rest) continue;
+    const bool same_material = other.material == object.material;
+    if (same_material) result.facets_at_rest = other.facets_at_rest;
+    if (!(other.pose == object.pose)) continue;
+    result.places = other.places;
+    if (!same_material) continue;
     result.facets = other.facets;
     result.emissive = other.emissive;
     return result;
   }
-  result.facets = std::make_shared<const std::vector<ObjectFacet>>(find_facets(*result.places, object.material));
+  if (!result.facets_at_rest) {
+    result.facets_at_rest =
+        std::make_shared<const std::vector<ObjectFacet>>(find_facets(*result.at_rest, object.material));
+  }
+  const bool at_rest = object.pose.at_rest();
+  if (!result.places) result.places = at_rest ? result.at_rest : posed_probes(*result.at_rest, object.pose);
+  result.facets = at_rest ? result.facets_at_rest
+                          : std::make_shared<const std::vector<ObjectFacet>>(
+                                posed_facets(*result.facets_at_rest, *result.places->model));
   result.emissive = EmissiveSurface::of(*result.places->model, object.material);
   return result;
 }

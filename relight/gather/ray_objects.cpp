@@ -51,6 +51,17 @@ std::vector<ObjectFacet> find_facets(const IrradianceProbes& places, const Mater
   return facets;
 }
 
+std::vector<ObjectFacet> posed_facets(const std::vector<ObjectFacet>& at_rest, const Model& posed) {
+  std::vector<ObjectFacet> facets = at_rest;
+  for (std::size_t t = 0; t < facets.size(); ++t) {
+    const std::uint32_t* corner = &posed.indices[3 * t];
+    const Vector3f& p = posed.positions_m[corner[0]];
+    facets[t].normal = (posed.positions_m[corner[1]] - p).cross(posed.positions_m[corner[2]] - p).stableNormalized();
+    if (facets[t].normal.dot(posed.normals[corner[0]]) < 0) facets[t].normal = -facets[t].normal;
+  }
+  return facets;
+}
+
 RayObjects::RayObjects(std::vector<PlacedModel> objects)
     : objects_(std::move(objects)),
       meshes_(meshes_of(objects_), trees_of(objects_)),
@@ -75,13 +86,15 @@ void RayObjects::spread() {
   for (std::size_t o = 0; o < objects_.size(); ++o) {
     const IrradianceProbes& places = *objects_[o].places;
     const Model& model = *places.model;
+    const std::vector<IrradianceProbes::ProbeWeight>& weights = places.interpolation->weights;
+    const std::vector<std::uint32_t>& first = places.interpolation->first;
     const std::size_t vertices = model.positions_m.size(), sides = places.closed ? 1 : 2;
     for_each_index(sides * vertices, kGather.mesh_block, [&](std::size_t side) {
       Irradiance sum;
-      for (std::uint32_t i = places.first[side]; i < places.first[side + 1]; ++i) {
-        const std::size_t place = first_[o] + static_cast<std::size_t>(places.weights[i].place);
-        sum.direct += places.weights[i].weight * direct_[place];
-        sum.indirect += places.weights[i].weight * indirect_[place];
+      for (std::uint32_t i = first[side]; i < first[side + 1]; ++i) {
+        const std::size_t place = first_[o] + static_cast<std::size_t>(weights[i].place);
+        sum.direct += weights[i].weight * direct_[place];
+        sum.indirect += weights[i].weight * indirect_[place];
       }
       irradiance_[o][side] = sum;
     });
@@ -117,7 +130,7 @@ void RayObjects::reuse_from(const RayObjects& others) {
     std::size_t nearest = others.objects_.size();
     float nearest_m = std::numeric_limits<float>::infinity();
     for (std::size_t j = 0; j < others.objects_.size(); ++j) {
-      if (taken[j] || others.objects_[j].places != objects_[i].places) continue;
+      if (taken[j] || others.objects_[j].at_rest != objects_[i].at_rest) continue;
       const float far_m = (objects_[i].T_tag_model.translation() - others.objects_[j].T_tag_model.translation()).norm();
       if (far_m >= nearest_m) continue;
       nearest = j;

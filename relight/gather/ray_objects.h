@@ -20,10 +20,15 @@ struct ObjectFacet {
   bool mirrors;
 };
 std::vector<ObjectFacet> find_facets(const IrradianceProbes& places, const MaterialOverride& material);
+/// Those of another pose of the same model.
+std::vector<ObjectFacet> posed_facets(const std::vector<ObjectFacet>& at_rest, const Model& posed);
 
 struct PlacedModel {
   std::shared_ptr<const Model> model;  ///< with the exhibit's materials
-  std::shared_ptr<const IrradianceProbes> places;
+  std::shared_ptr<const IrradianceProbes> at_rest;
+  std::shared_ptr<const std::vector<ObjectFacet>> facets_at_rest;
+  RigPose pose;
+  std::shared_ptr<const IrradianceProbes> places;  ///< in this pose, and so are those below
   std::shared_ptr<const std::vector<ObjectFacet>> facets;
   std::shared_ptr<const EmissiveSurface> emissive;  ///< null: it does not emit
   Eigen::Affine3f T_tag_model = Eigen::Affine3f::Identity();
@@ -57,8 +62,8 @@ class RayObjects {
     if (facet.mirrors) return nullptr;
     return &radiance_[hit.mesh][hit.triangle][(normals_[hit.mesh] * facet.normal).dot(w) < 0 ? 0 : 1];
   }
-  /// Copies the indirect light of other objects with the same models, at any pose; takes effect with the next set. Of
-  /// several with the same model, the nearest.
+  /// Copies the indirect light of other objects with the same models, at any place and pose; takes effect with the next
+  /// set. Of several with the same model, the nearest.
   void reuse_from(const RayObjects& others);
   /// Gives probes without indirect light that of an environment (spherical harmonics of its radiance, W/sr/m²) that
   /// nothing occludes, until theirs is gathered.

@@ -80,6 +80,10 @@ std::uint32_t add_middle(Model& model, std::uint32_t a, std::uint32_t b) {
   mean(model.colors);
   const Eigen::Vector3f normal = model.normals[a] + model.normals[b];
   model.normals.push_back(normal.norm() > 1e-6f ? Eigen::Vector3f(normal.normalized()) : model.normals[a]);
+  if (model.rig) {
+    model.sources.push_back(static_cast<std::uint32_t>(model.rig->vertices.size() + model.mixes.size()));
+    model.mixes.push_back({model.sources[a], model.sources[b], 0.5f});
+  }
   return static_cast<std::uint32_t>(model.positions_m.size() - 1);
 }
 

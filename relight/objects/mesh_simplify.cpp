@@ -54,6 +54,9 @@ std::shared_ptr<const Model> simplify_model(const Model& model, int max_triangle
   keep(model.texcoords_1, &result->texcoords_1);
   keep(model.tangents, &result->tangents);
   keep(model.colors, &result->colors);
+  keep(model.sources, &result->sources);
+  result->rig = model.rig;
+  result->mixes = model.mixes;
   return result;
 }
 

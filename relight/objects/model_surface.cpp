@@ -135,6 +135,9 @@ ModelSurface::ModelSurface(const Model& model, bool mips) : model_(model) {
   }
 }
 
+ModelSurface::ModelSurface(const Model& posed, const ModelSurface& at_rest)
+    : model_(posed), part_of_triangle_(at_rest.part_of_triangle_), textures_(at_rest.textures_) {}
+
 /// A point as the textures of its part see it.
 class ModelSurface::TexturedPoint {
  public:

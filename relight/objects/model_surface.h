@@ -25,6 +25,8 @@ class ModelSurface {
  public:
   /// Keeps a reference. Without mip levels every footprint is taken for a point.
   ModelSurface(const Model& model, bool mips);
+  /// Of another pose of the same model, whose textures are shared.
+  ModelSurface(const Model& posed, const ModelSurface& at_rest);
 
   /// Index into Model::parts.
   std::uint32_t part(std::uint32_t triangle) const {

@@ -132,11 +132,12 @@ void light_room(const reconstruct::Illumination& light, ReferenceScene& room) {
 std::vector<ReferenceMesh> reference_objects_of(const Exhibit& exhibit, double time_s) {
   std::vector<ReferenceMesh> objects;
   for (const VirtualObject& o : exhibit.objects) {
-    if (!o.visible || !o.model) continue;
+    if (!o.drawn(time_s)) continue;
     objects.push_back({.model = o.model,
                        .T_tag_model = o.T_tag_model(time_s).cast<float>(),
                        .material = o.material,
-                       .white_radiance = o.white_radiance});
+                       .white_radiance = o.white_radiance,
+                       .pose = o.pose(time_s)});
   }
   return objects;
 }

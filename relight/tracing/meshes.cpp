@@ -8,6 +8,7 @@
 #include "relight/objects/embree_scene.h"
 #include "relight/objects/model_surface.h"
 #include "relight/objects/placement.h"
+#include "relight/objects/posed_model.h"
 #include "relight/tracing/parameters.h"
 
 namespace lumigraft::relight {
@@ -83,6 +84,15 @@ ModelTree::ModelTree(std::shared_ptr<const Model> model) : state_(std::make_uniq
   state_->sphere = bounding_sphere(state_->model->positions_m);
 }
 
+ModelTree::ModelTree(std::shared_ptr<const Model> posed, const ModelTree& at_rest) : state_(std::make_unique<State>()) {
+  state_->model = std::move(posed);
+  state_->surface = std::make_shared<ModelSurface>(*state_->model, *at_rest.state_->surface);
+  rtcSetSceneBuildQuality(state_->triangles.scene, RTC_BUILD_QUALITY_LOW);
+  state_->triangles.add(triangles_of(*state_->model, Eigen::Affine3f::Identity()), 0);
+  rtcCommitScene(state_->triangles.scene);
+  state_->sphere = bounding_sphere(state_->model->positions_m);
+}
+
 ModelTree::~ModelTree() = default;
 
 struct Meshes::State {
@@ -99,7 +109,8 @@ struct Meshes::State {
     spheres.emplace_back(around.centre_m.x(), around.centre_m.y(), around.centre_m.z(), around.radius_m);
   }
 
-  void add(const ReferenceMesh& mesh) {
+  void add(ReferenceMesh mesh) {
+    mesh.model = posed_model(mesh.model, mesh.pose);
     std::vector<Vector3f> positions_m;
     for (const Vector3f& x : mesh.model->positions_m) positions_m.push_back(mesh.T_tag_model * x);
     RTCGeometry triangles = triangles_of(*mesh.model, mesh.T_tag_model);

@@ -27,13 +27,14 @@ struct ReferenceMesh {
   /// false: it reflects, but does not occlude lamps or other surfaces
   bool hides = true;
   float white_radiance = 1;  ///< of emission 1, W/sr/m²
+  RigPose pose = {};         ///< of the model
 };
 
-/// Whether models, poses, materials and the radiance of white are equal.
+/// Whether models, their places and poses, materials and the radiance of white are equal.
 inline bool same_meshes(const std::vector<ReferenceMesh>& a, const std::vector<ReferenceMesh>& b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const ReferenceMesh& x, const ReferenceMesh& y) {
     return x.model == y.model && x.T_tag_model.matrix() == y.T_tag_model.matrix() && x.material == y.material &&
-           x.white_radiance == y.white_radiance;
+           x.white_radiance == y.white_radiance && x.pose == y.pose;
   });
 }
 

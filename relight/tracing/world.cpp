@@ -1,9 +1,12 @@
 #include "relight/tracing/world.h"
 
+#include <algorithm>
 #include <array>
 #include <limits>
+#include <utility>
 
 #include "relight/objects/placement.h"
+#include "relight/objects/posed_model.h"
 #include "relight/tracing/parameters.h"
 
 namespace lumigraft::relight {
@@ -40,6 +43,16 @@ void add_shadow(const ReferenceLamp& lamp, const Eigen::Vector4f& sphere, const 
   }
 }
 
+std::shared_ptr<const ReferenceScene> posed(std::shared_ptr<const ReferenceScene> scene) {
+  if (std::ranges::all_of(scene->objects, [](const ReferenceMesh& o) { return o.pose.at_rest(); })) return scene;
+  auto now = std::make_shared<ReferenceScene>(*scene);
+  for (ReferenceMesh& object : now->objects) {
+    object.model = posed_model(object.model, object.pose);
+    object.pose = {};
+  }
+  return now;
+}
+
 }  // namespace
 
 std::vector<ChangeRegion> change_regions(const std::vector<ReferenceLamp>& lamps, const Meshes& real,
@@ -59,7 +72,7 @@ std::vector<ChangeRegion> change_regions(const std::vector<ReferenceLamp>& lamps
 }
 
 TraceWorld::TraceWorld(std::shared_ptr<const ReferenceScene> the_scene)
-    : scene(std::move(the_scene)),
+    : scene(posed(std::move(the_scene))),
       real(scene->real, scene->seen.get()),
       objects(scene->objects, nullptr),
       emitters(scene->objects),

@@ -34,6 +34,29 @@ std::unique_ptr<gpu::Texture> upload_grid(gpu::Device& device, const char* name,
   return texture;
 }
 
+void describe(const UploadModel& from, StoredModel& to) {
+  to.grid_origin_m = from.grid_origin_m;
+  to.grid_voxel_m = from.grid_voxel_m;
+  to.sphere = from.sphere;
+  to.area_m2 = from.area_m2;
+  to.mean_emission = from.mean_emission;
+  to.shown = from.full;
+}
+
+void upload_samples(gpu::Device& device, const UploadModel& from, StoredModel& to) {
+  to.sample_count = static_cast<int>(from.samples.size() / kSampleFloats);
+  to.samples = device.create_buffer(from.samples.size() * sizeof(float), "surface samples");
+  device.upload(*to.samples, 0, std::as_bytes(std::span(from.samples)));
+}
+
+void upload_distances(gpu::Device& device, const UploadModel& from, StoredModel& to) {
+  to.distance = upload_grid(device, "object distance", gpu::Format::r32_float, from.grid, from.distances_m);
+}
+
+void upload_reflectances(gpu::Device& device, const UploadModel& from, StoredModel& to) {
+  to.reflectance = upload_grid(device, "object reflectance", gpu::Format::rgba8_unorm, from.grid, from.reflectances);
+}
+
 }  // namespace
 
 gpu::RasterDesc vertex_raster(const char* vertex_shader, const char* fragment_shader,
@@ -51,7 +74,8 @@ bool PlacedObject::operator==(const PlacedObject& o) const {
 }
 
 bool same_models(const std::vector<PlacedObject>& a, const std::vector<PlacedObject>& b) {
-  return std::ranges::equal(a, b, {}, &PlacedObject::stored, &PlacedObject::stored);
+  const auto model_of = [](const PlacedObject& o) { return o.stored->model.get(); };
+  return std::ranges::equal(a, b, {}, model_of, model_of);
 }
 
 ObjectStore::ObjectStore(gpu::Device& device) : device_(device) {
@@ -68,7 +92,7 @@ void StoredModel::Mesh::Part::set_texture(const std::pair<const capture::Image<s
   }
 }
 
-StoredModel::Mesh ObjectStore::upload_mesh(const Model& model) {
+std::unique_ptr<gpu::Buffer> ObjectStore::upload_vertices(const Model& model) {
   std::vector<float> vertices;
   vertices.reserve(model.positions_m.size() * kVertexFloats);
   for (std::size_t i = 0; i < model.positions_m.size(); ++i) {
@@ -79,10 +103,24 @@ StoredModel::Mesh ObjectStore::upload_mesh(const Model& model) {
     vertices.insert(vertices.end(), {p.x(), p.y(), p.z(), n.x(), n.y(), n.z(), t.x(), t.y(), second.x(), second.y(),
                                      c.x(), c.y(), c.z(), along.x(), along.y(), along.z(), along.w()});
   }
+  auto buffer = device_.create_buffer(vertices.size() * sizeof(float), "vertices");
+  device_.upload(*buffer, 0, std::as_bytes(std::span(vertices)));
+  return buffer;
+}
+
+StoredModel::Mesh ObjectStore::posed_mesh(const StoredModel::Mesh& at_rest, const Model& posed) {
+  StoredModel::Mesh mesh;
+  mesh.vertices = upload_vertices(posed);
+  mesh.vertex_count = at_rest.vertex_count;
+  mesh.closed = at_rest.closed;
+  mesh.parts = at_rest.parts;
+  return mesh;
+}
+
+StoredModel::Mesh ObjectStore::upload_mesh(const Model& model) {
   StoredModel::Mesh mesh;
   mesh.vertex_count = static_cast<int>(model.positions_m.size());
-  mesh.vertices = device_.create_buffer(vertices.size() * sizeof(float), "vertices");
-  device_.upload(*mesh.vertices, 0, std::as_bytes(std::span(vertices)));
+  mesh.vertices = upload_vertices(model);
   for (const auto& part : model.parts) {
     StoredModel::Mesh::Part& p = mesh.parts.emplace_back();
     p.index_count = part.index_count;
@@ -123,19 +161,10 @@ std::deque<ObjectStore::Upload> ObjectStore::uploads(const std::shared_ptr<const
                      }
                    }});
   }
-  all.push_back({from->samples.size() * sizeof(float), [this, from, &to] {
-                   to.sample_count = static_cast<int>(from->samples.size() / kSampleFloats);
-                   to.samples = device_.create_buffer(from->samples.size() * sizeof(float), "surface samples");
-                   device_.upload(*to.samples, 0, std::as_bytes(std::span(from->samples)));
-                 }});
-  all.push_back({from->distances_m.size() * sizeof(float), [this, from, &to] {
-                   to.distance =
-                       upload_grid(device_, "object distance", gpu::Format::r32_float, from->grid, from->distances_m);
-                 }});
-  all.push_back({from->reflectances.size(), [this, from, &to] {
-                   to.reflectance = upload_grid(device_, "object reflectance", gpu::Format::rgba8_unorm, from->grid,
-                                                from->reflectances);
-                 }});
+  all.push_back({from->samples.size() * sizeof(float), [this, from, &to] { upload_samples(device_, *from, to); }});
+  all.push_back(
+      {from->distances_m.size() * sizeof(float), [this, from, &to] { upload_distances(device_, *from, to); }});
+  all.push_back({from->reflectances.size(), [this, from, &to] { upload_reflectances(device_, *from, to); }});
   return all;
 }
 
@@ -145,11 +174,8 @@ ObjectStore::Entry& ObjectStore::entry_of(const std::shared_ptr<const Model>& mo
   if (entry.stored) return entry;
   entry.stored = std::make_shared<StoredModel>();
   entry.stored->model = model;
-  entry.stored->grid_origin_m = prepared->grid_origin_m;
-  entry.stored->grid_voxel_m = prepared->grid_voxel_m;
-  entry.stored->sphere = prepared->sphere;
-  entry.stored->area_m2 = prepared->area_m2;
-  entry.stored->mean_emission = prepared->mean_emission;
+  if (model->rig) entry.stored->prepared = prepared;
+  describe(*prepared, *entry.stored);
   for (const Model::Part& part : model->parts)
     entry.stored->max_emission = entry.stored->max_emission.cwiseMax(part.material.emission);
   entry.uploads = uploads(prepared, *entry.stored);
@@ -169,6 +195,28 @@ const std::shared_ptr<StoredModel>& ObjectStore::stored(const std::shared_ptr<co
   Entry& entry = found != models_.end() ? found->second : entry_of(model, make_upload_model(model));
   while (!entry.uploads.empty()) upload_next(entry);
   return entry.stored;
+}
+
+/// Of the last frame, if it is the same.
+std::shared_ptr<const StoredModel> ObjectStore::posed(const std::shared_ptr<const StoredModel>& at_rest, RigPose pose) {
+  const auto known =
+      std::ranges::find_if(posed_, [&](const auto& of) { return of->at_rest == at_rest && of->pose == pose; });
+  if (known != posed_.end()) return *known;
+  const std::shared_ptr<const UploadModel> from = posed_upload_model(*at_rest->prepared, pose);
+  auto to = std::make_shared<StoredModel>();
+  to->model = at_rest->model;
+  to->pose = std::move(pose);
+  to->at_rest = at_rest;
+  to->max_emission = at_rest->max_emission;
+  to->why_simple = at_rest->why_simple;
+  describe(*from, *to);
+  to->full = posed_mesh(at_rest->full, at_rest->why_simple.empty() ? *from->full : *from->simple);
+  to->simple = posed_mesh(at_rest->simple, *from->simple);
+  to->rough = posed_mesh(at_rest->rough, *from->rough);
+  upload_samples(device_, *from, *to);
+  upload_distances(device_, *from, *to);
+  upload_reflectances(device_, *from, *to);
+  return to;
 }
 
 Exhibit ObjectStore::ready(const Exhibit& exhibit, const UploadModels& models, std::vector<std::string>* preparing) {
@@ -192,21 +240,29 @@ Exhibit ObjectStore::ready(const Exhibit& exhibit, const UploadModels& models, s
 std::vector<PlacedObject> ObjectStore::place(const Exhibit& exhibit, double time_s) {
   std::vector<PlacedObject> placed;
   std::set<const Model*> kept;
+  std::vector<std::shared_ptr<const StoredModel>> poses;
   for (const VirtualObject& object : exhibit.objects) {
     if (!object.model) continue;
     kept.insert(object.model.get());
     if (!object.visible) continue;
     PlacedObject p;
     p.stored = stored(object.model);
+    float radius_m = p.stored->sphere.radius_m;
+    if (RigPose pose = object.pose(time_s); !pose.at_rest()) {
+      const std::vector<float>& radii_m = p.stored->prepared->animation_radii_m;
+      p.stored = poses.emplace_back(posed(p.stored, std::move(pose)));
+      radius_m = std::max(p.stored->sphere.radius_m, radii_m[object.animation->index]);
+    }
     p.T_tag_model = object.T_tag_model(time_s).cast<float>();
     p.material = object.material;
     p.white_radiance = object.white_radiance;
     const auto scale = static_cast<float>(object.scale);  // exact: the volumes' size must not jitter while it rotates
-    p.bounds.sphere = {p.T_tag_model * p.stored->sphere.centre_m, scale * p.stored->sphere.radius_m};
-    for (const auto& v : object.model->positions_m) p.bounds.box.extend(p.T_tag_model * v);
+    p.bounds.sphere = {p.T_tag_model * p.stored->sphere.centre_m, scale * radius_m};
+    for (const auto& v : p.stored->shown->positions_m) p.bounds.box.extend(p.T_tag_model * v);
     p.bounds.emission = p.emission().maxCoeff() / p.white_radiance;
     placed.push_back(std::move(p));
   }
+  posed_ = std::move(poses);
   std::erase_if(models_, [&](const auto& entry) { return !kept.contains(entry.first); });
   return placed;
 }

@@ -15,13 +15,14 @@
 namespace lumigraft::relight {
 
 struct StoredModel {
+  /// Of a pose of an animated model it has vertices, samples and grids of its own, the rest is shared.
   struct Mesh {
     /// Position, normal, both texture coordinates, colour, tangent and handedness (zero: none): 17 floats.
     std::unique_ptr<gpu::Buffer> vertices;
     int vertex_count = 0;
     bool closed = false;  ///< of `simple`: every edge joins two triangles that traverse it in opposite directions
     struct Part {
-      std::unique_ptr<gpu::Buffer> indices;
+      std::shared_ptr<gpu::Buffer> indices;  ///< of all poses
       std::uint32_t index_count = 0;
       Material material;
       float metallic_factor = 1, roughness_factor = 1, normal_scale = 1;  ///< of the textures
@@ -37,8 +38,12 @@ struct StoredModel {
     };
     std::vector<Part> parts;
   };
-  std::shared_ptr<const Model> model;
-  Mesh full, simple;       ///< simple: large meshes simplified, large triangles subdivided
+  std::shared_ptr<const Model> model;           ///< at rest
+  RigPose pose;                                 ///< in which it is stored
+  std::shared_ptr<const StoredModel> at_rest;   ///< owns the textures of a pose; null: it is at rest itself
+  std::shared_ptr<const UploadModel> prepared;  ///< of which poses are made; null if the model has no animation
+  std::shared_ptr<const Model> shown;           ///< in the pose
+  Mesh full, simple;                            ///< simple: large meshes simplified, large triangles subdivided
   std::string why_simple;  ///< non-empty: device memory is too small for all triangles, `full` is the simple mesh
   Mesh rough;              ///< coarsest mesh, for small shadow maps; positions only
   std::vector<std::unique_ptr<gpu::Texture>> textures;
@@ -68,7 +73,7 @@ struct PlacedObject {
   bool operator==(const PlacedObject& o) const;
 };
 
-/// Whether both are of the same models, wherever they are placed.
+/// Whether both are of the same models, at any place and in any pose.
 bool same_models(const std::vector<PlacedObject>& a, const std::vector<PlacedObject>& b);
 
 class ObjectStore {
@@ -99,9 +104,13 @@ class ObjectStore {
   Entry& entry_of(const std::shared_ptr<const Model>& model, const std::shared_ptr<const UploadModel>& prepared);
   static std::size_t upload_next(Entry& entry);
   const std::shared_ptr<StoredModel>& stored(const std::shared_ptr<const Model>& model);
+  std::shared_ptr<const StoredModel> posed(const std::shared_ptr<const StoredModel>& at_rest, RigPose pose);
+  std::unique_ptr<gpu::Buffer> upload_vertices(const Model& model);
+  StoredModel::Mesh posed_mesh(const StoredModel::Mesh& at_rest, const Model& posed);
 
   gpu::Device& device_;
   std::unique_ptr<gpu::Texture> white_;
+  std::vector<std::shared_ptr<const StoredModel>> posed_;  ///< of the last frame
   std::map<const Model*, Entry> models_;
 };
 

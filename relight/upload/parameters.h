@@ -10,7 +10,10 @@ inline constexpr struct UploadParameters {
   float min_radius_m = 1e-3f, min_rad = 1e-3f, max_rad = 1;  ///< of point lamps: radius; angular radius
   float unknown_distance_m = 100;  ///< of a lamp: far enough that parallax across a room is below a degree
   int environment_px = 128, environment_mips = 6, field_voxels = 128;  ///< edge; a model's longest edge
-  int samples = 60000;  ///< of a surface: the area of one is below a voxel face of the finest usual volume
+  int posed_field_voxels =
+      64;                    ///< likewise, of an animated model in each pose: as a usual volume has around one object
+  int animation_poses = 64;  ///< of an animation, to find its extent
+  int samples = 60000;       ///< of a surface: the area of one is below a voxel face of the finest usual volume
   int rough_triangles = 2000, simple_triangles = 9000;  ///< the vertex stage of software devices is serial
   std::size_t frame_bytes = 8 << 20;                    ///< of models, uploaded per frame: 3 ms at 3 GB/s
   int even_triangles = 1500;  ///< light is stored per vertex: no edge is longer than those of so many equal triangles

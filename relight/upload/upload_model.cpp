@@ -5,10 +5,12 @@
 #include <cmath>
 
 #include "capture/camera/srgb.h"
+#include "relight/exhibit/animation/pose.h"
 #include "relight/exhibit/bsdf_params.h"
 #include "relight/objects/mesh_refine.h"
 #include "relight/objects/mesh_simplify.h"
 #include "relight/objects/model_surface.h"
+#include "relight/objects/posed_model.h"
 #include "relight/upload/parameters.h"
 
 namespace lumigraft::relight {
@@ -104,21 +106,43 @@ std::vector<std::vector<std::uint8_t>> mip_levels(const TexturePicture& picture,
   return levels;
 }
 
+/// All that depends on where the vertices of its models are.
+void add_surface(UploadModel& made, int field_voxels) {
+  const Model& model = *made.full;
+  made.sphere = bounding_sphere(model.positions_m);
+  const double area_m2 = surface_area_m2(model);
+  made.area_m2 = static_cast<float>(area_m2);
+  made.samples = surface_samples(model, area_m2 / kUpload.samples);
+  for (std::size_t i = 0; i < made.samples.size(); i += kSampleFloats) {
+    const float* sample = &made.samples[i];
+    made.mean_emission += sample[3] / made.area_m2 * Eigen::Vector3f(sample[8], sample[9], sample[10]);
+  }
+  const auto field = compute_object_field(model, field_voxels);
+  made.grid = field->size;
+  made.grid_origin_m = field->origin_m;
+  made.grid_voxel_m = field->voxel_m;
+  made.distances_m = full_distances(*field);
+  made.reflectances = reflectances(*field, model);
+}
+
+/// That of the largest of the poses at evenly spaced times.
+float largest_radius_m(const Rig& rig, std::size_t animation) {
+  float radius_m = 0;
+  for (int i = 0; i < kUpload.animation_poses; ++i) {
+    const double time_s = rig.animations[animation].length_s * i / kUpload.animation_poses;
+    radius_m = std::max(radius_m, bounding_sphere(skinned(rig, pose_at(rig, animation, time_s)).positions_m).radius_m);
+  }
+  return radius_m;
+}
+
 }  // namespace
 
 std::shared_ptr<const UploadModel> make_upload_model(const std::shared_ptr<const Model>& model) {
   auto made = std::make_shared<UploadModel>();
+  made->full = model;
   made->simple = evenly_divided(*simplify_model(*model, kUpload.simple_triangles));
   made->closed = is_closed(*made->simple);
   made->rough = simplify_model(*model, kUpload.rough_triangles);
-  made->sphere = bounding_sphere(model->positions_m);
-  const double area_m2 = surface_area_m2(*model);
-  made->area_m2 = static_cast<float>(area_m2);
-  made->samples = surface_samples(*model, area_m2 / kUpload.samples);
-  for (std::size_t i = 0; i < made->samples.size(); i += kSampleFloats) {
-    const float* sample = &made->samples[i];
-    made->mean_emission += sample[3] / made->area_m2 * Eigen::Vector3f(sample[8], sample[9], sample[10]);
-  }
   for (const Model::Part& part : model->parts) {
     for (const TextureUse use : kTextureUses) {
       const Model::TextureSlot& slot = slot_of(part, use);
@@ -127,12 +151,20 @@ std::shared_ptr<const UploadModel> make_upload_model(const std::shared_ptr<const
       if (levels.empty()) levels = mip_levels(slot.picture, texels_of(use));
     }
   }
-  const auto field = compute_object_field(*model, kUpload.field_voxels);
-  made->grid = field->size;
-  made->grid_origin_m = field->origin_m;
-  made->grid_voxel_m = field->voxel_m;
-  made->distances_m = full_distances(*field);
-  made->reflectances = reflectances(*field, *model);
+  add_surface(*made, kUpload.field_voxels);
+  for (std::size_t i = 0; model->rig && i < model->rig->animations.size(); ++i)
+    made->animation_radii_m.push_back(largest_radius_m(*model->rig, i));
+  return made;
+}
+
+std::shared_ptr<const UploadModel> posed_upload_model(const UploadModel& at_rest, const RigPose& pose) {
+  const PosedVertices vertices = skinned(*at_rest.full->rig, pose);
+  auto made = std::make_shared<UploadModel>();
+  made->full = posed_model(*at_rest.full, vertices);
+  made->simple = posed_model(*at_rest.simple, vertices);
+  made->closed = at_rest.closed;
+  made->rough = posed_model(*at_rest.rough, vertices);
+  add_surface(*made, kUpload.posed_field_voxels);
   return made;
 }
 

@@ -17,8 +17,8 @@ namespace lumigraft::relight {
 constexpr int kSampleFloats = 12;
 
 struct UploadModel {
-  std::shared_ptr<const Model> simple, rough;  ///< see StoredModel
-  bool closed = false;                         ///< of `simple`
+  std::shared_ptr<const Model> full, simple, rough;  ///< see StoredModel
+  bool closed = false;                               ///< of `simple`
   BoundingSphere sphere;
   std::vector<float> samples;  ///< kSampleFloats each, see StoredModel
   float area_m2 = 0;
@@ -28,6 +28,7 @@ struct UploadModel {
   float grid_voxel_m = 0;
   std::vector<float> distances_m;
   std::vector<std::uint8_t> reflectances;  ///< RGBA per voxel
+  std::vector<float> animation_radii_m;    ///< by animation: that of the largest sphere of its poses, model frame
   /// The textures of the model's parts: RGBA of each mip level, encoded as their pictures. Of normals, A is the square
   /// root of what their mean length lacks.
   std::map<std::pair<const capture::Image<std::uint8_t>*, Texels>, std::vector<std::vector<std::uint8_t>>> textures;
@@ -36,5 +37,8 @@ using UploadModels = PreparedModels<UploadModel>;
 
 /// Takes up to seconds.
 std::shared_ptr<const UploadModel> make_upload_model(const std::shared_ptr<const Model>& model);
+/// The same model in a pose, without what all poses share: textures and the extent of its animations. The field is
+/// coarser, posed_field_voxels.
+std::shared_ptr<const UploadModel> posed_upload_model(const UploadModel& at_rest, const RigPose& pose);
 
 }  // namespace lumigraft::relight

@@ -22,6 +22,44 @@ relight::MaterialOverride changed(relight::MaterialOverride material, const Mate
   return material;
 }
 
+/// The animation after a change by a viewer who saw the frame at `time_s`. Returns the error, if any.
+std::optional<std::string> change_animation(const AnimationChange& change, double time_s,
+                                            relight::VirtualObject& object) {
+  if (!object.animation) return "animation: the object's model has none, see hello";
+  relight::ShownAnimation now = *object.animation;
+  const std::vector<relight::Rig::Animation>& all = object.model->rig->animations;
+  if (change.name) {
+    const auto found = std::ranges::find(all, *change.name, &relight::Rig::Animation::name);
+    if (found == all.end()) return "animation: no animation of the object has this name, see hello";
+    now.index = static_cast<std::size_t>(found - all.begin());
+  }
+  const double length_s = all[now.index].length_s;
+  const bool other = now.index != object.animation->index, playing = change.playing.value_or(!now.held_s);
+  double at_s = change.at_s.value_or(other ? 0 : now.moment_s(length_s, time_s));
+  now.loops = change.loop.value_or(now.loops);
+  const bool ended = !now.loops && at_s >= length_s;
+  if (change.playing && playing && ended && !change.at_s) at_s = 0;
+  now.begin_s = time_s - at_s;
+  now.held_s = playing ? std::nullopt : std::optional(at_s);
+  object.animation = now;
+  return std::nullopt;
+}
+
+Json json_of(const relight::VirtualObject& object, double time_s) {
+  if (!object.animation) return nullptr;
+  const std::vector<relight::Rig::Animation>& all = object.model->rig->animations;
+  Json names = Json::array();
+  for (const relight::Rig::Animation& animation : all) names.push_back(animation.name);
+  const relight::ShownAnimation& shown = *object.animation;
+  const double length_s = all[shown.index].length_s;
+  return {{"names", names},
+          {"name", all[shown.index].name},
+          {"playing", !shown.held_s},
+          {"loop", shown.loops},
+          {"at_s", shown.moment_s(length_s, time_s)},
+          {"length_s", length_s}};
+}
+
 template <typename T>
 Json json_or_null(const std::optional<T>& value) {
   return value ? Json(*value) : Json();
@@ -62,6 +100,19 @@ std::shared_ptr<const relight::Exhibit> ExhibitState::newest() const {
   return exhibit_;
 }
 
+std::shared_ptr<const relight::Exhibit> ExhibitState::at(double time_s) {
+  std::lock_guard lock(mutex_);
+  if (!time_s_) {
+    auto begun = std::make_shared<relight::Exhibit>(*exhibit_);
+    for (relight::VirtualObject& object : begun->objects) {
+      if (object.animation) object.animation->begin_s += time_s;
+    }
+    exhibit_ = std::move(begun);
+  }
+  time_s_ = time_s;
+  return exhibit_;
+}
+
 std::optional<std::string> ExhibitState::apply(const ObjectCommand& command) {
   std::lock_guard lock(mutex_);
   auto next = std::make_shared<relight::Exhibit>(*exhibit_);  // models are shared: a copy is small
@@ -76,6 +127,9 @@ std::optional<std::string> ExhibitState::apply(const ObjectCommand& command) {
     return "object: there are " + std::to_string(next->objects.size()) + " objects, see hello";
   }
   relight::VirtualObject& object = next->objects[index];
+  if (command.animation) {
+    if (auto error = change_animation(*command.animation, time_s_.value_or(0), object)) return error;
+  }
   if (command.position_m) object.position_m = *command.position_m;
   if (command.rotation) {
     object.rotation = *command.rotation;
@@ -106,7 +160,8 @@ std::string ExhibitState::objects_json() const {
                            {"rotation_wxyz", {o.rotation.w(), o.rotation.x(), o.rotation.y(), o.rotation.z()}},
                            {"yaw_degrees", yaw_degrees_[i]},
                            {"scale", o.scale},
-                           {"material", json_of(o.material)}});
+                           {"material", json_of(o.material)},
+                           {"animation", json_of(o, time_s_.value_or(0))}});
   }
   return json_line(objects);
 }

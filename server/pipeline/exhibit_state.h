@@ -23,6 +23,9 @@ class ExhibitState {
   explicit ExhibitState(relight::Exhibit exhibit);
 
   std::shared_ptr<const relight::Exhibit> newest() const;
+  /// The same for a frame of this time. Animations begin with the first such frame, and what viewers change of them
+  /// counts from the last.
+  std::shared_ptr<const relight::Exhibit> at(double time_s);
   /// Returns the error of the command, if any. An object that a viewer moves or turns no longer follows its key frames.
   std::optional<std::string> apply(const ObjectCommand& command);
   /// The objects as a JSON array, for the messages `hello` and `state`.
@@ -33,6 +36,7 @@ class ExhibitState {
   std::shared_ptr<const relight::Exhibit> exhibit_;
   std::vector<Eigen::Quaterniond> rest_;  ///< rotations before viewers changed them
   std::vector<double> yaw_degrees_;
+  std::optional<double> time_s_;  ///< of the last frame
 };
 
 }  // namespace lumigraft::server

@@ -252,7 +252,7 @@ void Pipeline::State::relight_turn() {
   {
     const StageTimer timer(metrics, "relight");
     const double time_s = 1e-9 * static_cast<double>(frame.time_ns);
-    const relight::Exhibit shown = shown_exhibit(*exhibit.newest(), scene, time_s, standing);
+    const relight::Exhibit shown = shown_exhibit(*exhibit.at(time_s), scene, time_s, standing);
     const relight::Planner::Decision decision = planner.decide(scene, shown, time_s);
     for (const relight::PlanChoice& choice : decision.choices)
       metrics.decided(choice.key, choice.value, choice.left_out);

@@ -70,6 +70,31 @@ MaterialChange material(const nlohmann::json& value) {
   return change;
 }
 
+std::string name(const nlohmann::json& value) {
+  if (!value.is_string() || value.get_ref<const std::string&>().size() > kStream.max_name_bytes)
+    throw Refused{"name: a text of at most " + std::to_string(kStream.max_name_bytes) + " bytes"};
+  return value.get<std::string>();
+}
+
+AnimationChange animation(const nlohmann::json& value) {
+  if (!value.is_object()) throw Refused{"animation: an object"};
+  AnimationChange change;
+  for (const auto& [key, v] : value.items()) {
+    if (key == "name") {
+      change.name = name(v);
+    } else if (key == "playing" && v.is_boolean()) {
+      change.playing = v.get<bool>();
+    } else if (key == "loop" && v.is_boolean()) {
+      change.loop = v.get<bool>();
+    } else if (key == "at_s") {
+      change.at_s = number(v, key, 0, kStream.max_at_s);
+    } else {
+      throw Refused{"animation: name, playing and loop true or false, at_s in seconds"};
+    }
+  }
+  return change;
+}
+
 ObjectCommand object(const nlohmann::json& message) {
   ObjectCommand command;
   bool named = false;
@@ -79,10 +104,7 @@ ObjectCommand object(const nlohmann::json& message) {
       command.object = static_cast<std::size_t>(number(value, key, 0, 1e6));
       named = true;
     } else if (key == "name") {
-      if (!value.is_string() || value.get_ref<const std::string&>().size() > kStream.max_name_bytes) {
-        throw Refused{"name: a text of at most " + std::to_string(kStream.max_name_bytes) + " bytes"};
-      }
-      command.object = value.get<std::string>();
+      command.object = name(value);
       named = true;
     } else if (key == "position_m") {
       command.position_m = vector<3>(value, key, -kStream.max_position_m, kStream.max_position_m);
@@ -97,8 +119,10 @@ ObjectCommand object(const nlohmann::json& message) {
       command.visible = value.get<bool>();
     } else if (key == "material") {
       command.material = material(value);
+    } else if (key == "animation") {
+      command.animation = animation(value);
     } else {
-      throw Refused{"object: index or name, position_m, rotation_wxyz or yaw_degrees, visible, material"};
+      throw Refused{"object: index or name, position_m, rotation_wxyz or yaw_degrees, visible, material, animation"};
     }
   }
   if (!named) throw Refused{"object: index or name must be there"};

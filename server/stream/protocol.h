@@ -55,6 +55,13 @@ struct MaterialChange {
   std::optional<std::optional<float>> metallic, roughness, specular;
 };
 
+/// What a message sets of an object's animation.
+struct AnimationChange {
+  std::optional<std::string> name;
+  std::optional<bool> playing, loop;
+  std::optional<double> at_s;  ///< the moment of the animation to show now
+};
+
 struct WantCommand {
   Codec codec = Codec::none;
 };
@@ -69,6 +76,7 @@ struct ObjectCommand {
   std::optional<double> yaw_degrees;
   std::optional<bool> visible;
   std::optional<MaterialChange> material;
+  std::optional<AnimationChange> animation;
 };
 struct RecordCommandOfViewer {
   bool on = false;

@@ -59,6 +59,27 @@ export class Controls {
       if (document.activeElement !== $(axis)) $(axis).value = object.position_m[i].toFixed(3);
     });
     $("material").value = nameOf(object.material);
+    this.showAnimation(object.animation);
+  }
+
+  showAnimation(animation) {
+    $("animation-panel").hidden = !animation;
+    if (!animation) return;
+    const names = [...$("animation").options].map((option) => option.value);
+    if (names.join("\n") !== animation.names.join("\n")) {
+      $("animation").replaceChildren(...animation.names.map((name) => new Option(name, name)));
+    }
+    $("animation").value = animation.name;
+    $("animation-playing").checked = animation.playing;
+    $("animation-loop").checked = animation.loop;
+  }
+
+  /** Sends a change of the selected object's animation. */
+  animate(values) {
+    if (!this.current?.animation) return;
+    Object.assign(this.current.animation, values);
+    this.flush(); // after what was changed before
+    this.send({ type: "object", index: this.current.index, animation: values });
   }
 
   /** Sends a change of the selected object; changes in quick succession are merged into fewer messages. */
@@ -111,6 +132,10 @@ export class Controls {
     $("material").onchange = () => {
       if ($("material").value in MATERIALS) this.change({ material: MATERIALS[$("material").value] });
     };
+    $("animation").onchange = () => this.animate({ name: $("animation").value });
+    $("animation-playing").onchange = () => this.animate({ playing: $("animation-playing").checked });
+    $("animation-loop").onchange = () => this.animate({ loop: $("animation-loop").checked });
+    $("animation-start").onclick = () => this.animate({ playing: true, at_s: 0 });
     for (const [i, axis] of ["x", "y", "z"].entries()) {
       $(axis).onchange = () => {
         const value = $(axis).valueAsNumber;

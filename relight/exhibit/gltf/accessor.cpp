@@ -38,10 +38,10 @@ std::size_t bytes_of(GltfComponents type) {
 
 std::size_t components_of(const GltfValue& type) {
   const std::string name = type.text();
-  for (const auto& [known, count] : {std::pair{"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}, {"VEC4", 4}}) {
+  for (const auto& [known, count] : {std::pair{"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}, {"VEC4", 4}, {"MAT4", 16}}) {
     if (name == known) return static_cast<std::size_t>(count);
   }
-  type.refuse("SCALAR, VEC2, VEC3 or VEC4 here");
+  type.refuse("SCALAR, VEC2, VEC3, VEC4 or MAT4 here");
 }
 
 /// Calls `use` with a value of the component's type.

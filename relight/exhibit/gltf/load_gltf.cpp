@@ -3,6 +3,7 @@
 #include <map>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "relight/exhibit/gltf/materials.h"
@@ -10,6 +11,7 @@
 #include "relight/exhibit/gltf/not_drawn.h"
 #include "relight/exhibit/gltf/parameters.h"
 #include "relight/exhibit/gltf/primitive.h"
+#include "relight/exhibit/gltf/rig_reader.h"
 #include "relight/exhibit/model_builder.h"
 
 namespace lumigraft::relight {
@@ -22,23 +24,29 @@ class GltfLoader {
         buffers_(document_),
         accessors_(document_, buffers_),
         textures_(document_, buffers_),
-        up_(up) {}
+        up_(up_to_z(up)),
+        scene_(read_scene(document_.root())),
+        rig_(document_, accessors_, scene_, up_) {}
 
   std::shared_ptr<const Model> load() {
-    for (const GltfInstance& instance : read_instances(document_.root())) add(instance);
-    builder_.cut_out(masks_);
+    for (const GltfInstance& instance : scene_.instances) add(instance);
+    SourceMixes mixes(static_cast<std::uint32_t>(rig_.vertices()));
+    builder_.cut_out(masks_, mixes);
     const std::size_t material_count = document_.root().member("materials").size();
     const std::shared_ptr<Model> model = builder_.build([&](std::size_t material) { return parts_.at(material); });
     std::set<std::size_t> used;
     for (const auto& [material, part] : parts_) {
       if (material < material_count) used.insert(material);
     }
+    model->rig = rig_.take();
+    model->mixes = mixes.take();
     model->not_drawn = gltf_not_drawn(document_, textures_, used);
     return model;
   }
 
  private:
   struct MaterialPrimitive {
+    GltfValue of;
     std::size_t material = 0;
     GltfPrimitive triangles;
   };
@@ -47,8 +55,7 @@ class GltfLoader {
     auto [found, is_new] = meshes_.try_emplace(instance.mesh);
     const GltfValue mesh = document_.root().member("meshes")[instance.mesh];
     if (is_new) found->second = read_mesh(mesh);
-    const Eigen::Affine3f T_model_mesh = Eigen::Affine3f(up_to_z(up_)) * instance.T_file_mesh;
-    for (const auto& [material, primitive] : found->second) {
+    for (const auto& [of, material, primitive] : found->second) {
       vertices_ += primitive.vertices.size();
       if (vertices_ > kGltf.max_elements)
         mesh.fail("found more than " + std::to_string(kGltf.max_elements) + " vertices up to here, allowed: as many");
@@ -56,11 +63,20 @@ class GltfLoader {
       if (triangles_ > kGltf.max_triangles) {
         mesh.fail("found more than " + std::to_string(kGltf.max_triangles) + " triangles up to here, allowed: as many");
       }
-      ModelBuilder::Mesh to = builder_.mesh(material, primitive.vertices, primitive.indices.size() / 3, T_model_mesh);
+      ModelBuilder::Mesh to = mesh_of(instance, of, material, primitive);
       for (std::size_t i = 0; i < primitive.indices.size(); i += 3)
         to.add(primitive.indices[i], primitive.indices[i + 1], primitive.indices[i + 2]);
-      to.finish();
+      rig_.add_normals(to.finish());
     }
+  }
+
+  ModelBuilder::Mesh mesh_of(const GltfInstance& instance, const GltfValue& of, std::size_t material,
+                             const GltfPrimitive& primitive) {
+    const std::size_t triangles = primitive.indices.size() / 3;
+    if (!rig_.used())
+      return builder_.mesh(material, primitive.vertices, triangles, Eigen::Affine3f(up_) * instance.T_file_mesh);
+    GltfRig::AtRest at_rest = rig_.add(instance, of, primitive);
+    return builder_.mesh_at_rest(material, std::move(at_rest.vertices), triangles, at_rest.mirrors);
   }
 
   std::vector<MaterialPrimitive> read_mesh(const GltfValue& mesh) {
@@ -71,8 +87,9 @@ class GltfLoader {
       const std::size_t material = material_of(primitives[i]);
       const Model::Part& part = parts_.at(material);
       const GltfNeeds needs{.second_texcoords = reads_second_texcoords(part),
-                            .tangents = part.normal_texture.picture != nullptr};
-      all.push_back({material, read_primitive(document_, buffers_, accessors_, primitives[i], needs)});
+                            .tangents = part.normal_texture.picture != nullptr,
+                            .rig = rig_.used()};
+      all.push_back({primitives[i], material, read_primitive(document_, buffers_, accessors_, primitives[i], needs)});
     }
     return all;
   }
@@ -94,7 +111,9 @@ class GltfLoader {
   GltfBuffers buffers_;
   GltfAccessors accessors_;
   GltfTextures textures_;
-  char up_;
+  Eigen::Matrix3f up_;
+  GltfScene scene_;
+  GltfRig rig_;
   std::map<std::size_t, std::vector<MaterialPrimitive>> meshes_;  // by index of the mesh
   std::map<std::size_t, Model::Part> parts_;                      // by number of the material
   std::map<std::size_t, AlphaMask> masks_;                        // likewise

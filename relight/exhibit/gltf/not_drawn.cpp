@@ -100,13 +100,15 @@ std::set<std::string> of_scene(const GltfValue& root) {
     const GltfValue primitives = meshes[i].member("primitives");
     for (std::size_t k = 0; k < primitives.size(); ++k) {
       add_extensions(primitives[k]);
-      if (primitives[k].member("targets").exists()) features.insert("morph targets");
       if (!has_triangles(primitives[k])) features.insert("points and lines");
     }
   }
-  for (const char* others : {"animations", "cameras", "skins"}) {
-    if (root.member(others).size() > 0) features.insert(others);
+  const GltfValue animations = root.member("animations");
+  for (std::size_t i = 0; i < animations.size(); ++i) {
+    const GltfValue channels = animations[i].member("channels");
+    for (std::size_t k = 0; k < channels.size(); ++k) add_extensions(channels[k].member("target"));
   }
+  if (root.member("cameras").size() > 0) features.insert("cameras");
   return features;
 }
 

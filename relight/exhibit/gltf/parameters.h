@@ -16,7 +16,10 @@ struct GltfParameters {
   std::size_t max_nodes = 100'000;                       ///< those of large scenes have some thousands
   std::size_t max_triangles = 5'000'000;                 ///< of all instances: 1 GB while it is read
   std::size_t max_expansion = 128;                       ///< of EXT_meshopt_compression; the codec's own limit is 64
-  double max_length = 1e9;                               ///< of coordinates of nodes
+  std::size_t max_morph_weights = 100'000;               ///< of all nodes: one of each is in every pose
+  std::size_t max_morphs = 10'000'000;                   ///< vertices that morph targets move: 400 MB
+  double max_time_s = 1e6;                               ///< of keys: floats are a sixteenth of a second apart there
+  double max_length = 1e9;                               ///< of coordinates of nodes, and of what moves them
   double max_texcoord = 1e6;                             ///< of texture transforms: beyond it floats resolve no texel
   float max_normal_scale = 100;                          ///< beyond it any normal that is not upright lies flat
 };

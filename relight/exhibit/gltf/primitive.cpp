@@ -1,6 +1,7 @@
 #include "relight/exhibit/gltf/primitive.h"
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <numeric>
 #include <optional>
@@ -32,6 +33,9 @@ constexpr AttributeRule kTexcoords[] = {
     {"TEXCOORD_1", 2, 2, kGltfFloat, kUnsigned, kSigned | kUnsigned, kSigned},
 };
 constexpr AttributeRule kColor{"COLOR_0", 3, 4, kGltfFloat, kUnsigned, 0, 0};
+constexpr AttributeRule kTargets[] = {{"POSITION", 3, 3, kGltfFloat, 0, kSigned, kSigned},
+                                      {"NORMAL", 3, 3, kGltfFloat, 0, 0, kSigned},
+                                      {"TANGENT", 3, 3, kGltfFloat, 0, 0, kSigned}};
 
 std::string types_of(unsigned plain, unsigned normalized) {
   std::string names;
@@ -83,20 +87,68 @@ class Reader {
       vertex.handedness = tangents[4 * v + 3] < 0 ? -1.0f : 1.0f;
     }
     out.indices = triangles(count);
+    if (needs.rig) {
+      read_influences(count, &out);
+      read_targets(count, &out);
+    }
     return out;
   }
 
  private:
-  /// Empty if the primitive has none. `count`: the number of vertices, 0 if it is not known yet.
-  std::vector<float> attribute(const AttributeRule& rule, std::size_t count) {
-    const GltfValue reference = attributes_.member(rule.name);
-    if (!reference.exists()) return {};
+  void read_influences(std::size_t count, GltfPrimitive* out) {
+    std::vector<std::vector<float>> joints, weights;  // by set
+    for (;;) {
+      const std::string set = std::to_string(joints.size()), joint = "JOINTS_" + set, weight = "WEIGHTS_" + set;
+      const GltfValue has_joints = attributes_.member(joint), has_weights = attributes_.member(weight);
+      if (!has_joints.exists() && !has_weights.exists()) break;
+      if (!has_joints.exists()) has_joints.refuse("as many sets as of weights");
+      if (!has_weights.exists()) has_weights.refuse("as many sets as of joints");
+      joints.push_back(attribute({joint.c_str(), 4, 4, kUnsigned, 0, 0, 0}, count));
+      weights.push_back(attribute({weight.c_str(), 4, 4, kGltfFloat, kUnsigned, 0, 0}, count));
+    }
+    out->influences = 4 * joints.size();
+    for (std::size_t v = 0; v < count; ++v) {
+      const auto first = static_cast<std::ptrdiff_t>(4 * v);
+      for (std::size_t set = 0; set < joints.size(); ++set) {
+        out->joints.insert(out->joints.end(), joints[set].begin() + first, joints[set].begin() + first + 4);
+        out->weights.insert(out->weights.end(), weights[set].begin() + first, weights[set].begin() + first + 4);
+      }
+    }
+  }
+
+  void read_targets(std::size_t count, GltfPrimitive* out) {
+    const GltfValue targets = primitive_.member("targets");
+    for (std::size_t i = 0; i < targets.size(); ++i) {
+      GltfPrimitive::Target& target = out->targets.emplace_back();
+      const std::array values{&target.positions_m, &target.normals, &target.tangents};
+      for (std::size_t k = 0; k < values.size(); ++k) {
+        const GltfValue reference = targets[i].member(kTargets[k].name);
+        if (!reference.exists()) continue;
+        check(kTargets[k], reference, checked_count(reference, count));
+        *values[k] = accessors_.floats(reference);
+        const auto bad = std::ranges::find_if(
+            *values[k], [](float x) { return !(std::abs(x) <= static_cast<float>(kGltf.max_length)); });
+        if (bad != values[k]->end())
+          reference.fail("found " + std::to_string(*bad) + ", allowed: finite numbers, at most 1e9 from 0");
+      }
+    }
+  }
+
+  GltfAccessorFormat checked_count(const GltfValue& reference, std::size_t count) const {
     const GltfAccessorFormat format = accessors_.format(reference);
-    check(rule, reference, format);
     if (count > 0 && format.count != count) {
       reference.fail("found " + std::to_string(format.count) + " elements, allowed: " + std::to_string(count) +
                      ", as of POSITION");
     }
+    return format;
+  }
+
+  /// Empty if the primitive has none. `count`: the number of vertices, 0 if it is not known yet.
+  std::vector<float> attribute(const AttributeRule& rule, std::size_t count) {
+    const GltfValue reference = attributes_.member(rule.name);
+    if (!reference.exists()) return {};
+    check(rule, reference, accessors_.format(reference));
+    const GltfAccessorFormat format = checked_count(reference, count);
     const GltfValue id = compressed_.member("attributes").member(rule.name);
     if (!draco_ || !id.exists()) return accessors_.floats(reference);
     if (format.count != draco_->vertices()) {

@@ -5,6 +5,8 @@
 #include <numbers>
 
 #include "capture/error.h"
+#include "relight/exhibit/animation/pose.h"
+#include "tests/relight/exhibit/gltf/animated_files.h"
 #include "tests/relight/exhibit/model_files.h"
 
 namespace lumigraft::relight {
@@ -17,6 +19,9 @@ class ReadExhibit : public ::testing::Test {
   ReadExhibit() {
     folder_.write("square.ply", test::ply_square());
     folder_.write("triangle.gltf", test::GltfFile().gltf());
+    test::GltfFile moving = test::moving_triangle();
+    moving.json["animations"].push_back(test::channel_animation(moving, "scale", {0, 4}, {1, 1, 1, 2, 2, 2}, "VEC3"));
+    folder_.write("moving.gltf", moving.gltf());
     folder_.write("no_triangles.ply",
                   "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
                   "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n2 0 0\n3 0 1 2\n");
@@ -184,6 +189,35 @@ position_m = [5, 0, 0]
   EXPECT_NEAR(std::atan2(x.y(), x.x()), std::numbers::pi / 4, 1e-12);
 }
 
+TEST_F(ReadExhibit, TheFirstAnimationLoopsUnlessOtherwiseStated) {
+  const Exhibit exhibit = read(R"(
+[[object]]
+name = "loops"
+model = "moving.gltf"
+[[object]]
+name = "once"
+model = "moving.gltf"
+[object.animation]
+name = "scale"
+loop = false
+at_s = 1
+[[object]]
+name = "held"
+model = "moving.gltf"
+[object.animation]
+playing = false
+at_s = 0.5
+[[object]]
+model = "square.ply"
+)");
+  const Rig& rig = *exhibit.objects[0].model->rig;
+  EXPECT_EQ(exhibit.objects[0].pose(10.25), pose_at(rig, 0, 0.25));
+  EXPECT_EQ(exhibit.objects[1].pose(0), pose_at(rig, 1, 1));
+  EXPECT_EQ(exhibit.objects[1].pose(9), pose_at(rig, 1, 4));
+  EXPECT_EQ(exhibit.objects[2].pose(9), pose_at(rig, 0, 0.5));
+  EXPECT_TRUE(exhibit.objects[3].pose(9).at_rest());
+}
+
 TEST_F(ReadExhibit, BadInput) {
   struct Case {
     const char *toml, *where, *found;
@@ -217,6 +251,14 @@ TEST_F(ReadExhibit, BadInput) {
            Case{"[[object]]\nmodel = \"square.ply\"\nsize_m = 1\nscale = 2",
                 ":3: object.0.size_m: ", "together with scale"},
            Case{"[[object]]\nmodel = \"square.ply\"\non = \"wall\"", ":3: object.0.on: ", "found \"wall\""},
+           Case{"[[object]]\nmodel = \"moving.gltf\"\n[object.animation]\nname = \"walk\"",
+                ":4: object.0.animation.name: ", "found \"walk\", allowed: \"translation\", \"scale\""},
+           Case{"[[object]]\nmodel = \"moving.gltf\"\n[object.animation]\nat_s = -1",
+                ":4: object.0.animation.at_s: ", "found -1"},
+           Case{"[[object]]\nmodel = \"moving.gltf\"\n[object.animation]\nspeed = 2",
+                ":4: object.0.animation.speed: ", ""},
+           Case{"[[object]]\nmodel = \"square.ply\"\n[object.animation]\nloop = true",
+                "object.0.animation: ", "found a model without animations"},
            Case{"object = 3", ":1: object: ", "found 3"},
        }) {
     const std::string message = error_of(c.toml);

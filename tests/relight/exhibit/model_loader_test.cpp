@@ -172,7 +172,7 @@ TEST(LoadModel, WhatIsNotDrawnOfGltfIsNamed) {
   TemporaryFolder folder;
   GltfFile file = textured("data:image/png;base64," + test::red_grey_png);
   EXPECT_TRUE(load_model(folder.write("a.gltf", file.gltf()), 'y')->not_drawn.empty());
-  file.json["skins"] = {{{"joints", {0}}}};
+  file.json["cameras"] = {{{"type", "perspective"}}};
   auto& material = file.json["materials"][0];
   material["name"] = "lacquer\n";
   material["alphaMode"] = "BLEND";
@@ -181,7 +181,7 @@ TEST(LoadModel, WhatIsNotDrawnOfGltfIsNamed) {
   file.json["materials"].push_back(material);  // which no triangle has
   const auto model = load_model(folder.write("b.gltf", file.gltf()), 'y');
   EXPECT_EQ(model->not_drawn, (std::vector<std::string>{"KHR_materials_clearcoat (material \"lacquer \")",
-                                                        "alphaMode BLEND (material \"lacquer \")", "skins"}));
+                                                        "alphaMode BLEND (material \"lacquer \")", "cameras"}));
   EXPECT_FLOAT_EQ(model->parts[0].material.specular, 0.5f);
 }
 

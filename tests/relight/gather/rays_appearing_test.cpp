@@ -57,7 +57,7 @@ TEST(RaysAppearing, NewProbesBeginWithTheEnvironmentThatNothingOccludes) {
   const auto probes = relight::make_ray_model(scene.exhibit.objects.front().model);
   relight::PlacedModel placed;
   placed.model = scene.exhibit.objects.front().model;
-  placed.places = probes;
+  placed.at_rest = placed.places = probes;
   placed.facets = std::make_shared<const std::vector<relight::ObjectFacet>>(relight::find_facets(*probes, {}));
   relight::RayObjects objects({placed});
   ASSERT_FALSE(objects.all_have_light());

@@ -87,5 +87,79 @@ TEST(ExhibitState, WhatIsNotSetStaysTheModelsOwn) {
                             R"({"base_color":null,"metallic":null,"roughness":null,"specular":0.25,"emission":null})"));
 }
 
+/// With animations of 2 s and 1 s.
+relight::Exhibit animated() {
+  relight::Exhibit exhibit = two_objects();
+  auto model = std::make_shared<relight::Model>(*exhibit.objects[0].model);
+  auto rig = std::make_shared<relight::Rig>();
+  rig->animations.resize(2);
+  rig->animations[0] = {"walk", 2, {}};
+  rig->animations[1] = {"wave", 1, {}};
+  model->rig = std::move(rig);
+  exhibit.objects[0].model = std::move(model);
+  exhibit.objects[0].animation.emplace();
+  return exhibit;
+}
+
+class AnimatedState : public testing::Test {
+ protected:
+  void change(const std::string& animation) {
+    EXPECT_EQ(apply(board_, (R"({"type":"object","index":0,"animation":)" + animation + "}").c_str()), std::nullopt);
+  }
+  /// The moment that a frame shows.
+  double moment_s(double time_s) {
+    const relight::ShownAnimation shown = *board_.at(time_s)->objects[0].animation;
+    return shown.moment_s(shown.index == 0 ? 2 : 1, time_s);
+  }
+  nlohmann::json told() { return nlohmann::json::parse(board_.objects_json())[0]["animation"]; }
+
+  ExhibitState board_{animated()};
+};
+
+TEST_F(AnimatedState, BeginsWithTheFirstFrameAndLoops) {
+  EXPECT_DOUBLE_EQ(moment_s(1000), 0);
+  EXPECT_DOUBLE_EQ(moment_s(1001.5), 1.5);
+  EXPECT_DOUBLE_EQ(moment_s(1002.5), 0.5);
+  EXPECT_EQ(told(), nlohmann::json::parse(R"({"names":["walk","wave"],"name":"walk","playing":true,"loop":true,
+                                              "at_s":0.5,"length_s":2.0})"));
+  EXPECT_EQ(nlohmann::json::parse(board_.objects_json())[1]["animation"], nullptr);
+}
+
+TEST_F(AnimatedState, IsStoppedAndGoesOnWhereItWas) {
+  moment_s(100);
+  moment_s(101.5);
+  change(R"({"playing":false})");
+  EXPECT_DOUBLE_EQ(moment_s(107), 1.5);
+  change(R"({"playing":true})");
+  EXPECT_DOUBLE_EQ(moment_s(107.25), 1.75);
+  change(R"({"at_s":0.5})");
+  EXPECT_DOUBLE_EQ(moment_s(107.25), 0.5);
+}
+
+TEST_F(AnimatedState, PlaysOnceAndAgainFromItsBeginning) {
+  moment_s(0);
+  change(R"({"loop":false})");
+  EXPECT_DOUBLE_EQ(moment_s(1), 1);
+  EXPECT_DOUBLE_EQ(moment_s(9), 2) << "its last pose";
+  change(R"({"playing":true})");
+  EXPECT_DOUBLE_EQ(moment_s(9.5), 0.5);
+}
+
+TEST_F(AnimatedState, AnotherAnimationBeginsWhereItBegins) {
+  moment_s(0);
+  moment_s(1.5);
+  change(R"({"name":"wave"})");
+  EXPECT_DOUBLE_EQ(moment_s(1.75), 0.25);
+  change(R"({"name":"wave"})");
+  EXPECT_DOUBLE_EQ(moment_s(2), 0.5) << "it is shown already";
+}
+
+TEST_F(AnimatedState, WhatTheObjectDoesNotHaveIsRefusedAndChangesNothing) {
+  const auto before = board_.newest();
+  EXPECT_NE(apply(board_, R"({"type":"object","index":0,"visible":false,"animation":{"name":"fly"}})"), std::nullopt);
+  EXPECT_NE(apply(board_, R"({"type":"object","index":1,"animation":{"playing":false}})"), std::nullopt);
+  EXPECT_EQ(board_.newest(), before);
+}
+
 }  // namespace
 }  // namespace lumigraft::server

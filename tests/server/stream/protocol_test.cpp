@@ -83,6 +83,12 @@ TEST(Protocol, Commands) {
   EXPECT_EQ(std::get<std::size_t>(turned.object), 2u);
   EXPECT_NEAR(turned.rotation->norm(), 1.0, 1e-12);
   EXPECT_TRUE(turned.material->models_own);
+  const auto animated = std::get<ObjectCommand>(parse_command(
+      R"({"type":"object","index":0,"animation":{"name":"walk","playing":true,"loop":false,"at_s":1.5}})"));
+  EXPECT_EQ(animated.animation->name, "walk");
+  EXPECT_EQ(animated.animation->playing, true);
+  EXPECT_EQ(animated.animation->loop, false);
+  EXPECT_EQ(animated.animation->at_s, 1.5);
 }
 
 TEST(Protocol, EverythingElseIsRefusedWithAReason) {
@@ -111,7 +117,12 @@ TEST(Protocol, EverythingElseIsRefusedWithAReason) {
                            R"({"type":"object","index":0,"rotation_wxyz":[1,0,0,0],"yaw_degrees":1})",
                            R"({"type":"object","index":0,"material":7})",
                            R"({"type":"object","index":0,"material":{"roughness":2}})",
-                           R"({"type":"object","index":0,"material":{"shine":1}})"}) {
+                           R"({"type":"object","index":0,"material":{"shine":1}})",
+                           R"({"type":"object","index":0,"animation":null})",
+                           R"({"type":"object","index":0,"animation":{"name":7}})",
+                           R"({"type":"object","index":0,"animation":{"playing":1}})",
+                           R"({"type":"object","index":0,"animation":{"at_s":-1}})",
+                           R"({"type":"object","index":0,"animation":{"speed":2}})"}) {
     const Command command = parse_command(text);
     ASSERT_TRUE(std::holds_alternative<BadCommand>(command)) << text;
     EXPECT_FALSE(std::get<BadCommand>(command).error.empty()) << text;

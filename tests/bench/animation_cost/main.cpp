@@ -1,0 +1,163 @@
+// Cost of a frame with an animated object over that with a rigid one that turns, alone and beside one that stands
+// still, of 20000 triangles each, at 320 × 240 pixels with live settings.
+//
+//   build/release/animation_cost [METHOD...]
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <memory>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "relight/gather/ray_renderer.h"
+#include "relight/gpu/backends.h"
+#include "relight/relighter.h"
+#include "tests/relight/closed_form/closed_scene.h"
+#include "tests/relight/exhibit/animation/animated_models.h"
+
+namespace lumigraft::test {
+namespace {
+
+constexpr int kEdge = 100, kSettle = 30, kMeasured = 60;  ///< of a ball's net; frames
+constexpr double kFrame_s = 1.0 / 30;
+
+/// A ball of 2 kEdge² triangles, 18 cm high, standing on the floor.
+relight::Model ball() {
+  relight::Model model;
+  for (int i = 0; i <= kEdge; ++i) {
+    for (int j = 0; j <= kEdge; ++j) {
+      const double a = std::numbers::pi * i / kEdge, b = 2 * std::numbers::pi * j / kEdge;
+      const Eigen::Vector3f n =
+          Eigen::Vector3d(std::sin(a) * std::cos(b), std::sin(a) * std::sin(b), std::cos(a)).cast<float>();
+      model.positions_m.push_back(0.09f * n + Eigen::Vector3f(0, 0, 0.1f));
+      model.normals.push_back(n);
+      model.texcoords.emplace_back(0, 0);
+      model.colors.emplace_back(1, 1, 1);
+    }
+  }
+  const auto at = [](int i, int j) { return static_cast<std::uint32_t>(i * (kEdge + 1) + j); };
+  for (int i = 0; i < kEdge; ++i) {
+    for (int j = 0; j < kEdge; ++j) {
+      if (i > 0) model.indices.insert(model.indices.end(), {at(i, j), at(i + 1, j), at(i, j + 1)});
+      if (i + 1 < kEdge) model.indices.insert(model.indices.end(), {at(i, j + 1), at(i + 1, j), at(i + 1, j + 1)});
+    }
+  }
+  relight::Model::Part part;
+  part.material.specular = 0;
+  part.index_count = static_cast<std::uint32_t>(model.indices.size());
+  model.parts.push_back(part);
+  return model;
+}
+
+/// With a skin of four joints at each vertex, of which one turns.
+std::shared_ptr<const relight::Model> skinned_ball() {
+  relight::Model model = ball();
+  auto rig = std::make_shared<relight::Rig>();
+  rig->nodes.resize(4);
+  rig->bones.resize(4);
+  for (std::uint32_t node = 1; node < 4; ++node) {
+    rig->nodes[node].parent = static_cast<int>(node) - 1;
+    rig->bones[node].node = node;
+  }
+  const float s = std::sin(0.15f), c = std::cos(0.15f);
+  rig->animations.push_back(
+      {"sways",
+       2,
+       {channel_of(relight::Rig::Moves::rotation, 3, value_of(4, {0, 1, 2}, {0, -s, 0, c, 0, s, 0, c, 0, -s, 0, c}))}});
+  for (std::uint32_t v = 0; v < model.positions_m.size(); ++v) {
+    rig->vertices.push_back({model.positions_m[v], model.normals[v]});
+    const float up = model.positions_m[v].z() / 0.2f;
+    for (std::uint32_t bone = 0; bone < 4; ++bone) rig->influences.push_back({bone, bone == 3 ? up : (1 - up) / 3});
+    rig->first_influence.push_back(4 * (v + 1));
+    rig->first_morph.push_back(0);
+    model.sources.push_back(v);
+  }
+  model.rig = std::move(rig);
+  return std::make_shared<relight::Model>(std::move(model));
+}
+
+relight::VirtualObject rigid_object(float x_m, bool turns) {
+  relight::VirtualObject object;
+  object.model = std::make_shared<relight::Model>(ball());
+  object.position_m.x() = x_m;
+  for (int i = 0; turns && i < 400; ++i) {
+    object.motion.push_back({static_cast<double>(i) / 4, object.position_m,
+                             Eigen::Quaterniond(Eigen::AngleAxisd(0.15 * i, Eigen::Vector3d::UnitZ()))});
+  }
+  return object;
+}
+
+relight::VirtualObject animated_object() {
+  relight::VirtualObject object;
+  object.model = skinned_ball();
+  object.animation.emplace();
+  return object;
+}
+
+struct Cost {
+  double mean_ms = 0, worst_ms = 0;
+  std::map<std::string, double> passes_ms;
+};
+
+Cost cost_of(relight::Renderer& renderer, const ClosedScene& scene, const relight::Plan& plan) {
+  const reconstruct::Scene room = scene.scene();
+  capture::FrameSet frame = scene.frame();
+  Cost cost;
+  for (int i = 0; i < kSettle + kMeasured; ++i) {
+    frame.time_ns = std::llround(1e9 * kFrame_s * i);
+    const auto begin = std::chrono::steady_clock::now();
+    const relight::RelitPicture picture = renderer.relight(frame, room, scene.exhibit, plan);
+    const double ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+    if (i < kSettle) continue;
+    cost.mean_ms += ms / kMeasured;
+    cost.worst_ms = std::max(cost.worst_ms, ms);
+    for (const relight::gpu::PassTime& pass : picture.passes) cost.passes_ms[pass.name] += pass.gpu_ms / kMeasured;
+  }
+  return cost;
+}
+
+Cost cost_of(const std::string& method, std::vector<relight::VirtualObject> objects) {
+  ClosedScene scene = box_on_floor();
+  scene.width = 320;
+  scene.height = 240;
+  scene.focal_px = 257;
+  for (std::size_t i = 0; i < objects.size(); ++i) objects[i].name = std::to_string(i);
+  scene.exhibit.objects = std::move(objects);
+  if (method == "rays") {
+    relight::RayRenderer renderer(scene.session());
+    return cost_of(renderer, scene, rays_plan(8));
+  }
+  relight::Plan plan = live_plan();
+  plan.method = method;
+  relight::Relighter renderer(relight::gpu::create_device(relight::gpu::Backend::best, {}), scene.session());
+  return cost_of(renderer, scene, plan);
+}
+
+void print(const char* what, const Cost& cost, double rigid_ms) {
+  std::printf("  %-28s %7.1f ms, worst %7.1f ms, %.2f of rigid;", what, cost.mean_ms, cost.worst_ms,
+              cost.mean_ms / rigid_ms);
+  for (const auto& [pass, ms] : cost.passes_ms) std::printf(" %s %.1f", pass.c_str(), ms);
+  std::printf("\n");
+}
+
+void compare(const std::string& method) {
+  std::printf("%s\n", method.c_str());
+  const Cost rigid = cost_of(method, {rigid_object(0, true)});
+  print("rigid, turns", rigid, rigid.mean_ms);
+  print("animated", cost_of(method, {animated_object()}), rigid.mean_ms);
+  const Cost two = cost_of(method, {rigid_object(0, true), rigid_object(0.22f, false)});
+  print("rigid, turns, beside still", two, two.mean_ms);
+  print("animated beside still", cost_of(method, {animated_object(), rigid_object(0.22f, false)}), two.mean_ms);
+}
+
+}  // namespace
+}  // namespace lumigraft::test
+
+int main(int argc, char** argv) {
+  std::vector<std::string> methods(argv + 1, argv + argc);
+  if (methods.empty()) methods = {"rays", "dvct"};
+  for (const std::string& method : methods) lumigraft::test::compare(method);
+}
