@@ -149,6 +149,8 @@ ObjectStore::Entry& ObjectStore::entry_of(const std::shared_ptr<const Model>& mo
   entry.stored->grid_voxel_m = prepared->grid_voxel_m;
   entry.stored->sphere = prepared->sphere;
   entry.stored->area_m2 = prepared->area_m2;
+  entry.stored->volume_m3 = prepared->volume_m3;
+  entry.stored->part_area_m2 = prepared->part_area_m2;
   entry.stored->mean_emission = prepared->mean_emission;
   for (const Model::Part& part : model->parts)
     entry.stored->max_emission = entry.stored->max_emission.cwiseMax(part.material.emission);
