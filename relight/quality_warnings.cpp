@@ -2,6 +2,7 @@
 
 #include "capture/message_text.h"
 #include "relight/parameters.h"
+#include "relight/upload/transmittance.h"
 
 namespace lumigraft::relight {
 namespace {
@@ -54,6 +55,12 @@ std::vector<std::string> quality_warnings(const Exhibit& exhibit, const std::vec
       lines.push_back(quoted(object) + " is rendered with fewer triangles: " + why);
     }
     for (const std::string& line : left_out(object)) lines.push_back(line);
+    if (transmits(objects.at(i - 1))) {
+      lines.push_back(
+          quoted(object) +
+          " is transmissive: shadows keep the light that passes in the mean of all objects, and caustics are "
+          "left out; plan.method = rays has both");
+    }
     const float voxels = box.sizes().maxCoeff() / placement.cascade[0].w();
     if (voxels < kRelight.min_object_voxels) {
       lines.push_back(quoted(object) + " is " + capture::formatted("%.2g", voxels) +

@@ -23,6 +23,7 @@
 #include "relight/upload/mirrors.h"
 #include "relight/upload/object_store.h"
 #include "relight/upload/parameters.h"
+#include "relight/upload/transmittance.h"
 
 namespace lumigraft::relight {
 namespace {
@@ -195,6 +196,7 @@ struct Relighter::State {
       const float sphere_m2 = std::numbers::pi_v<float> * object.bounds.sphere.radius_m * object.bounds.sphere.radius_m;
       p.emission.head<3>() += std::min(area_m2 / 4, sphere_m2) * object.mean_emission();
     }
+    describe_glass(objects, p);
     const Quality quality = quality_of(plan);
     const capture::CameraModel& model = session.color.model;
     p.T_tag_camera = T_tag_camera.matrix().cast<float>();

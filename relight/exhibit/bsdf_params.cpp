@@ -6,20 +6,50 @@
 namespace lumigraft::relight {
 
 constexpr float kMinAlpha = 2e-3f;  // at smaller alpha the lobe is narrower than any cone or lamp here
+// With a smaller index light is bent by less than 0.01 tan of its angle, and the refracting microfacet of two given
+// directions is not determined in single precision.
+constexpr float kMinBend = 1.01f;
+constexpr float kMinAttenuation = 1e-6f;  // at less than a millionth of the light, more would not be seen
 
-BsdfParams bsdf_params_of(const Eigen::Array3f& base, const Material& m) {
-  return {.diffuse = base * (1 - m.metallic),
-          .f0 = 0.04f * m.specular * (1 - m.metallic) + base * m.metallic,
-          .f90 = m.specular * (1 - m.metallic) + m.metallic,
-          .alpha = std::max(m.roughness * m.roughness, kMinAlpha),
-          .gltf = m.gltf};
+BsdfParams bsdf_params_of(const Eigen::Array3f& base, const Material& m, bool front) {
+  const float dielectric = 1 - m.metallic;
+  BsdfParams bsdf{.diffuse = base * (dielectric * (1 - m.transmission)),
+                  .f0 = 0.04f * m.layer_specular() * dielectric + base * m.metallic,
+                  .f90 = m.layer_specular() * dielectric + m.metallic,
+                  .alpha = std::max(m.roughness * m.roughness, kMinAlpha),
+                  .gltf = m.gltf};
+  if (!(m.transmission > 0 && dielectric > 0)) return bsdf;
+  bsdf.transmitted = base * (dielectric * m.transmission);
+  bsdf.f0 = m.specular * m.normal_reflectance() * dielectric + base * m.metallic;
+  bsdf.f90 = m.specular * dielectric + m.metallic;
+  bsdf.eta = m.thin_walled || front ? m.ior : 1 / m.ior;
+  bsdf.bends = !m.thin_walled && m.ior >= kMinBend;
+  if (!m.thin_walled && !bsdf.bends) bsdf.alpha = kMinAlpha;  // what does not bend light does not scatter it either
+  return bsdf;
 }
 
 BsdfParams bsdf_params_of(const Eigen::Array3f& diffuse, const Eigen::Array3f& f0, float alpha) {
-  return {diffuse, f0, f0.maxCoeff() > 0 ? 1.0f : 0.0f, std::max(alpha, kMinAlpha)};
+  return {.diffuse = diffuse, .f0 = f0, .f90 = f0.maxCoeff() > 0 ? 1.0f : 0.0f, .alpha = std::max(alpha, kMinAlpha)};
+}
+
+Eigen::Array3f absorption_of(const Material& material) {
+  return -material.attenuation_color.array().max(kMinAttenuation).log() / material.attenuation_distance_m;
+}
+
+float fresnel_dielectric(float cos_in, float eta) {
+  const float c = std::clamp(cos_in, 0.0f, 1.0f), g2 = eta * eta - 1 + c * c;
+  if (!(g2 > 0)) return 1;
+  const float g = std::sqrt(g2), a = (g - c) / (g + c), b = (c * (g + c) - 1) / (c * (g - c) + 1);
+  return 0.5f * a * a * (1 + b * b);
 }
 
 Eigen::Array3f fresnel(const BsdfParams& bsdf, float cos_half) {
+  if (bsdf.transmits()) {
+    const float ahead = (bsdf.eta - 1) * (bsdf.eta - 1) / ((bsdf.eta + 1) * (bsdf.eta + 1));
+    const float exact = fresnel_dielectric(cos_half, bsdf.eta);
+    if (exact >= 1) return Eigen::Array3f::Ones();  // total reflection
+    return bsdf.f0 + (bsdf.f90 - bsdf.f0) * ((exact - ahead) / (1 - ahead));
+  }
   const float m = 1 - std::clamp(cos_half, 0.0f, 1.0f), m2 = m * m;
   return bsdf.f0 + (bsdf.f90 - bsdf.f0) * (m2 * m2 * m);
 }

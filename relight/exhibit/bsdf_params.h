@@ -1,11 +1,15 @@
 #pragma once
 // BSDF parameters: a Lambert body under a specular layer (glTF 2.0 metallic-roughness with KHR_materials_specular), and
-// the energy split between them. Same as shaders/common/bsdf_params.glsl.
+// the energy split between them, as in shaders/common/bsdf_params.glsl. KHR_materials_transmission: a part of the light
+// under the layer passes the surface.
 #include <Eigen/Core>
 
 #include "relight/exhibit/exhibit.h"
 
 namespace lumigraft::relight {
+
+/// Parts of a BSDF. The interface is what microfacets reflect and transmit, the body what is scattered under it.
+enum class Lobes { all, body, interface, reflection, transmission };
 
 struct BsdfParams {
   Eigen::Array3f diffuse = Eigen::Array3f::Zero();  ///< albedo of the Lambert part
@@ -13,14 +17,31 @@ struct BsdfParams {
   float f90 = 0;
   float alpha = 1;    ///< GGX roughness
   bool gltf = false;  ///< as in Material
+  /// Colour of what passes the surface, without the layer's share; zero: opaque.
+  Eigen::Array3f transmitted = Eigen::Array3f::Zero();
+  float eta = 1;       ///< of a transmissive surface: index of refraction beyond it over that on the ray's side
+  bool bends = false;  ///< whether transmitted light is refracted; else it passes straight
+  Lobes lobes = Lobes::all;
 
-  bool mirrors() const { return f90 > 0 || f0.maxCoeff() > 0; }
+  bool mirrors() const { return f90 > 0 || f0.maxCoeff() > 0 || transmits(); }
+  bool transmits() const { return transmitted.maxCoeff() > 0; }
+  bool has_body() const { return lobes == Lobes::all || lobes == Lobes::body; }
+  bool has_reflection() const { return lobes != Lobes::body && lobes != Lobes::transmission; }
+  bool has_transmission() const { return lobes != Lobes::body && lobes != Lobes::reflection; }
 };
 
-BsdfParams bsdf_params_of(const Eigen::Array3f& base_color, const Material& material);
+/// `front`: seen from the side of its normals, for a surface that bounds a volume.
+BsdfParams bsdf_params_of(const Eigen::Array3f& base_color, const Material& material, bool front = true);
 BsdfParams bsdf_params_of(const Eigen::Array3f& diffuse, const Eigen::Array3f& f0, float alpha);
 
-/// Schlick 1994.
+/// Of a volume, 1/m of the model, from its colour at its distance (Beer 1852); nearly black instead of black.
+Eigen::Array3f absorption_of(const Material& material);
+
+/// Reflectance of a smooth boundary between dielectrics for unpolarised light; `eta`: index of refraction beyond it
+/// over that before it (Walter et al. 2007, eq. 22; total reflection: 1).
+float fresnel_dielectric(float cos_in, float eta);
+
+/// Schlick 1994; of a transmissive surface, with the exact curve from f0 to f90.
 Eigen::Array3f fresnel(const BsdfParams& bsdf, float cos_half);
 
 /// What the layer leaves of the Lambert part, by cosines of the incident and the outgoing direction with the normal and

@@ -38,26 +38,32 @@ std::optional<float> read_unit(const capture::ConfigTable& table, const char* ke
   return static_cast<float>(table.number(key, 0.0, 1.0));
 }
 
+/// `kind`: of its three numbers, from 0 to `max`.
+std::optional<Eigen::Vector3f> read_color(const capture::ConfigTable& table, const char* key, double max,
+                                          const std::string& kind) {
+  if (!table.has(key)) return std::nullopt;
+  const std::vector<double> color = table.numbers(key, 3);
+  if (*std::min_element(color.begin(), color.end()) < 0 || *std::max_element(color.begin(), color.end()) > max) {
+    table.fail(
+        key, "found a value outside 0 to " + std::to_string(static_cast<int>(max)) + ", allowed: three linear " + kind);
+  }
+  return Eigen::Vector3d(color[0], color[1], color[2]).cast<float>();
+}
+
 MaterialOverride read_material(const capture::ConfigTable& table) {
   MaterialOverride material;
-  if (table.has("base_color")) {
-    const std::vector<double> color = table.numbers("base_color", 3);
-    if (*std::min_element(color.begin(), color.end()) < 0 || *std::max_element(color.begin(), color.end()) > 1) {
-      table.fail("base_color", "found a value outside 0 to 1, allowed: three linear reflectances from 0 to 1");
-    }
-    material.base_color = Eigen::Vector3d(color[0], color[1], color[2]).cast<float>();
-  }
+  material.base_color = read_color(table, "base_color", 1, "reflectances from 0 to 1");
   material.metallic = read_unit(table, "metallic");
   material.roughness = read_unit(table, "roughness");
   material.specular = read_unit(table, "specular");
-  if (table.has("emission")) {
-    const std::vector<double> color = table.numbers("emission", 3);
-    if (*std::min_element(color.begin(), color.end()) < 0 ||
-        *std::max_element(color.begin(), color.end()) > kMaxEmission) {
-      table.fail("emission", "found a value outside 0 to " + std::to_string(static_cast<int>(kMaxEmission)) +
-                                 ", allowed: three linear radiances, 1 being the white of the picture");
-    }
-    material.emission = Eigen::Vector3d(color[0], color[1], color[2]).cast<float>();
+  material.emission = read_color(table, "emission", kMaxEmission, "radiances, 1 being the white of the picture");
+  material.transmission = read_unit(table, "transmission");
+  if (table.has("ior")) material.ior = static_cast<float>(table.number("ior", 1.0, kMaxIor));
+  if (table.has("thin_walled")) material.thin_walled = table.flag("thin_walled", false);
+  material.attenuation_color = read_color(table, "attenuation_color", 1, "transmittances from 0 to 1");
+  if (table.has("attenuation_distance_m")) {
+    material.attenuation_distance_m = static_cast<float>(
+        table.number("attenuation_distance_m", kMinAttenuationDistance_m, kMaxAttenuationDistance_m));
   }
   return material;
 }

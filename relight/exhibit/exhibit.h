@@ -1,8 +1,10 @@
 #pragma once
 // The virtual objects: exhibit.toml, models, materials, motion, animations.
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -14,7 +16,8 @@
 
 namespace lumigraft::relight {
 
-/// glTF 2.0 metallic-roughness. GGX alpha = roughness². specular 0 = Lambert only (KHR_materials_specular).
+/// glTF 2.0 metallic-roughness. GGX alpha = roughness². specular 0 = Lambert only (KHR_materials_specular): a factor of
+/// what the index of refraction reflects.
 struct Material {
   Eigen::Vector3f base_color = Eigen::Vector3f(0.8f, 0.8f, 0.8f);  ///< linear
   float metallic = 0.0f;
@@ -25,8 +28,25 @@ struct Material {
   /// Radiance that the front of the surface emits, linear, 1: the white of the picture (VirtualObject::white_radiance).
   /// A texture multiplies it.
   Eigen::Vector3f emission = Eigen::Vector3f::Zero();
+  /// Fraction of the light under the specular layer that passes the surface, coloured by the base colour, instead of
+  /// being scattered back (KHR_materials_transmission).
+  float transmission = 0.0f;
+  float ior = 1.5f;  ///< index of refraction, at least 1 (KHR_materials_ior)
+  /// Transmission through a sheet, without refraction. Else the surface bounds a volume that refracts, and of whose
+  /// white light a path of the distance leaves the colour (KHR_materials_volume).
+  bool thin_walled = false;
+  Eigen::Vector3f attenuation_color = Eigen::Vector3f::Ones();            ///< linear
+  float attenuation_distance_m = std::numeric_limits<float>::infinity();  ///< of the model
+
+  /// Reflectance of a smooth boundary at normal incidence (Fresnel), without the specular factor.
+  float normal_reflectance() const { return (ior - 1) * (ior - 1) / ((ior + 1) * (ior + 1)); }
+  /// The factor that has the same normal reflectance with the index 1.5, at most 1: of opaque layers.
+  float layer_specular() const {
+    return ior == 1.5f ? specular : std::min(specular * normal_reflectance() / 0.04f, 1.0f);
+  }
 };
 
+inline constexpr double kMaxIor = 10, kMinAttenuationDistance_m = 1e-6, kMaxAttenuationDistance_m = 1000;
 inline constexpr double kMaxEmission = 100000;  ///< about the radiance of the sun over that of white paper in its light
 
 /// Overrides for a model's own materials, which keep the way in which they are mixed. Unset values keep each part's
@@ -35,6 +55,10 @@ struct MaterialOverride {
   std::optional<Eigen::Vector3f> base_color;  ///< linear
   std::optional<float> metallic, roughness, specular;
   std::optional<Eigen::Vector3f> emission;
+  std::optional<float> transmission, ior;
+  std::optional<bool> thin_walled;
+  std::optional<Eigen::Vector3f> attenuation_color;  ///< linear
+  std::optional<float> attenuation_distance_m;       ///< tag frame, whatever the model's scale
 
   MaterialOverride() = default;
   MaterialOverride(const Material& all)  ///< replaces everything
@@ -42,7 +66,12 @@ struct MaterialOverride {
         metallic(all.metallic),
         roughness(all.roughness),
         specular(all.specular),
-        emission(all.emission) {}
+        emission(all.emission),
+        transmission(all.transmission),
+        ior(all.ior),
+        thin_walled(all.thin_walled),
+        attenuation_color(all.attenuation_color),
+        attenuation_distance_m(all.attenuation_distance_m) {}
 
   bool empty() const { return *this == MaterialOverride(); }
   /// The resulting material of a part whose own is `part`.
@@ -52,7 +81,12 @@ struct MaterialOverride {
             roughness.value_or(part.roughness),
             specular.value_or(part.specular),
             part.gltf,
-            emission.value_or(part.emission)};
+            emission.value_or(part.emission),
+            transmission.value_or(part.transmission),
+            ior.value_or(part.ior),
+            thin_walled.value_or(part.thin_walled),
+            attenuation_color.value_or(part.attenuation_color),
+            attenuation_distance_m.value_or(part.attenuation_distance_m)};
   }
   bool operator==(const MaterialOverride&) const = default;
 };

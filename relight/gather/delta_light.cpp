@@ -64,8 +64,8 @@ bool DeltaLight::blocked_by_room(const Vector3f& from_m, const Vector3f& w, floa
 template <typename Counts>
 Rgb DeltaLight::lamps(const PathVertex& vertex, Sampler& sampler, Counts counts) const {
   Rgb sum = Rgb::Zero();
-  const Vector3f from_m = vertex.leave();
   for (std::size_t i = 0; i < room_.lamps().size(); ++i) {
+    const Vector3f from_m = vertex.leave_to(room_.lamps()[i].centre_m);
     const LightSample s = sample_lamp(room_.lamps()[i], from_m, sampler.two());
     if (!(s.pdf > 0) || s.radiance.maxCoeff() <= 0) continue;
     const Rgb f = vertex.response(s.w);
@@ -94,9 +94,10 @@ Rgb DeltaLight::change_of_lamps(const PathVertex& vertex, Sampler& sampler) cons
 
 Rgb DeltaLight::lit_by_objects(const PathVertex& vertex, Sampler& sampler) const {
   if (objects_.emitters().empty() || !vertex.mirrors()) return Rgb::Zero();
-  const Vector3f from_m = vertex.leave();
+  Vector3f from_m = vertex.leave();
   const LightSample s = objects_.emitters().sample(from_m, sampler.two());
   if (!(s.pdf > 0)) return Rgb::Zero();
+  if (vertex.transmits()) from_m = vertex.leave(s.w);
   const Rgb f = vertex.response(s.w);
   const float limit_m = s.distance_m - kTracing.before_lamp_m;
   if (f.maxCoeff() <= 0 || objects_.meshes().blocked(from_m, s.w, limit_m) ||
@@ -126,7 +127,9 @@ Rgb DeltaLight::lit_by_points(const SurfaceHit& surface, int set) const {
 
 Rgb DeltaLight::emitted(const SampledRay& ray, const MeshHit& hit) const {
   const Emitters& emitters = objects_.emitters();
-  if (!(ray.pdf > 0 || ray.cosine > 0) || emitters.empty() || !emitters.emits(hit.mesh)) return Rgb::Zero();
+  if (emitters.empty() || !emitters.emits(hit.mesh)) return Rgb::Zero();
+  if (ray.by_interface) return objects_.meshes().surface(hit, ray.w).emission;
+  if (!(ray.pdf > 0 || ray.cosine > 0)) return Rgb::Zero();
   const float fraction = ray.cosine > 0 ? EmitterSampleSet::fraction_of_ray(ray.cosine, emitters.point_pdf(hit, ray.w))
                                         : balanced(ray.pdf, emitters.pdf(hit, ray.w));
   return fraction * objects_.meshes().surface(hit, ray.w).emission;
@@ -140,6 +143,11 @@ std::uint32_t DeltaLight::behind_room(const RayFan& fan, std::size_t lamp) const
     if (behind_other_lamp(room_.lamps(), lamp, fan.from_m, fan.w[k], fan.limit_m[k])) behind |= 1u << k;
   }
   return behind;
+}
+
+float DeltaLight::open_from(std::size_t lamp, const Vector3f& p_m, const Vector3f& w, float distance_m) const {
+  const float limit_m = before_lamp_body_m(room_.lamps()[lamp], distance_m);
+  return blocked_by_room(p_m, w, limit_m, lamp) ? 0 : open(lamp, p_m);
 }
 
 std::optional<SampledRay> DeltaLight::sent_on(const PathVertex& vertex, Sampler& sampler, Rgb* throughput) const {
@@ -180,6 +188,27 @@ Rgb DeltaLight::mirrored_by_object(const PathVertex& lobe, Sampler& sampler, int
   return sum;
 }
 
+Rgb DeltaLight::by_interface(const SampledRay& ray, SurfaceHit surface, Lobes lobes, Sampler& sampler,
+                             int mirrors) const {
+  if (ray.interfaces >= kGather.max_interfaces) return Rgb::Zero();
+  if (ray.seen && lobes == Lobes::interface && ray.interfaces < kGather.split_interfaces) {
+    return by_interface(ray, surface, Lobes::reflection, sampler, mirrors) +
+           by_interface(ray, surface, Lobes::transmission, sampler, mirrors);
+  }
+  surface.bsdf.lobes = lobes;
+  const PathVertex vertex(surface, ray.w);
+  const bool of_lamps = ray.pdf > 0;
+  Rgb sum = of_lamps ? lit(vertex, sampler) : Rgb::Zero(), throughput;
+  std::optional<SampledRay> next = sent_on(vertex, sampler, &throughput);
+  if (!next) return sum;
+  if (!of_lamps) next->pdf = 0;
+  next->by_interface = !of_lamps;
+  next->interfaces = ray.interfaces + 1;
+  next->absorption = vertex.absorption(next->w, ray.absorption);
+  next->seen = ray.seen;
+  return sum + throughput * within_medium(*next, sampler, mirrors);
+}
+
 Rgb DeltaLight::arriving_before(const SampledRay& ray, float near_m, const std::optional<MeshHit>& room,
                                 Sampler& sampler, int mirrors) const {
   const bool ends = room && room_.meshes().hides(*room);
@@ -190,6 +219,9 @@ Rgb DeltaLight::arriving_before(const SampledRay& ray, float near_m, const std::
 Rgb DeltaLight::left_before(const SampledRay& ray, const MeshHit& hit, Sampler& sampler, int mirrors) const {
   if (const RoomFacet* facet = room_.facet(hit)) {
     const Vector3f p_m = ray.from_m + hit.t_m * ray.w;
+    if (ray.seen) {
+      if (const auto now = ray.seen->at(p_m)) return *now;
+    }
     const Rgb before = room_.before(*facet, p_m);
     return light_change_ && facet->fused ? (before * light_change_->at(p_m)).eval() : before;
   }
@@ -212,13 +244,15 @@ Rgb DeltaLight::left_change(const SampledRay& ray, const MeshHit& hit, Sampler& 
     if (facet->albedo.maxCoeff() <= 0) return Rgb::Zero();
     const Vector3f normal = facet->normal.dot(ray.w) < 0 ? facet->normal : (-facet->normal).eval();
     const Vector3f p = ray.from_m + hit.t_m * ray.w;
-    return facet->albedo / kPi * (cells_.at(p, normal) - hidden_from(p + kGather.lift_m * normal, normal, sampler));
+    return facet->albedo / kPi *
+           (cells_.at(p, normal) + caustic(p, normal) - hidden_from(p + kGather.lift_m * normal, normal, sampler));
   }
   const RealPoint point = room_.point(hit, ray.w);
   const PathVertex vertex(point.surface, ray.w);
   Rgb sum = change_of_lamps(vertex, sampler);
   if (point.is_even()) {
-    return sum + point.surface.bsdf.diffuse / kPi * cells_.at(point.surface.position_m, point.surface.face);
+    const Vector3f &p_m = point.surface.position_m, &face = point.surface.face;
+    return sum + point.surface.bsdf.diffuse / kPi * (cells_.at(p_m, face) + caustic(p_m, face));
   }
   Rgb throughput;
   if (mirrors > 0) {
@@ -234,6 +268,7 @@ Rgb DeltaLight::left_object(const SampledRay& ray, const MeshHit& hit, Sampler& 
   const RayObjects::Irradiance e = objects_.irradiance(hit, surface.face);
   const BsdfParams& bsdf = surface.bsdf;
   const Rgb sum = diffuse_under(bsdf, -surface.normal.dot(ray.w)) / kPi * (e.direct + e.indirect);
+  if (bsdf.transmits()) return sum + by_interface(ray, surface, Lobes::interface, sampler, mirrors);
   if (mirrors == 0) return sum + bsdf.f0 / kPi * (e.direct + e.indirect);
   return sum + mirrored_by_object(PathVertex(mirror_of(surface), ray.w), sampler, mirrors);
 }
@@ -268,6 +303,14 @@ Rgb DeltaLight::with_objects(const SampledRay& ray, Sampler& sampler, int mirror
   const Rgb* end = nullptr;
   const Rgb light = with_objects_unless(ray, sampler, mirrors, &end);
   return end ? (light + *end).eval() : light;
+}
+
+Rgb DeltaLight::within_medium(const SampledRay& ray, Sampler& sampler, int mirrors) const {
+  if (ray.absorption.isZero(0)) return with_objects(ray, sampler, mirrors);
+  const std::optional<MeshHit> room = in_room(ray), object = on_objects(ray, room);
+  if (!room && !object) return Rgb::Zero();  // a medium without an end
+  const float t_m = object ? object->t_m : room->t_m;
+  return (-ray.absorption * t_m).exp() * with_objects(ray, sampler, mirrors);
 }
 
 }  // namespace lumigraft::relight

@@ -1,6 +1,8 @@
 #pragma once
 // Radiance along rays with and without the objects. Rays end at the first surface, in the radiance that cameras
-// measured of the room or in the cached light of objects and cells; only specular surfaces continue them.
+// measured of the room or in the cached light of objects and cells; only specular and transmissive surfaces continue
+// them. Light of lamps that reaches matt surfaces by transmissive objects is a density of photons
+// (tracing/photon_tracing.h).
 // L_ρ: with the objects; L_μ: without; L_Δ = L_ρ - L_μ (Franke 2015, eq. 3.11).
 #include <limits>
 #include <memory>
@@ -14,6 +16,8 @@
 #include "relight/gather/moved_occluders.h"
 #include "relight/gather/ray_objects.h"
 #include "relight/gather/ray_room.h"
+#include "relight/gather/seen_radiance.h"
+#include "relight/tracing/photon_map.h"
 #include "relight/tracing/sampler.h"
 #include "relight/tracing/vertex.h"
 
@@ -29,6 +33,12 @@ struct SampledRay {
   /// To the normal of a matt surface that gathers light over its hemisphere: what an object on the ray emits is
   /// weighted against sample points of it (EmitterSampleSet). 0: as lamps.
   float cosine = 0;
+  /// From a matt surface by interfaces of transmissive objects: lamps are excluded, as photons bring their light, and
+  /// what an object emits counts, as its sample points are hidden.
+  bool by_interface = false;
+  int interfaces = 0;                  ///< of transmissive objects on the path so far
+  Rgb absorption = Rgb::Zero();        ///< of the medium that the ray is in, 1/m
+  const SeenRadiance* seen = nullptr;  ///< where the camera shows the room at the ray's end; null: as it was fused
 };
 
 class DeltaLight {
@@ -45,6 +55,16 @@ class DeltaLight {
   /// The same, but if the ray ends on a matt object, returns only the light from in front of it: `end` is the radiance
   /// to be added, which follows the objects' irradiance.
   Rgb with_objects_unless(const SampledRay& ray, Sampler& sampler, int mirrors, const Rgb** end) const;
+
+  /// Radiance that leaves a transmissive object's surface by its interface, or by one of its lobes, towards the origin
+  /// of the ray, with that of lamps unless the ray excludes them.
+  Rgb by_interface(const SampledRay& ray, SurfaceHit surface, Lobes lobes, Sampler& sampler, int mirrors) const;
+  /// Irradiance of a matt surface by lamps through transmissive objects, and reflected by them.
+  Rgb caustic(const Eigen::Vector3f& p_m, const Eigen::Vector3f& normal) const {
+    return photons_ ? photons_->irradiance(p_m, normal) : Rgb::Zero();
+  }
+  /// Fraction of a lamp's light that the room lets pass to a point; w: unit, to a point of the lamp at this distance.
+  float open_from(std::size_t lamp, const Eigen::Vector3f& p_m, const Eigen::Vector3f& w, float distance_m) const;
 
   /// Radiance that an object's specular lobe reflects to the viewer, including lamps. `mirrors` is at least 1.
   Rgb mirrored_by_object(const PathVertex& lobe, Sampler& sampler, int mirrors) const;
@@ -68,6 +88,8 @@ class DeltaLight {
   }
   /// Shadows that the colour frame shows; null: none.
   void set_shadows(std::shared_ptr<const reconstruct::LampShadows> shadows);
+  /// Null: no transmissive object.
+  void set_photons(std::shared_ptr<const PhotonMap> photons) { photons_ = std::move(photons); }
   /// At most this fraction of a lamp's light reaches a point, as the shadows show.
   float open(std::size_t lamp, const Eigen::Vector3f& p_m) const {
     return lamp >= of_lamps_.size() || !of_lamps_[lamp] ? 1 : of_lamps_[lamp]->open_at(p_m);
@@ -98,6 +120,8 @@ class DeltaLight {
   bool blocked_by_room(const Eigen::Vector3f& from_m, const Eigen::Vector3f& w, float limit_m, std::size_t lamp) const;
   template <typename Counts>
   Rgb lamps(const PathVertex& vertex, Sampler& sampler, Counts counts) const;
+  /// with_objects, less what the ray's medium absorbs.
+  Rgb within_medium(const SampledRay& ray, Sampler& sampler, int mirrors) const;
   std::optional<SampledRay> sent_on(const PathVertex& vertex, Sampler& sampler, Rgb* throughput) const;
 
   const RayRoom& room_;
@@ -106,6 +130,7 @@ class DeltaLight {
   BoundingSphere sphere_;  // around the objects
   std::shared_ptr<const MovedOccluders> moved_;
   std::shared_ptr<const LightChange> light_change_;
+  std::shared_ptr<const PhotonMap> photons_;
   std::shared_ptr<const reconstruct::LampShadows> shadows_;
   std::vector<const reconstruct::LampShadow*> of_lamps_;  ///< of `shadows_`, by lamp of the room; empty: none
 };

@@ -4,16 +4,17 @@
 namespace lumigraft::relight {
 
 struct GatherQuality {
-  int gather = 2;       ///< indirect light is gathered for one pixel per square of this edge, pixels
-  int block = 1;        ///< edge of the pixel squares of the room that share lamp shadows and indirect light
-  int on_object = 1;    ///< edge of the pixel squares of objects that share lamp shadows
-  int step = 2;         ///< spacing, in blocks, of the first shadow samples
-  int lamp_rays = 16;   ///< per block and lamp
-  bool sparse = false;  ///< where penumbrae are wide, sample one of 2 × 2 blocks
-  int inside = 4;       ///< rays per pixel in the interior of an object
-  int at_edges = 16;    ///< rays per pixel at its edge
-  int mirrored = 4;     ///< reflected rays of a glossy object per interior ray
-  int rounds = 1;       ///< frames over which all camera-independent light is updated while things move
+  int gather = 2;         ///< indirect light is gathered for one pixel per square of this edge, pixels
+  int block = 1;          ///< edge of the pixel squares of the room that share lamp shadows and indirect light
+  int on_object = 1;      ///< edge of the pixel squares of objects that share lamp shadows
+  int step = 2;           ///< spacing, in blocks, of the first shadow samples
+  int lamp_rays = 16;     ///< per block and lamp
+  bool sparse = false;    ///< where penumbrae are wide, sample one of 2 × 2 blocks
+  int inside = 4;         ///< rays per pixel in the interior of an object
+  int at_edges = 16;      ///< rays per pixel at its edge
+  int mirrored = 4;       ///< reflected rays of a glossy object per interior ray
+  int photons = 1 << 17;  ///< from lamps to transmissive objects
+  int rounds = 1;         ///< frames over which all camera-independent light is updated while things move
 
   bool operator==(const GatherQuality&) const = default;
 };
@@ -30,10 +31,18 @@ inline GatherQuality gather_quality_of(int trace_scale) {
               .inside = 1,
               .at_edges = 4,
               .mirrored = 2,
+              .photons = 1 << 14,
               .rounds = 8};
     case 4:
-      return {
-          .gather = 4, .block = 1, .on_object = 2, .step = 4, .sparse = true, .inside = 1, .at_edges = 8, .rounds = 8};
+      return {.gather = 4,
+              .block = 1,
+              .on_object = 2,
+              .step = 4,
+              .sparse = true,
+              .inside = 1,
+              .at_edges = 8,
+              .photons = 1 << 15,
+              .rounds = 8};
     default:
       return {.gather = trace_scale};
   }

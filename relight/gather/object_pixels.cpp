@@ -41,12 +41,13 @@ class ObjectView {
  public:
   ObjectView(const DeltaLight& light, const std::vector<const LightSource*>& sources,
              const std::vector<GBufferPixel>& room, const CameraRays& eye, const CurrentDepth& depth,
-             const GatherQuality& detail, std::vector<GBufferPixel> memory)
+             const SeenRadiance& seen, const GatherQuality& detail, std::vector<GBufferPixel> memory)
       : light_(light),
         sources_(sources),
         room_(room),
         eye_(eye),
         depth_(depth),
+        seen_(seen),
         detail_(detail),
         eye_m_(eye.camera.T_tag_camera.translation()),
         window_(window_of(light.objects().meshes().spheres(), eye)),
@@ -305,13 +306,31 @@ class ObjectView {
 
   Rgb radiance(const Vector3f& w, const MeshHit& hit, const SurfaceHit& surface, const Rgb& lamps, Sampler& sampler,
                int mirror_rays) const {
-    const Rgb arriving = light_.objects().irradiance(hit, surface.face).indirect / kPi;
+    const Rgb arriving =
+        (light_.objects().irradiance(hit, surface.face).indirect + light_.caustic(surface.position_m, surface.face)) /
+        kPi;
     const Rgb sum = surface.emission + diffuse_under(surface.bsdf, -surface.normal.dot(w)) * (arriving + lamps);
     if (!surface.bsdf.mirrors()) return sum;
+    if (surface.bsdf.transmits()) return sum + by_interface(w, surface, sampler, mirror_rays);
     const PathVertex lobe(mirror_of(surface), w);
     Rgb mirrored = Rgb::Zero();
     for (int k = 0; k < mirror_rays; ++k) mirrored += light_.mirrored_by_object(lobe, sampler, kGather.mirrors);
     return sum + mirrored / static_cast<float>(mirror_rays);
+  }
+
+  /// Reflection and transmission, each by so many rays: chosen at random, the rare one were noisy.
+  Rgb by_interface(const Vector3f& w, const SurfaceHit& surface, Sampler& sampler, int rays) const {
+    SampledRay ray;
+    ray.from_m = eye_m_;
+    ray.w = w;
+    ray.pdf = std::numeric_limits<float>::infinity();  // of a camera's ray, which no lamp sample competes with
+    ray.seen = &seen_;
+    Rgb sum = Rgb::Zero();
+    for (int k = 0; k < rays; ++k) {
+      for (const Lobes lobe : {Lobes::reflection, Lobes::transmission})
+        sum += light_.by_interface(ray, surface, lobe, sampler, kGather.mirrors);
+    }
+    return sum / static_cast<float>(rays);
   }
 
   const DeltaLight& light_;
@@ -319,6 +338,7 @@ class ObjectView {
   const std::vector<GBufferPixel>& room_;  ///< per pixel of the full image
   const CameraRays& eye_;
   const CurrentDepth& depth_;
+  const SeenRadiance& seen_;
   GatherQuality detail_;
   Vector3f eye_m_;
   PixelWindow window_;
@@ -334,8 +354,8 @@ class ObjectView {
 
 ObjectPixels trace_objects(const DeltaLight& light, const std::vector<const LightSource*>& sources,
                            const std::vector<GBufferPixel>& room, const CameraRays& eye, const CurrentDepth& depth,
-                           const GatherQuality& detail, ObjectPixels last) {
-  return ObjectView(light, sources, room, eye, depth, detail, std::move(last.surfaces)).see();
+                           const SeenRadiance& seen, const GatherQuality& detail, ObjectPixels last) {
+  return ObjectView(light, sources, room, eye, depth, seen, detail, std::move(last.surfaces)).see();
 }
 
 }  // namespace lumigraft::relight

@@ -5,12 +5,13 @@
 
 #include "relight/gather/gather_quality.h"
 #include "relight/gather/parameters.h"
+#include "relight/tracing/photon_tracing.h"
 #include "relight/tracing/world.h"
 
 namespace lumigraft::relight {
 namespace {
 
-constexpr std::uint32_t kLampSeed = 1, kObjectSeed = 2, kCellSeed = 3;
+constexpr std::uint32_t kLampSeed = 1, kObjectSeed = 2, kCellSeed = 3, kCausticSeed = 6;
 
 bool same_models(const std::vector<ReferenceMesh>& a, const std::vector<ReferenceMesh>& b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(),
@@ -129,6 +130,20 @@ void RayLight::follow(std::shared_ptr<const RayRoom> room, const std::vector<Ref
   if (over_frames) world_->objects.begin_with(world_->room->illumination()->environment_sh);
   drawn_first_ = over_frames && !all_known;
   done("surfaces");
+  send_photons(plan, done);
+}
+
+void RayLight::send_photons(const Plan& plan, const std::function<void(const char*)>& done) {
+  const DeltaLight& light = world_->light;
+  const PhotonScene scene{world_->room->meshes(), world_->objects.meshes(), world_->room->lamps(),
+                          [&light](std::size_t lamp, const auto& p_m, const auto& w, float distance_m) {
+                            return light.open_from(lamp, p_m, w, distance_m);
+                          }};
+  if (!has_photons(scene)) return;
+  world_->light.set_shadows(shadows_);
+  const int count = gather_quality_of(plan.trace_scale).photons;
+  world_->light.set_photons(std::make_shared<const PhotonMap>(trace_photons(scene, count, kCausticSeed)));
+  done("photons");
 }
 
 void RayLight::set_moved(std::shared_ptr<const MovedOccluders> moved, std::shared_ptr<const LightChange> light) {

@@ -84,6 +84,8 @@ class RayLight {
   void place(std::shared_ptr<const RayRoom> room, const std::vector<ReferenceMesh>& objects, bool goes_on);
   void solve(const Plan& plan, const std::function<void(const char*)>& done);
   void go_on(int rounds, const Plan& plan, const std::function<void(const char*)>& done);
+  /// Photons of the world as it is.
+  void send_photons(const Plan& plan, const std::function<void(const char*)>& done);
   void gather_on_objects(int bounces, const Plan& plan, const std::function<void(const char*)>& done);
   void gather_in_cells(const Plan& plan, const std::function<void(const char*)>& done);
 

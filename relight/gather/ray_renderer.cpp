@@ -216,8 +216,9 @@ struct RayRenderer::State {
       }
       clock.done("gloss");
     }
-    objects =
-        trace_objects(light.light(), light_sources(lamps, emitters), seen, eye, depth, detail, std::move(objects));
+    const SeenRadiance picture(seen, radiance, eye.camera, kGather.seen_voxels * room->voxel_m());
+    objects = trace_objects(light.light(), light_sources(lamps, emitters), seen, eye, depth, picture, detail,
+                            std::move(objects));
     clock.done("object pixels");
     divide_at_outlines(depth);
     clock.done("change matte");
@@ -250,6 +251,9 @@ struct RayRenderer::State {
     const LightChange* light_change = light.light().light_change();
     for_each_index(delta.size(), kRows * change.width, [&](std::size_t i) {
       delta[i] += added[i];
+      const GBufferPixel& pixel = shared()[i];
+      if (pixel.known && !pixel.glossy)
+        delta[i].head<3>() += light.light().caustic(pixel.surface.position_m, pixel.surface.face);
       delta[i] -= light_change && hidden[i].maxCoeff() > 0 ? hidden[i].min(light_change->lamps_now(lamps, shared()[i]))
                                                            : hidden[i];
     });

@@ -45,6 +45,11 @@ void gather_lamps(const DeltaLight& light, int samples, std::uint32_t seed, cons
                   RayObjects& objects) {
   std::vector<Rgb> found = at_places(objects, samples, seed, turn, objects.direct(),
                                      [&](const PathVertex& v, Sampler& s, std::size_t) { return light.lit(v, s); });
+  for_each_index(static_cast<int>(found.size()), kGather.probe_block, [&](int i) {
+    if (!turn.is_of(i) && objects.has_light(i)) return;
+    const auto& place = objects.places()[static_cast<std::size_t>(i)];
+    found[static_cast<std::size_t>(i)] += light.caustic(place.position_m, place.normal);
+  });
   if (!objects.emitters().empty()) {
     for_each_index(static_cast<int>(found.size()), kGather.probe_block, [&](int i) {
       if (!turn.is_of(i) && objects.has_light(i)) return;

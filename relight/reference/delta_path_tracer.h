@@ -13,6 +13,11 @@
 // that hit none add no noise. The estimator is unbiased: its mean is L_ρ - L_μ. The first vertices of a path also
 // sample directions towards the objects and their shadows. Lamps and environment maps are sampled too; all sampling
 // strategies are combined by multiple importance sampling (Veach & Guibas 1995).
+//
+// Light of lamps that reaches matt surfaces by the interfaces of transmissive objects alone, caustics and coloured
+// shadows, is a density of photons (tracing/photon_tracing.h): paths would find small lamps through glass by chance.
+// Its mean over a surface is unbiased, its detail as coarse as the distance between photons. `radiance` has paths
+// alone.
 #include <cstdint>
 #include <memory>
 
@@ -21,6 +26,7 @@
 namespace lumigraft::relight {
 
 struct TraceWorld;
+class PhotonMap;
 
 struct ReferenceSamples {
   int per_pixel = 16;      ///< on average; `change` uses more where noise is higher
@@ -45,11 +51,12 @@ class DeltaPathTracer {
 
   ReferencePicture change(const PosedCamera& camera, const ReferenceSamples& samples) const;
 
-  /// L_ρ (with the objects) or L_μ (without), by ordinary path tracing.
+  /// L_ρ (with the objects) or L_μ (without), by ordinary path tracing: the slow reference of photons, too.
   capture::Image<float> radiance(const PosedCamera& camera, const ReferenceSamples& samples, bool with_objects) const;
 
  private:
   std::unique_ptr<const TraceWorld> world_;
+  std::unique_ptr<const PhotonMap> photons_;  ///< null: no transmissive object, or no lamp
 };
 
 }  // namespace lumigraft::relight

@@ -7,6 +7,7 @@ inline constexpr struct ReferenceParameters {
   int max_fall = 8;                               ///< minimum count: the mean divided by this
   float max_rise = 32;                            ///< maximum count: the mean times this
   double object_weight = 0.25;                    ///< of noise on objects, which the object's own radiance masks
+  int photons = 1 << 17;                          ///< from lamps to transmissive objects
   int sure_bounces = 3, aimed_bounces = 2;        ///< no Russian roulette; sampled towards regions of changed light too
   /// Maximum survival probability of Russian roulette. Throughput below which a branch is subject to it; the same for
   /// one that has hit an object, where the change originates.

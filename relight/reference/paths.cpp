@@ -13,6 +13,7 @@ using Eigen::Vector3f;
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr std::size_t kNoLamp = std::numeric_limits<std::size_t>::max(), kObject = kNoLamp - 1;
+constexpr float kFarthest_m = 1e6f;  // of absorption: without it, none over an infinite distance were not a number
 
 }  // namespace
 
@@ -66,7 +67,7 @@ bool Paths::blocked_by_room(const Vector3f& from_m, const Vector3f& w, float lim
 }
 
 template <typename Counts>
-Rgb Paths::direct(const PathVertex& vertex, Counts counts) {
+Rgb Paths::direct(const PathVertex& vertex, bool of_lamps, Counts counts) {
   Rgb sum = Rgb::Zero();
   const auto add = [&](const LightSample& s, const Vector3f& from_m, std::size_t lamp) {
     if (!(s.pdf > 0) || s.radiance.maxCoeff() <= 0) return;
@@ -75,11 +76,15 @@ Rgb Paths::direct(const PathVertex& vertex, Counts counts) {
     sum += f * s.radiance * (balanced(s.pdf, vertex.pdf(s.w) + vertex.aim_pdf(s.w)) / s.pdf);
   };
   // Lamps are evaluated from the origin of the outgoing rays, so that both sampling strategies use the same densities.
-  const Vector3f from_m = vertex.leave();
-  for (std::size_t i = 0; i < world_.scene->lamps.size(); ++i) {
-    add(sample_lamp(world_.scene->lamps[i], from_m, sampler_.two()), from_m, i);
+  for (std::size_t i = 0; of_lamps && i < world_.scene->lamps.size(); ++i) {
+    const ReferenceLamp& lamp = world_.scene->lamps[i];
+    const Vector3f from_m = vertex.leave_to(lamp.centre_m);
+    add(sample_lamp(lamp, from_m, sampler_.two()), from_m, i);
   }
-  if (world_.sky.is_picture()) add(world_.sky.sample(sampler_.two()), from_m, kNoLamp);
+  if (world_.sky.is_picture()) {
+    const LightSample s = world_.sky.sample(sampler_.two());
+    add(s, vertex.transmits() ? vertex.leave(s.w) : vertex.leave(), kNoLamp);
+  }
   return sum;
 }
 
@@ -90,9 +95,10 @@ Rgb Paths::emitted_by_object(const MeshHit& hit, const SurfaceHit& surface, cons
 
 Rgb Paths::lit_by_objects(const PathVertex& vertex) {
   if (world_.emitters.empty()) return Rgb::Zero();
-  const Vector3f from_m = vertex.leave();
+  Vector3f from_m = vertex.leave();
   const LightSample s = world_.emitters.sample(from_m, sampler_.two());
   if (!(s.pdf > 0)) return Rgb::Zero();
+  if (vertex.transmits()) from_m = vertex.leave(s.w);
   const Rgb f = vertex.response(s.w);
   const float limit_m = s.distance_m - kTracing.before_lamp_m;
   if (f.maxCoeff() <= 0 || world_.objects.blocked(from_m, s.w, limit_m) ||
@@ -112,27 +118,61 @@ bool Paths::lives(Past& past, float chance) {
   return true;
 }
 
+Paths::Vertex Paths::vertex_of(SurfaceHit surface, const Vector3f& w, bool of_object, Past& past) {
+  BsdfParams& bsdf = surface.bsdf;
+  if (photons_ && bsdf.mirrors()) {
+    const float of_interface = bsdf.diffuse.maxCoeff() > 0 ? interface_probability(bsdf, {0, 0, 1}) : 1;
+    const bool chosen = of_interface >= 1 || sampler_.one() < of_interface;
+    past.throughput /= chosen ? of_interface : 1 - of_interface;
+    bsdf.lobes = chosen ? Lobes::interface : Lobes::body;
+  }
+  const bool interface = of_object && bsdf.transmits() && bsdf.lobes != Lobes::body;
+  const bool receives = photons_ && (!bsdf.mirrors() || bsdf.lobes == Lobes::body);
+  past.by_interface = interface;
+  if (!interface) past.from_receiver = receives;
+  return {PathVertex(surface, w), receives};
+}
+
+Rgb Paths::photons_at(const Vertex& vertex, const SurfaceHit& surface) const {
+  Rgb sum = Rgb::Zero();
+  if (!vertex.receives) return sum;
+  photons_->for_each_near(surface.position_m, surface.face, [&](const Photon& photon, float density) {
+    sum += density * vertex.path.reflects(-photon.w) * photon.power_W;
+  });
+  return sum;
+}
+
+PathRay Paths::left(const PathVertex& vertex, const Vector3f& w, float pdf, Past& past) const {
+  past.pdf = pdf;
+  past.throughput *= vertex.response(w) / std::max(pdf, std::numeric_limits<float>::min());
+  past.absorption = vertex.absorption(w, past.absorption);
+  ++past.bounces;
+  return {vertex.leave(w), w};
+}
+
 Rgb Paths::followed(PathRay ray, Past past, bool with_objects) {
   Rgb sum = Rgb::Zero();
   while (true) {
     const Arrival a = arrival(ray, with_objects);
-    sum += past.throughput * on_the_way(ray, a, past.pdf);
-    if (a.at == Arrival::At::sky || a.at == Arrival::At::lamp) return sum + past.throughput * emitted(ray, a, past.pdf);
-    const Meshes& meshes = a.at == Arrival::At::object ? world_.objects : world_.real;
-    const SurfaceHit surface = meshes.surface(a.hit, ray.w);
-    const PathVertex vertex(surface, ray.w);
-    if (a.at == Arrival::At::object) sum += past.throughput * emitted_by_object(a.hit, surface, ray.w, past.pdf);
+    const Rgb before = past.throughput;
+    past.throughput *= (-past.absorption * std::min(a.t_m, kFarthest_m)).exp();
+    const bool of_lamps = !past.photons_bring_lamps();
+    if (of_lamps) sum += before * on_the_way(ray, a, past.pdf);
+    if (a.at == Arrival::At::sky || (a.at == Arrival::At::lamp && of_lamps))
+      return sum + past.throughput * emitted(ray, a, past.pdf);
+    if (a.at == Arrival::At::lamp) return sum;
+    const bool of_object = a.at == Arrival::At::object;
+    const SurfaceHit surface = (of_object ? world_.objects : world_.real).surface(a.hit, ray.w);
+    if (of_object) sum += past.throughput * emitted_by_object(a.hit, surface, ray.w, past.pdf);
+    const Vertex vertex = vertex_of(surface, ray.w, of_object, past);
     const auto open = [&](const Vector3f& from, const Vector3f& w, float limit, std::size_t lamp) {
       return !blocked_by_room(from, w, limit, lamp) && !(with_objects && world_.objects.blocked(from, w, limit));
     };
-    sum += past.throughput * direct(vertex, open);
-    if (with_objects) sum += past.throughput * lit_by_objects(vertex);
+    sum += past.throughput * direct(vertex.path, !past.photons_bring_lamps(), open);
+    if (with_objects) sum += past.throughput * (lit_by_objects(vertex.path) + photons_at(vertex, surface));
     if (!lives(past, past.chance_to_go_on())) return sum;
-    ray.w = vertex.sample(sampler_);
-    ray.from_m = vertex.leave(ray.w);
-    past.pdf = vertex.pdf(ray.w);
-    past.throughput *= vertex.response(ray.w) / std::max(past.pdf, std::numeric_limits<float>::min());
-    ++past.bounces;
+    const Vector3f w = vertex.path.sample(sampler_);
+    ray = left(vertex.path, w, vertex.path.pdf(w), past);
     if (!(past.throughput.maxCoeff() > 0 && past.throughput.allFinite())) return sum;
   }
 }
@@ -140,25 +180,24 @@ Rgb Paths::followed(PathRay ray, Past past, bool with_objects) {
 Rgb Paths::changed(const PathRay& ray, const Arrival& a, Past past) {
   if (a.at == Arrival::At::object) return followed(ray, past, true) - followed(ray, past, false);
   if (a.at != Arrival::At::real) return Rgb::Zero();  // a lamp or the sky, equal in both scenes
-  PathVertex vertex(world_.real.surface(a.hit, ray.w), ray.w);
-  if (past.bounces < kPaths.aimed_bounces) vertex.aim_at(world_.places);
+  const SurfaceHit surface = world_.real.surface(a.hit, ray.w);
+  Vertex vertex = vertex_of(surface, ray.w, false, past);
+  if (past.bounces < kPaths.aimed_bounces) vertex.path.aim_at(world_.places);
   const auto lost = [&](const Vector3f& from, const Vector3f& w, float limit, std::size_t lamp) {
     return world_.objects.blocked(from, w, limit) && !blocked_by_room(from, w, limit, lamp);
   };
-  Rgb sum = past.throughput * (lit_by_objects(vertex) - direct(vertex, lost));
+  Rgb sum =
+      past.throughput * (lit_by_objects(vertex.path) + photons_at(vertex, surface) - direct(vertex.path, true, lost));
   if (!lives(past, past.chance_to_go_on())) return sum;
-  if (vertex.has_aim()) sum += changed_towards(vertex, vertex.aim(sampler_), past);
-  return sum + changed_towards(vertex, vertex.sample(sampler_), past);
+  if (vertex.path.has_aim()) sum += changed_towards(vertex.path, vertex.path.aim(sampler_), past);
+  return sum + changed_towards(vertex.path, vertex.path.sample(sampler_), past);
 }
 
 Rgb Paths::changed_towards(const PathVertex& vertex, const Vector3f& w, Past past) {
   // Each vertex that samples regions sends one ray by each of its two strategies; either may have sampled this
   // direction, so their densities are added (Veach & Guibas 1995, eq. 11).
-  past.pdf = vertex.pdf(w) + vertex.aim_pdf(w);
-  past.throughput *= vertex.response(w) / std::max(past.pdf, std::numeric_limits<float>::min());
-  ++past.bounces;
+  const PathRay ray = left(vertex, w, vertex.pdf(w) + vertex.aim_pdf(w), past);
   if (!(past.throughput.maxCoeff() > 0 && past.throughput.allFinite())) return Rgb::Zero();
-  const PathRay ray{vertex.leave(w), w};
   const Arrival a = arrival(ray, true);
   if (a.at == Arrival::At::object) {
     if (!lives(past, past.throughput.maxCoeff() / kPaths.sure_split)) return Rgb::Zero();

@@ -3,58 +3,41 @@
 #include <algorithm>
 #include <cmath>
 
+#include "relight/tracing/dielectric.h"
+
 namespace lumigraft::relight {
 namespace {
 
 using Eigen::Vector3f;
 
-constexpr float kMinCosine = 1e-3f;  // of v, as in brdf.glsl
-
-float smith_lambda(float alpha, float cosine) {
-  const float c2 = cosine * cosine;
-  return 0.5f * (std::sqrt(1 + alpha * alpha * (1 - c2) / c2) - 1);
-}
-
-float normals_density(float alpha, const Vector3f& h) {
-  const float a2 = alpha * alpha, q = a2 * h.z() * h.z() + h.x() * h.x() + h.y() * h.y();
-  return a2 / (kPi * q * q);
-}
-
-/// Probability of sampling the specular lobe.
-float specular_probability(const BsdfParams& bsdf, const Vector3f& v) {
-  if (!bsdf.mirrors()) return 0;
-  const Rgb f = fresnel(bsdf, v.z());
-  const float mirror = luminance(f), diffuse = luminance(bsdf.diffuse * (1 - f));
-  if (diffuse <= 0) return 1;
-  return std::clamp(mirror / (mirror + diffuse), 0.1f, 0.9f);
-}
-
-/// Visible microfacets by spherical caps (Dupuy & Benyoub 2023).
-Vector3f sample_microfacet(float alpha, const Vector3f& v, const Eigen::Vector2f& u) {
-  const Vector3f stretched = Vector3f(alpha * v.x(), alpha * v.y(), v.z()).normalized();
-  const float phi = 2 * kPi * u.x(), z = (1 - u.y()) * (1 + stretched.z()) - stretched.z();
-  const float s = std::sqrt(std::clamp(1 - z * z, 0.0f, 1.0f));
-  const Vector3f h = Vector3f(s * std::cos(phi), s * std::sin(phi), z) + stretched;
-  return Vector3f(alpha * h.x(), alpha * h.y(), std::max(h.z(), 1e-6f)).normalized();
-}
-
-Vector3f lifted(const Vector3f& v) { return {v.x(), v.y(), std::max(v.z(), kMinCosine)}; }
-
 }  // namespace
+
+float interface_probability(const BsdfParams& bsdf, const Vector3f& seen_from) {
+  if (!bsdf.mirrors() || bsdf.lobes == Lobes::body) return 0;
+  if (bsdf.lobes != Lobes::all) return 1;
+  const Rgb f = fresnel(bsdf, std::max(seen_from.z(), kMinCosine));
+  const float layer = luminance(f + bsdf.transmitted * (1 - f)), body = luminance(bsdf.diffuse * (1 - f));
+  if (body <= 0) return 1;
+  return std::clamp(layer / (layer + body), 0.1f, 0.9f);
+}
 
 Rgb reflected(const BsdfParams& bsdf, const Vector3f& seen_from, const Vector3f& w) {
   if (w.z() <= 0) return Rgb::Zero();
   if (!bsdf.mirrors()) return bsdf.diffuse / kPi;
   const Vector3f v = lifted(seen_from), h = (v + w).normalized();
-  const Rgb f = fresnel(bsdf, v.dot(h));
-  const float masking = 1 / (1 + smith_lambda(bsdf.alpha, v.z()) + smith_lambda(bsdf.alpha, w.z()));
-  const Rgb under = under_layer(bsdf, w.z(), v.z(), v.dot(h));
-  return bsdf.diffuse * under / kPi + f * (normals_density(bsdf.alpha, h) * masking / (4 * v.z() * w.z()));
+  Rgb sum = Rgb::Zero();
+  if (bsdf.has_body()) sum += bsdf.diffuse * under_layer(bsdf, w.z(), v.z(), v.dot(h)) / kPi;
+  if (bsdf.has_reflection()) {
+    const float masking = 1 / (1 + smith_lambda(bsdf.alpha, v.z()) + smith_lambda(bsdf.alpha, w.z()));
+    sum += fresnel(bsdf, v.dot(h)) * (normals_density(bsdf.alpha, h) * masking / (4 * v.z() * w.z()));
+  }
+  return sum;
 }
 
 Vector3f sample_direction(const BsdfParams& bsdf, const Vector3f& seen_from, Sampler& sampler) {
   const Vector3f v = lifted(seen_from);
-  const bool mirror = sampler.one() < specular_probability(bsdf, v);
+  const bool mirror = sampler.one() < interface_probability(bsdf, v);
+  if (mirror && bsdf.transmits()) return sample_interface(bsdf, v, sampler);
   const Eigen::Vector2f u = sampler.two();
   if (mirror) {
     const Vector3f h = sample_microfacet(bsdf.alpha, v, u);
@@ -65,11 +48,13 @@ Vector3f sample_direction(const BsdfParams& bsdf, const Vector3f& seen_from, Sam
 }
 
 float direction_pdf(const BsdfParams& bsdf, const Vector3f& seen_from, const Vector3f& w) {
-  if (w.z() <= 0) return 0;
   const Vector3f v = lifted(seen_from);
-  const float probability = specular_probability(bsdf, v);
+  const float probability = interface_probability(bsdf, v);
+  if (w.z() <= 0) return bsdf.transmits() && probability > 0 ? probability * interface_pdf(bsdf, v, w) : 0;
   float pdf = (1 - probability) * w.z() / kPi;
-  if (probability > 0) {
+  if (probability > 0 && bsdf.transmits()) {
+    pdf += probability * interface_pdf(bsdf, v, w);
+  } else if (probability > 0) {
     const Vector3f h = (v + w).normalized();
     pdf += probability * normals_density(bsdf.alpha, h) / (4 * v.z() * (1 + smith_lambda(bsdf.alpha, v.z())));
   }

@@ -5,24 +5,29 @@
 // layer: light of the Lambert part passes it twice, diffuse / π · (1 - F(n·l)) (1 - F(n·v)), and internal reflection
 // counts as lost. At grazing angles glTF's is brighter, and in the mean 8 % for a dielectric.
 //
+// Transmissive materials also have what passes the interface (dielectric.h), with the exact Fresnel curve.
+//
 // All directions are in the shading frame: unit, away from the surface, z along the normal; v towards the outgoing
 // light.
 #include <Eigen/Core>
 
 #include "relight/exhibit/bsdf_params.h"
+#include "relight/tracing/microfacets.h"
 #include "relight/tracing/sampler.h"
 #include "relight/tracing/trace_scene.h"
 
 namespace lumigraft::relight {
 
-constexpr float kPi = 3.14159265358979f;
-
-/// Reflected radiance over irradiance; 0 below the surface.
+/// Reflected radiance over irradiance, for w above the surface, else 0.
 Rgb reflected(const BsdfParams& bsdf, const Eigen::Vector3f& v, const Eigen::Vector3f& w);
 
-/// Samples a direction w for a given v, with a density that follows the material; z <= 0: below the surface.
+/// Samples a direction w for a given v, with a density that follows the material; z <= 0: below the surface, where only
+/// transmissive materials have light.
 Eigen::Vector3f sample_direction(const BsdfParams& bsdf, const Eigen::Vector3f& v, Sampler& sampler);
 float direction_pdf(const BsdfParams& bsdf, const Eigen::Vector3f& v, const Eigen::Vector3f& w);  ///< 1/sr
+
+/// Probability of the interface if it or the body is chosen at random, by their luminances.
+float interface_probability(const BsdfParams& bsdf, const Eigen::Vector3f& v);
 
 /// Y of linear sRGB.
 inline float luminance(const Rgb& c) { return 0.2126f * c[0] + 0.7152f * c[1] + 0.0722f * c[2]; }

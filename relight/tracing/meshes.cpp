@@ -159,6 +159,13 @@ Meshes::~Meshes() = default;
 
 bool Meshes::empty() const { return state_->placed.empty(); }
 bool Meshes::hides(const MeshHit& hit) const { return state_->placed[hit.mesh].mesh.hides; }
+bool Meshes::transmits(std::uint32_t mesh) const {
+  const ReferenceMesh& placed = state_->placed[mesh].mesh;
+  return std::ranges::any_of(placed.model->parts, [&](const Model::Part& part) {
+    const Material material = placed.material.over(part.material);
+    return material.transmission > 0 && material.metallic < 1;
+  });
+}
 const std::vector<Eigen::Vector4f>& Meshes::spheres() const { return state_->spheres; }
 
 std::optional<MeshHit> Meshes::hit(const Vector3f& from_m, const Vector3f& w, float limit_m) const {
@@ -239,7 +246,8 @@ SurfaceHit Meshes::surface(const MeshHit& hit, const Vector3f& w, float pixel_ra
       {hit.triangle, barycentric, footprint_m(hit, s.face.dot(w), pixel_rad) / placed.scale}, placed.mesh.material);
   const Vector3f interpolated = (placed.normals * shading.interpolated).stableNormalized();
   s.normal = interpolated;
-  if (interpolated.dot(s.face) * s.face.dot(w) < 0) s.emission = placed.mesh.white_radiance * shading.material.emission;
+  const bool front = interpolated.dot(s.face) * s.face.dot(w) < 0;
+  if (front) s.emission = placed.mesh.white_radiance * shading.material.emission;
   s.face_ray(w);
   if (shading.normal != shading.interpolated) {
     Vector3f turned = (placed.normals * shading.normal).stableNormalized();
@@ -252,7 +260,13 @@ SurfaceHit Meshes::surface(const MeshHit& hit, const Vector3f& w, float pixel_ra
       return s;
     }
   }
-  s.bsdf = bsdf_params_of(shading.material.base_color, shading.material);
+  s.bsdf = bsdf_params_of(shading.material.base_color, shading.material, front);
+  s.bounds_volume = s.bsdf.transmits() && !shading.material.thin_walled;
+  if (s.bounds_volume && front) {
+    // Of the model's own materials, the distance is the model's.
+    const float scale = placed.mesh.material.attenuation_distance_m ? 1 : placed.scale;
+    s.absorption_beyond = absorption_of(shading.material) / scale;
+  }
   return s;
 }
 

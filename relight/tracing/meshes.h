@@ -22,6 +22,9 @@ struct SurfaceHit {
   Eigen::Vector3f normal = Eigen::Vector3f::UnitZ();  ///< unit, interpolated and by the normal map, on the same side
   BsdfParams bsdf;
   Rgb emission = Rgb::Zero();  ///< radiance that leaves the point on the side of the ray's origin, W/sr/m²
+  /// Whether a transmissive material bounds a volume here, and what the medium beyond the surface absorbs, 1/m.
+  bool bounds_volume = false;
+  Rgb absorption_beyond = Rgb::Zero();
 
   /// Turns both normals towards the origin of a ray along w.
   void face_ray(const Eigen::Vector3f& w) {
@@ -67,6 +70,8 @@ class Meshes {
   std::optional<MeshHit> hit(const Eigen::Vector3f& from_m, const Eigen::Vector3f& w, float limit_m) const;
   /// Whether the hit mesh occludes what is behind it (ReferenceMesh::hides).
   bool hides(const MeshHit& hit) const;
+  /// Whether light passes any of the mesh's materials.
+  bool transmits(std::uint32_t mesh) const;
   /// Whether an occluding mesh is nearer than `limit_m`.
   bool blocked(const Eigen::Vector3f& from_m, const Eigen::Vector3f& w, float limit_m) const;
   /// Bit mask of the rays that hit a triangle before their limit; their nearest hits are in `found`.

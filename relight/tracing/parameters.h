@@ -16,6 +16,11 @@ inline constexpr struct TracingParameters {
   float emission_rays = 16;    ///< over the hemisphere: other numbers of rays are weighted as these, the default plan's
   float near_radii = 3;        ///< within them light is the sum of all patches, farther away so many are one: 1 % off
   int merged_patches = 4;
+  // Photons. Of k neighbours, the noise of their density is about 1.15 / √k: 16 %, at a distance that a fraction k of
+  // all spreads over.
+  int photon_neighbours = 50, photons_per_leaf = 8, photon_block = 1024;
+  float min_photon_radius_m = 1e-4f;  ///< where photons coincide: the origins of rays are no nearer to surfaces
+  int beam_pilots = 64, min_beam_photons = 256, max_photon_bounces = 64;
   float max_albedo = 1;  ///< of enclosure cells: the centre of the range over which enclosure_light.comp fades out
 } kTracing;
 }  // namespace lumigraft::relight

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <vector>
 
+#include "relight/tracing/dielectric.h"
 #include "relight/tracing/parameters.h"
 #include "relight/tracing/world.h"
 
@@ -23,12 +24,16 @@ class PathVertex {
     v_ = frame_.transpose() * -arriving_along;
   }
 
-  /// BSDF times cosine: reflected radiance per radiance and solid angle arriving from w.
+  /// BSDF times cosine: outgoing radiance per radiance and solid angle arriving from w.
   Rgb response(const Eigen::Vector3f& w) const {
     const Eigen::Vector3f local = frame_.transpose() * w;
-    if (!(surface_.face.dot(w) > 0 && local.z() > 0)) return Rgb::Zero();
-    return reflected(surface_.bsdf, v_, local) * local.z();
+    const float above = surface_.face.dot(w);
+    if (above > 0 && local.z() > 0) return reflected(surface_.bsdf, v_, local) * local.z();
+    if (above < 0 && local.z() < 0) return transmitted(surface_.bsdf, v_, local) * -local.z();
+    return Rgb::Zero();
   }
+  /// The BSDF alone, of light that arrives above the surface.
+  Rgb reflects(const Eigen::Vector3f& w) const { return reflected(surface_.bsdf, v_, frame_.transpose() * w); }
 
   /// Samples the material.
   Eigen::Vector3f sample(Sampler& sampler) const {
@@ -49,6 +54,7 @@ class PathVertex {
     for (Cone& cone : cones_) cone.fraction /= sum;
   }
   bool mirrors() const { return surface_.bsdf.mirrors(); }
+  bool transmits() const { return surface_.bsdf.transmits(); }
   bool has_aim() const { return !cones_.empty(); }
   Eigen::Vector3f aim(Sampler& sampler) const {
     float choice = sampler.one();
@@ -68,6 +74,18 @@ class PathVertex {
 
   Eigen::Vector3f leave(const Eigen::Vector3f& w) const { return ray_origin(surface_, w); }
   Eigen::Vector3f leave() const { return leave(surface_.face); }
+  /// Origin of shadow rays to a lamp, on the side from which its light arrives.
+  Eigen::Vector3f leave_to(const Eigen::Vector3f& lamp_centre_m) const {
+    return transmits() ? leave(lamp_centre_m - surface_.position_m) : leave();
+  }
+  /// Index of refraction beyond the surface over that before it, squared, if w is refracted; else 1.
+  float squeezed(const Eigen::Vector3f& w) const {
+    return surface_.bsdf.bends && surface_.face.dot(w) < 0 ? surface_.bsdf.eta * surface_.bsdf.eta : 1;
+  }
+  /// Per metre, what the medium absorbs into which w leaves; `here`: the medium on the side of the ray.
+  Rgb absorption(const Eigen::Vector3f& w, const Rgb& here) const {
+    return surface_.bounds_volume && surface_.face.dot(w) < 0 ? surface_.absorption_beyond : here;
+  }
 
  private:
   struct Cone {

@@ -39,6 +39,8 @@ void describe(const UploadModel& from, StoredModel& to) {
   to.grid_voxel_m = from.grid_voxel_m;
   to.sphere = from.sphere;
   to.area_m2 = from.area_m2;
+  to.volume_m3 = from.volume_m3;
+  to.part_area_m2 = from.part_area_m2;
   to.mean_emission = from.mean_emission;
   to.shown = from.full;
 }

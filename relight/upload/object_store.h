@@ -50,6 +50,8 @@ struct StoredModel {
   std::unique_ptr<gpu::Buffer> samples;  ///< of the surface: position, area; normal, 0; emission, 0; model frame
   int sample_count = 0;
   float area_m2 = 0;
+  float volume_m3 = 0;  ///< of a closed surface
+  std::vector<float> part_area_m2;
   /// Of its own materials, as in Material; mean over its area.
   Eigen::Vector3f max_emission = Eigen::Vector3f::Zero(), mean_emission = Eigen::Vector3f::Zero();
   std::unique_ptr<gpu::Texture> distance, reflectance;  ///< on the grid; reflectance for uniform incident light

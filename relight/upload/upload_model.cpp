@@ -65,6 +65,29 @@ std::shared_ptr<const Model> evenly_divided(const Model& model) {
   return refine_model(model, std::max(static_cast<float>(edge_m), min_edge_m));
 }
 
+/// Of a closed surface (Gauss).
+double volume_m3(const Model& model) {
+  double sum = 0;
+  for (std::size_t i = 0; i + 2 < model.indices.size(); i += 3) {
+    const auto corner = [&](std::size_t k) -> Eigen::Vector3d {
+      return model.positions_m[model.indices[i + k]].cast<double>();
+    };
+    sum += corner(0).dot(corner(1).cross(corner(2))) / 6;
+  }
+  return std::abs(sum);
+}
+
+double part_area_m2(const Model& model, const Model::Part& part) {
+  double sum = 0;
+  for (std::size_t i = part.first_index; i + 2 < part.first_index + std::size_t{part.index_count}; i += 3) {
+    const auto corner = [&](std::size_t k) -> const Eigen::Vector3f& {
+      return model.positions_m[model.indices[i + k]];
+    };
+    sum += static_cast<double>((corner(1) - corner(0)).cross(corner(2) - corner(0)).norm()) / 2;
+  }
+  return sum;
+}
+
 /// RGBA per voxel: the reflectance of its surface for uniform incident light.
 std::vector<std::uint8_t> reflectances(const ObjectField& field, const Model& model) {
   std::vector<std::uint8_t> texels(field.base_color.size() * 4, 255);
@@ -112,6 +135,10 @@ void add_surface(UploadModel& made, int field_voxels) {
   made.sphere = bounding_sphere(model.positions_m);
   const double area_m2 = surface_area_m2(model);
   made.area_m2 = static_cast<float>(area_m2);
+  made.volume_m3 = static_cast<float>(volume_m3(model));
+  made.part_area_m2.clear();
+  for (const Model::Part& part : model.parts)
+    made.part_area_m2.push_back(static_cast<float>(part_area_m2(model, part)));
   made.samples = surface_samples(model, area_m2 / kUpload.samples);
   for (std::size_t i = 0; i < made.samples.size(); i += kSampleFloats) {
     const float* sample = &made.samples[i];

@@ -22,6 +22,8 @@ struct UploadModel {
   BoundingSphere sphere;
   std::vector<float> samples;  ///< kSampleFloats each, see StoredModel
   float area_m2 = 0;
+  float volume_m3 = 0;  ///< of a closed surface
+  std::vector<float> part_area_m2;
   Eigen::Vector3f mean_emission = Eigen::Vector3f::Zero();  ///< over that
   std::array<int, 3> grid{};                                ///< voxels
   Eigen::Vector3f grid_origin_m = Eigen::Vector3f::Zero();

@@ -19,6 +19,11 @@ relight::MaterialOverride changed(relight::MaterialOverride material, const Mate
   material.roughness = change.roughness.value_or(material.roughness);
   material.specular = change.specular.value_or(material.specular);
   material.emission = change.emission.value_or(material.emission);
+  material.transmission = change.transmission.value_or(material.transmission);
+  material.ior = change.ior.value_or(material.ior);
+  material.thin_walled = change.thin_walled.value_or(material.thin_walled);
+  material.attenuation_color = change.attenuation_color.value_or(material.attenuation_color);
+  material.attenuation_distance_m = change.attenuation_distance_m.value_or(material.attenuation_distance_m);
   return material;
 }
 
@@ -74,7 +79,12 @@ Json json_of(const relight::MaterialOverride& material) {
           {"metallic", json_or_null(material.metallic)},
           {"roughness", json_or_null(material.roughness)},
           {"specular", json_or_null(material.specular)},
-          {"emission", color_or_null(material.emission)}};
+          {"emission", color_or_null(material.emission)},
+          {"transmission", json_or_null(material.transmission)},
+          {"ior", json_or_null(material.ior)},
+          {"thin_walled", json_or_null(material.thin_walled)},
+          {"attenuation_color", color_or_null(material.attenuation_color)},
+          {"attenuation_distance_m", json_or_null(material.attenuation_distance_m)}};
 }
 
 }  // namespace

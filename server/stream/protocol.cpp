@@ -39,8 +39,17 @@ Eigen::Matrix<double, N, 1> vector(const nlohmann::json& value, const std::strin
   return result;
 }
 
+std::optional<float> number_or_null(const nlohmann::json& value, const std::string& key, double low, double high) {
+  return value.is_null() ? std::nullopt : std::optional(static_cast<float>(number(value, key, low, high)));
+}
+
 std::optional<float> unit_or_null(const nlohmann::json& value, const std::string& key) {
-  return value.is_null() ? std::nullopt : std::optional(static_cast<float>(number(value, key, 0, 1)));
+  return number_or_null(value, key, 0, 1);
+}
+
+std::optional<Eigen::Vector3f> color_or_null(const nlohmann::json& value, const std::string& key, double high) {
+  if (value.is_null()) return std::nullopt;
+  return vector<3>(value, key, 0, high).cast<float>();
 }
 
 MaterialChange material(const nlohmann::json& value) {
@@ -52,19 +61,31 @@ MaterialChange material(const nlohmann::json& value) {
   if (!value.is_object()) throw Refused{"material: null or an object"};
   for (const auto& [key, v] : value.items()) {
     if (key == "base_color") {
-      change.base_color.emplace();
-      if (!v.is_null()) *change.base_color = vector<3>(v, key, 0, 1).cast<float>();
+      change.base_color = color_or_null(v, key, 1);
     } else if (key == "emission") {
-      change.emission.emplace();
-      if (!v.is_null()) *change.emission = vector<3>(v, key, 0, relight::kMaxEmission).cast<float>();
+      change.emission = color_or_null(v, key, relight::kMaxEmission);
     } else if (key == "metallic") {
       change.metallic = unit_or_null(v, key);
     } else if (key == "roughness") {
       change.roughness = unit_or_null(v, key);
     } else if (key == "specular") {
       change.specular = unit_or_null(v, key);
+    } else if (key == "transmission") {
+      change.transmission = unit_or_null(v, key);
+    } else if (key == "ior") {
+      change.ior = number_or_null(v, key, 1, relight::kMaxIor);
+    } else if (key == "thin_walled") {
+      if (!v.is_null() && !v.is_boolean()) throw Refused{"thin_walled: true, false or null"};
+      change.thin_walled = v.is_null() ? std::optional<bool>() : std::optional(v.get<bool>());
+    } else if (key == "attenuation_color") {
+      change.attenuation_color = color_or_null(v, key, 1);
+    } else if (key == "attenuation_distance_m") {
+      change.attenuation_distance_m =
+          number_or_null(v, key, relight::kMinAttenuationDistance_m, relight::kMaxAttenuationDistance_m);
     } else {
-      throw Refused{"material: base_color, metallic, roughness, specular, emission"};
+      throw Refused{
+          "material: base_color, metallic, roughness, specular, emission, transmission, ior, thin_walled, "
+          "attenuation_color, attenuation_distance_m"};
     }
   }
   return change;

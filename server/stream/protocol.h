@@ -51,8 +51,9 @@ struct EncoderDemand {
 /// The material properties that a message sets: a new value, or none to restore the model's own.
 struct MaterialChange {
   bool models_own = false;  ///< restores all properties
-  std::optional<std::optional<Eigen::Vector3f>> base_color, emission;
-  std::optional<std::optional<float>> metallic, roughness, specular;
+  std::optional<std::optional<Eigen::Vector3f>> base_color, emission, attenuation_color;
+  std::optional<std::optional<float>> metallic, roughness, specular, transmission, ior, attenuation_distance_m;
+  std::optional<std::optional<bool>> thin_walled;
 };
 
 /// What a message sets of an object's animation.

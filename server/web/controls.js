@@ -1,14 +1,16 @@
 // Controls of the objects: the panel, and dragging in the picture.
 import { pointOnPlane } from "./camera.js";
 
+const OPAQUE = { emission: [0, 0, 0], transmission: 0, ior: 1.5, thin_walled: false, attenuation_color: [1, 1, 1], attenuation_distance_m: 1 };
 const MATERIALS = {
   own: null,
-  plaster: { base_color: [0.78, 0.76, 0.72], metallic: 0, roughness: 1, specular: 0, emission: [0, 0, 0] },
-  terracotta: { base_color: [0.55, 0.2, 0.1], metallic: 0, roughness: 1, specular: 0, emission: [0, 0, 0] },
-  jade: { base_color: [0.1, 0.36, 0.18], metallic: 0, roughness: 0.3, specular: 1, emission: [0, 0, 0] },
-  gold: { base_color: [1.0, 0.77, 0.34], metallic: 1, roughness: 0.3, specular: 1, emission: [0, 0, 0] },
-  steel: { base_color: [0.56, 0.57, 0.58], metallic: 1, roughness: 0.45, specular: 1, emission: [0, 0, 0] },
-  lamp: { base_color: [0.8, 0.8, 0.8], metallic: 0, roughness: 1, specular: 0, emission: [4, 2.8, 1.5] },
+  plaster: { ...OPAQUE, base_color: [0.78, 0.76, 0.72], metallic: 0, roughness: 1, specular: 0 },
+  terracotta: { ...OPAQUE, base_color: [0.55, 0.2, 0.1], metallic: 0, roughness: 1, specular: 0 },
+  jade: { ...OPAQUE, base_color: [0.1, 0.36, 0.18], metallic: 0, roughness: 0.3, specular: 1 },
+  gold: { ...OPAQUE, base_color: [1.0, 0.77, 0.34], metallic: 1, roughness: 0.3, specular: 1 },
+  steel: { ...OPAQUE, base_color: [0.56, 0.57, 0.58], metallic: 1, roughness: 0.45, specular: 1 },
+  lamp: { ...OPAQUE, base_color: [0.8, 0.8, 0.8], metallic: 0, roughness: 1, specular: 0, emission: [4, 2.8, 1.5] },
+  glass: { ...OPAQUE, base_color: [1, 1, 1], metallic: 0, roughness: 0, specular: 1, transmission: 1 },
 };
 const STEP_M = 0.01;
 const TURN_DEGREES = 5;
@@ -199,7 +201,8 @@ export class Controls {
 function nameOf(material) {
   if (material !== null && Object.values(material).includes(null)) return "set"; // partly the model's own
   const same = (a, b) => a.every((value, i) => Math.abs(value - b[i]) < 1e-4);
-  const list = (m) => [...m.base_color, m.metallic, m.roughness, m.specular, ...m.emission];
+  const list = (m) => [...m.base_color, m.metallic, m.roughness, m.specular, ...m.emission, m.transmission, m.ior,
+    Number(m.thin_walled), ...m.attenuation_color, m.attenuation_distance_m];
   const found = Object.entries(MATERIALS).find(([, m]) => (m === null ? material === null : material !== null && same(list(m), list(material))));
   return found ? found[0] : "set";
 }

@@ -20,6 +20,22 @@ Eigen::Vector3f unit_color(const GltfValue& value, const char* key, std::size_t 
   return Eigen::Vector3d((*color)[0], (*color)[1], (*color)[2]).cwiseMax(0).cwiseMin(1).cast<float>();
 }
 
+float transmission_of(const GltfValue& material) {
+  return static_cast<float>(unit_number(material.extension("KHR_materials_transmission"), "transmissionFactor", 0));
+}
+
+/// Without KHR_materials_volume, or with the thickness 0, a transmissive material is that of a sheet.
+void read_volume(const GltfValue& material, Material* read) {
+  read->transmission = transmission_of(material);
+  const GltfValue volume = material.extension("KHR_materials_volume");
+  read->thin_walled = read->transmission > 0 && !(volume.number("thicknessFactor", 0, kAnyNumber, 0) > 0);
+  read->attenuation_color = unit_color(volume, "attenuationColor", 3, 1);
+  const double distance_m = volume.number("attenuationDistance", 0, kAnyNumber, 0);
+  if (!volume.member("attenuationDistance").exists()) return;
+  if (!(distance_m > 0)) volume.member("attenuationDistance").refuse("a number above 0");
+  read->attenuation_distance_m = static_cast<float>(distance_m);
+}
+
 /// Of a channel, from 0 to 1.
 float mean_of(const capture::Image<std::uint8_t>& picture, std::size_t channel) {
   std::uint64_t sum = 0;
@@ -30,13 +46,16 @@ float mean_of(const capture::Image<std::uint8_t>& picture, std::size_t channel) 
 }  // namespace
 
 GltfSpecular specular_of(const GltfValue& material) {
-  const double factor = unit_number(material.extension("KHR_materials_specular"), "specularFactor", 1);
+  Material read;
+  read.specular = static_cast<float>(unit_number(material.extension("KHR_materials_specular"), "specularFactor", 1));
+  read.transmission = transmission_of(material);
   const GltfValue extension = material.extension("KHR_materials_ior");
   const double ior = extension.number("ior", 0, kAnyNumber, 1.5);
-  if (ior != 0 && ior < 1) extension.member("ior").refuse("0, or at least 1");
-  const double root = (ior - 1) / (ior + 1), specular = factor * (root * root / 0.04);
-  if (ior == 1.5) return {.factor = static_cast<float>(factor)};  // without rounding errors
-  return {.factor = static_cast<float>(std::min(specular, 1.0)), .expressible = specular <= 1};
+  if (ior == 0) return {.factor = read.specular, .expressible = false};
+  if (ior < 1) extension.member("ior").refuse("0, or at least 1");
+  read.ior = static_cast<float>(std::min(ior, kMaxIor));
+  const bool expressible = read.transmission > 0 || read.specular * read.normal_reflectance() <= 0.0400001f;
+  return {.factor = read.specular, .ior = read.ior, .expressible = expressible};
 }
 
 std::optional<AlphaMask> read_alpha(const GltfValue& material, const Model::Part& part, GltfTextures& textures) {
@@ -62,7 +81,10 @@ Model::Part read_material(const GltfValue& material, GltfTextures& textures) {
   part.roughness_factor = static_cast<float>(unit_number(pbr, "roughnessFactor", 1));
   part.material.metallic = part.metallic_factor;
   part.material.roughness = part.roughness_factor;
-  part.material.specular = specular_of(material).factor;
+  const GltfSpecular specular = specular_of(material);
+  part.material.specular = specular.factor;
+  part.material.ior = specular.ior;
+  read_volume(material, &part.material);
   const double strength = std::min(
       material.extension("KHR_materials_emissive_strength").number("emissiveStrength", 0, kAnyNumber, 1), kMaxEmission);
   part.material.emission = unit_color(material, "emissiveFactor", 3, 0) * static_cast<float>(strength);

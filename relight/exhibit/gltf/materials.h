@@ -8,11 +8,11 @@
 
 namespace lumigraft::relight {
 
-/// Specular factor of a material whose normal reflectance is that of KHR_materials_ior, times the factor of
-/// KHR_materials_specular: 1 is an index of refraction of 1.5. Above 1, and for the index 0, that means total
-/// reflection, `expressible` is false and the factor 1.
+/// Factor of KHR_materials_specular and index of KHR_materials_ior. `expressible`: whether the material reflects so;
+/// not an opaque one that reflects more than with the index 1.5 and the factor 1, nor the index 0, which means total
+/// reflection: it is read as 1.5.
 struct GltfSpecular {
-  float factor = 1;
+  float factor = 1, ior = 1.5f;
   bool expressible = true;
 };
 GltfSpecular specular_of(const GltfValue& material);

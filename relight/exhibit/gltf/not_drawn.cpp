@@ -52,6 +52,8 @@ std::vector<std::string> of_material(const GltfTextures& textures, const GltfVal
                                 material.member("normalTexture"), material.member("emissiveTexture")}) {
     add_of_texture(textures, info, features);
   }
+  if (material.extension("KHR_materials_transmission").member("transmissionTexture").exists())
+    features.emplace_back("transmissionTexture");
   for (const std::string& name : material.member("extensions").keys()) {
     const bool specular = name == "KHR_materials_specular", ior = name == "KHR_materials_ior";
     const bool drawn = is_read_of_gltf(name) && !(specular && has_specular_colors(material.extension(name))) &&

@@ -31,16 +31,18 @@ gpu::Wrap wrap_of(Wrap wrap) {
 constexpr PerTextureUse<int> kTextureSlots = {1, 3, 4, 5};
 
 shader::DrawParams params_of(const StoredModel::Mesh::Part& part, const MaterialOverride& material,
-                             float white_radiance, int number, const shader::DrawParams& view) {
+                             float white_radiance, int number, int glass, const shader::DrawParams& view) {
   const Material combined = material.over(part.material);
   const bool own_color = !material.base_color, both = part.texture(TextureUse::metallic_roughness).texture;
   const bool rough_map = both && !material.roughness, metal_map = both && !material.metallic;
   const auto flag = [](bool set) { return set ? 1.0f : 0.0f; };
   shader::DrawParams p = view;
   p.base_color << combined.base_color, flag(part.texture(TextureUse::base_color).texture && own_color);
-  p.tint << flag(own_color), 0, 0, 0;
+  const bool transmits = glass > 0 && combined.transmission > 0 && combined.metallic < 1;
+  p.tint << flag(own_color), (transmits ? static_cast<float>(glass) : 0.0f), combined.transmission, 0;
   p.material << (rough_map ? part.roughness_factor : combined.roughness),
-      (metal_map ? part.metallic_factor : combined.metallic), combined.specular, static_cast<float>(number + 1);
+      (metal_map ? part.metallic_factor : combined.metallic),
+      (transmits ? combined.specular : combined.layer_specular()), static_cast<float>(number + 1);
   p.maps << flag(rough_map), flag(metal_map), (part.texture(TextureUse::normals).texture ? part.normal_scale : 0.0f),
       flag(combined.gltf);
   p.emission << white_radiance * combined.emission,
@@ -57,10 +59,10 @@ shader::DrawParams params_of(const StoredModel::Mesh::Part& part, const Material
 
 void ObjectDraws::add(const StoredModel::Mesh& mesh, const Eigen::Affine3f& T_tag_model,
                       const MaterialOverride& material, float white_radiance, int number,
-                      const shader::DrawParams& view, const gpu::Texture& white) {
+                      const shader::DrawParams& view, const gpu::Texture& white, int glass) {
   for (const auto& part : mesh.parts) {
     if (part.index_count == 0) continue;
-    shader::DrawParams& p = params.emplace_back(params_of(part, material, white_radiance, number, view));
+    shader::DrawParams& p = params.emplace_back(params_of(part, material, white_radiance, number, glass, view));
     p.T_tag_model = T_tag_model.matrix();
     gpu::DrawCall& call = calls.emplace_back();
     for (std::size_t use = 0; use < kTextureUses.size(); ++use) {

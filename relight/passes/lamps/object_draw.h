@@ -13,9 +13,9 @@ struct ObjectDraws {
   std::vector<gpu::DrawCall> calls;
 
   /// `view` holds the parameters common to all parts: T_view_tag, projection, distortion, more. `white_radiance`: as in
-  /// PlacedObject.
+  /// PlacedObject. `glass`: number of the object's Glass + 1.
   void add(const StoredModel::Mesh& mesh, const Eigen::Affine3f& T_tag_model, const MaterialOverride& material,
-           float white_radiance, int number, const shader::DrawParams& view, const gpu::Texture& white);
+           float white_radiance, int number, const shader::DrawParams& view, const gpu::Texture& white, int glass = 0);
 };
 
 /// T_view_tag of a view from a point in a unit direction, its z.

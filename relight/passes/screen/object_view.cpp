@@ -1,5 +1,7 @@
 #include "relight/passes/screen/object_view.h"
 
+#include "relight/upload/transmittance.h"
+
 namespace lumigraft::relight {
 namespace {
 
@@ -39,10 +41,11 @@ void ObjectView::draw(gpu::CommandList& list, const shader::FrameParams& params,
                       const Screen& screen) const {
   ObjectDraws draws;
   const shader::DrawParams view = camera_view(params, screen.supersampling);
+  const std::vector<int> glass = glass_numbers(objects);
   for (std::size_t i = 0; i < objects.size(); ++i) {
     const auto& mesh = simple ? objects[i].stored->simple : objects[i].stored->full;
     draws.add(mesh, objects[i].T_tag_model, objects[i].material, objects[i].white_radiance, static_cast<int>(i), view,
-              white);
+              white, glass[i]);
   }
   list.draw(
       *raster_,

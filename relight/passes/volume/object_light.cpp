@@ -13,7 +13,8 @@ constexpr int kVerticesAGroup = 64;
 /// Whether the light on its vertices is enough.
 bool is_matt(const StoredModel::Mesh::Part& part, const MaterialOverride& material) {
   const Material combined = material.over(part.material);
-  return combined.specular == 0 && combined.metallic == 0 && !part.texture(TextureUse::normals).texture;
+  return combined.layer_specular() == 0 && combined.metallic == 0 && combined.transmission == 0 &&
+         !part.texture(TextureUse::normals).texture;
 }
 
 }  // namespace

@@ -62,9 +62,9 @@ void SurfaceFill::virtual_distances(gpu::Device& device, gpu::CommandList& list,
 
     params.pass_i.x() = i == 0 ? 1 : 0;
     params.pass_f.setZero();
-    // The texture contains the reflectance of the model's own materials. An override of the base colour replaces it;
-    // parameters that are not overridden are taken from the first part.
-    if (object.material.base_color) {
+    // The texture contains the reflectance of the model's own materials. An override of the base colour or of
+    // transmission replaces it; parameters that are not overridden are taken from the first part.
+    if (object.material.base_color || object.material.transmission) {
       const Material one = object.material.over(object.stored->model->parts.front().material);
       params.pass_f << reflectance_evenly(bsdf_params_of(one.base_color, one)).matrix(), 1;
     }

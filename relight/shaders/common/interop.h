@@ -18,6 +18,7 @@ const int kMaxLamps = 32;
 const int kMaxSurfaces = 32;
 const int kMaxMirrors = 8;
 const int kMaxImages = 8;
+const int kMaxGlass = 7;  // objects with transmissive materials of their own; further ones share the last
 const int kOutline = 64;  // texels along an edge of a mirror's outline mask
 const int kCascades = 2;
 const int kMaxSides = 12;      // of the enclosure
@@ -48,6 +49,13 @@ struct Surface {
   vec4 metallic_specular;  // x metallic, y specular
 };
 
+// Transmissive parts of an object.
+struct Glass {
+  vec4
+      transmission_ior;  // x: fraction of the light under the layer that passes; y: index of refraction; z: 1: refracts
+  vec4 absorption;       // of its volume, 1/m
+};
+
 // A flat piece of a surface with known material.
 struct Mirror {
   vec4 plane;   // unit normal n of the reflecting side; n·p on the plane
@@ -66,12 +74,14 @@ struct ShadowView {
 struct FrameParams {
   mat4 T_camera_tag;
   mat4 T_tag_camera;
-  vec4 pinhole;       // fx fy cx cy
-  vec4 distortion;    // k1 k2 p1 p2
-  vec4 camera;        // k3, near plane in metres
-  vec4 exposure;      // rgb: linear pixel value over radiance; a: highest pixel value that objects emit
-  vec4 lens;          // x: maximum of |x, y| / z for which the distortion does not fold back
-  vec4 emission;      // rgb: of all objects that emit, mean over all directions, W/sr
+  vec4 pinhole;     // fx fy cx cy
+  vec4 distortion;  // k1 k2 p1 p2
+  vec4 camera;      // k3, near plane in metres
+  vec4 exposure;    // rgb: linear pixel value over radiance; a: highest pixel value that objects emit
+  vec4 lens;        // x: maximum of |x, y| / z for which the distortion does not fold back
+  vec4 emission;    // rgb: of all objects that emit, mean over all directions, W/sr
+  vec4 blocked;     // rgb: fraction of the light that the objects do not let pass, in the mean over their surfaces
+  Glass glass[kMaxGlass];
   ivec4 picture;      // width, height, trace scale, supersampling of the object
   vec4 cascade[2];    // centre of voxel (0, 0, 0), voxel size
   vec4 virtual_grid;  // the same for the virtual distance volume
@@ -108,7 +118,8 @@ struct DrawParams {
   vec4 more;        // k3, near plane, target width, target height
   vec4 lens;        // as in FrameParams
   vec4 base_color;  // rgb; a: 1 when there is a texture
-  vec4 tint;        // x: weight of the vertex colours
+  vec4 tint;        // x: weight of the vertex colours; y: number of its Glass + 1, 0: opaque;
+                    // z: fraction of the light under the layer that passes the surface
   vec4 material;    // roughness, metallic, specular, object's number + 1
   vec4 emission;    // rgb: radiance of the front, W/sr/m²; a: 1 when a texture multiplies it
   vec4 maps;        // 1: a texture multiplies roughness (x), metallic (y); scale of the normal map (z), 0: none;

@@ -43,7 +43,7 @@ void main() {
       vec3 from_real = from_virtual - cone_start_m() * n;
       for (int j = 0; j < frame.pass_i.y; ++j) {
         Cone k = hemisphere_cone(from_real, from_virtual, -n, j, frame.pass_i.y, voxel_turn(voxel));
-        vec3 hidden = mu_cone(k) / float(frame.pass_i.y);
+        vec3 hidden = frame.blocked.rgb * mu_cone(k) / float(frame.pass_i.y);
         vec4 beam = vec4(1.0, -k.w);
         light -= mat3x4(hidden.r * beam, hidden.g * beam, hidden.b * beam);
       }

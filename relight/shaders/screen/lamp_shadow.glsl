@@ -28,6 +28,6 @@ vec3 lamps_lost(vec3 p, vec3 n, float slack) {
     vec3 w = to * inversesqrt(far2);
     lost += lamp.intensity.rgb * (emission(lamp, -w) * max(dot(n, w), 0.0) * lamp_hidden(i, p, slack) / far2);
   }
-  return lost;
+  return frame.blocked.rgb * lost;
 }
 #endif

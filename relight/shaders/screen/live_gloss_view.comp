@@ -61,6 +61,6 @@ void main() {
   imageStore(out_normal, at, to_half(vec4(r.n, known > 0.0 ? 1.0 : 0.0)));
   imageStore(out_albedo, at, to_half(vec4(0.0, 0.0, 0.0, known)));
   imageStore(out_diffuse, at, to_half(vec4(diffuse, 0.0)));
-  imageStore(out_mirror_lost, at, to_half(vec4(mirror_lost, 0.0)));
+  imageStore(out_mirror_lost, at, to_half(vec4(frame.blocked.rgb * mirror_lost, 0.0)));
   imageStore(out_mirror_all, at, to_half(vec4(mirror_all, 0.0)));
 }

@@ -11,6 +11,8 @@ layout(binding = 15) uniform sampler2D rays;
 struct ObjectPixel {
   vec3 p, n, v;  // position, normal, unit vector to the camera; tag frame
   float metallic;
+  vec3 passes;  // colour of what passes the surface, without the layer's share
+  int glass;    // number of its Glass + 1; 0: opaque
   BsdfParams bsdf;
   bool mirror;
   vec3 from_real, from_virtual;  // origins of cones
@@ -24,10 +26,20 @@ ObjectPixel object_pixel(ivec2 at) {
   o.p = eye + mat3(frame.T_tag_camera) * (surface.x * vec3(texelFetch(rays, at, 0).xy, 1.0));
   o.v = normalize(eye - o.p);
   o.n = normalize(normal.xyz);
+  o.glass = int(base.a / 4.0);
+  base.a -= 4.0 * float(o.glass);
   bool gltf = base.a > 1.5;
   o.metallic = clamp(gltf ? base.a - 2.0 : base.a, 0.0, 1.0);
   o.bsdf = bsdf_of(base.rgb, normal.a, o.metallic, surface.z);
   o.bsdf.gltf = gltf;
+  o.passes = vec3(0);
+  if (o.glass > 0) {
+    vec4 glass = frame.glass[o.glass - 1].transmission_ior;
+    o.passes = glass.x * o.bsdf.diffuse;
+    o.bsdf.diffuse *= 1.0 - glass.x;
+    float root = (glass.y - 1.0) / (glass.y + 1.0);
+    o.bsdf.f0 = mix(vec3(surface.z * root * root), base.rgb, o.metallic);
+  }
   o.mirror = o.bsdf.f90 + o.metallic > 0.0;
   o.from_real = o.p + 0.25 * frame.field.x * o.n;
   o.from_virtual = o.p + frame.virtual_grid.w * o.n;
@@ -48,6 +60,34 @@ vec3 mirrored(ObjectPixel o, float turn) {
     if (dot(weight, weight) > 0.0) sum += weight * rho_cone(k);
   }
   return sum / float(count);
+}
+
+// Radiance that passes a transmissive object: by a cone that is refracted where it enters and, where the distance
+// field ends, where it leaves. Reflection within the object is left out: what it takes from this cone others bring.
+vec3 passed(ObjectPixel o) {
+  Glass glass = frame.glass[o.glass - 1];
+  bool refracts = glass.transmission_ior.z > 0.0;
+  float ior = glass.transmission_ior.y, voxel = frame.virtual_grid.w;
+  vec3 w = refracts ? refract(-o.v, o.n, 1.0 / ior) : -o.v, weight = o.passes * (1.0 - fresnel(o.bsdf, dot(o.n, o.v)));
+  float t = 1.5 * voxel;
+  for (int i = 0; i < kMaxSteps; ++i) {
+    float d = virtual_distance(o.p + t * w);
+    if (d > 0.0) break;
+    t += max(-0.75 * d, 0.25 * voxel);
+  }
+  vec3 out_at = o.p + t * w, n = virtual_normal(out_at);
+  if (refracts) {
+    // The second surface colours, too.
+    weight *= exp(-glass.absorption.rgb * t) * o.passes / max(glass.transmission_ior.x, 1e-3);
+    vec3 out_w = refract(w, dot(w, n) > 0.0 ? -n : n, ior);
+    w = out_w == vec3(0) ? -o.v : out_w;  // total reflection: where it leaves at last is not followed
+  }
+  Cone k;
+  k.w = w;
+  k.from_virtual = out_at + voxel * n;
+  k.from_real = out_at + 0.25 * frame.field.x * n;
+  k.tan_half = clamp(0.7 * o.bsdf.alpha, 0.01, 0.5);
+  return weight * rho_cone(k);
 }
 
 // Lobes of at least this width are traced at the resolution of the ambient light; sharper ones per pixel.

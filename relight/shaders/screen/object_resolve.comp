@@ -14,7 +14,7 @@ layout(binding = 5) uniform sampler2D rays;                              // x/z,
 layout(binding = 6) uniform sampler2D depth;                             // metres along z, 0: none
 layout(binding = 7) uniform sampler2D sample_emission;
 layout(binding = 12, rgba16f) uniform writeonly image2D object_normal;   // a: roughness
-layout(binding = 13, rgba16f) uniform writeonly image2D object_base;     // a: metallic; + 2: glTF
+layout(binding = 13, rgba16f) uniform writeonly image2D object_base;     // a: metallic; + 2: glTF; + 4 · Glass
 layout(binding = 14, rgba32f) uniform writeonly image2D object_surface;  // z, coverage, specular, other's share
 layout(binding = 15, rgba16f) uniform writeonly image2D object_other;    // that surface's normal; z
 layout(binding = 16, rgba16f) uniform writeonly image2D object_emission;
@@ -27,10 +27,10 @@ struct Sum {
   vec4 normal, base;
   vec3 emission;
   float z, specular;
-  int count, gltf;
+  int count, gltf, glass;
 };
 
-const Sum kNone = Sum(vec4(0), vec4(0), vec3(0), 0.0, 0.0, 0, 0);
+const Sum kNone = Sum(vec4(0), vec4(0), vec3(0), 0.0, 0.0, 0, 0, 0);
 
 vec3 direction(vec3 sum) {
   float l = length(sum);
@@ -60,6 +60,9 @@ void main() {
     bool same = dot(normal.xyz, first_normal) > kSameNormal && abs(found.x - first_z) < kSameDepth * first_z;
     int which = same ? 0 : 1;
     sums[which].normal += normal;
+    int glass = int(base.a / 4.0);
+    base.a -= 4.0 * float(glass);
+    sums[which].glass = max(sums[which].glass, glass);
     bool gltf = base.a > 1.5;
     sums[which].base += vec4(base.rgb, gltf ? base.a - 2.0 : base.a);
     sums[which].gltf += int(gltf);
@@ -75,6 +78,7 @@ void main() {
   imageStore(object_normal, at, to_half(vec4(direction(largest.normal.xyz), largest.normal.a * k)));
   vec4 base = largest.base * k;
   if (2 * largest.gltf > largest.count) base.a += 2.0;
+  base.a = min(base.a, 3.0) + 4.0 * float(largest.glass);
   imageStore(object_base, at, to_half(base));
   imageStore(object_surface, at, vec4(largest.z * k, float(covered) / float(s * s), largest.specular * k,
                                       float(other.count) / all));

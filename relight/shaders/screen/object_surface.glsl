@@ -7,7 +7,7 @@ layout(location = 3) in vec3 tint;
 layout(location = 4) in float depth_m;
 layout(location = 7) in vec4 world_tangent;
 layout(location = 0) out vec4 out_normal;  // roughness in a
-layout(location = 1) out vec4 out_base;    // metallic in a; + 2: glTF
+layout(location = 1) out vec4 out_base;    // metallic in a; + 2: glTF; + 4 · (number of its Glass + 1)
 layout(location = 2) out vec2 out_depth;   // metres along z; specular + 2 · object's number, 0: nothing
 
 // Returns whether the camera sees the front.
@@ -24,7 +24,7 @@ bool write_surface() {
   if (dot(shading, eye - world) <= 0.0) shading = n;
   vec2 roughness_metallic = surface_roughness_metallic(uv);
   out_normal = vec4(shading, roughness_metallic.x);
-  out_base = vec4(surface_color(uv, tint), roughness_metallic.y + 2.0 * draw.maps.w);
+  out_base = vec4(surface_color(uv, tint), roughness_metallic.y + 2.0 * draw.maps.w + 4.0 * draw.tint.y);
   out_depth = vec2(depth_m, draw.material.z + 2.0 * draw.material.w);
   return front;
 }

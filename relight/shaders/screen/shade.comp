@@ -124,6 +124,7 @@ void main() {
     }
     vec3 under = o.mirror ? under_layer_evenly(o.bsdf, dot(o.n, o.v)) : vec3(1);
     radiance += o.bsdf.diffuse * under / kPi * a.irradiance + a.mirrored + imageLoad(object_emission, at).rgb;
+    if (o.glass > 0) radiance += passed(o);
   }
   imageStore(out_radiance, at, to_half(vec4(radiance, 1.0)));
 }

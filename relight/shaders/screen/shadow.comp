@@ -50,5 +50,5 @@ void main() {
       map += maps;
     }
   }
-  imageStore(out_lost, cell, to_half(vec4(lost, float(block + 1))));
+  imageStore(out_lost, cell, to_half(vec4(frame.blocked.rgb * lost, float(block + 1))));
 }

@@ -53,7 +53,7 @@ void main() {
     }
     lost += mirrored_lost(p, n, k, is_metal(texelFetch(real_albedo, at, 0).a) ? 0 : frame.pass_i.y, 0.0);
   }
-  imageStore(out_lost, cell, to_half(vec4(lost, 0.0)));
-  imageStore(out_mirror_lost, at, to_half(vec4(mirror_lost, 0.0)));
+  imageStore(out_lost, cell, to_half(vec4(frame.blocked.rgb * lost, 0.0)));
+  imageStore(out_mirror_lost, at, to_half(vec4(frame.blocked.rgb * mirror_lost, 0.0)));
   imageStore(out_mirror_all, at, to_half(vec4(mirror_all, 0.0)));
 }

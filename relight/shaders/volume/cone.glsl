@@ -167,8 +167,8 @@ void delta_cone(Cone k, out vec3 gained, out vec3 lost, out float hidden) {
   hidden = v.hidden;
   if (v.hidden > 0.0) {
     gained = v.seen * virtual_radiance(k.from_virtual + v.at * k.w, k.w, reach_of(k, v.at, min_m), kFocusFar);
-    lost = r.seen * real_seen(k, r.at, reach_of(k, r.at, min_m)) +
-           v.hidden * (1.0 - r.hidden) * beyond_radiance(k.from_virtual, k.w, k.tan_half);
+    lost = frame.blocked.rgb * (r.seen * real_seen(k, r.at, reach_of(k, r.at, min_m)) +
+                                v.hidden * (1.0 - r.hidden) * beyond_radiance(k.from_virtual, k.w, k.tan_half));
   }
 }
 
@@ -196,7 +196,7 @@ void mirror_cone(Cone k, out vec3 gained, out vec3 lost, out vec3 all) {
   float reach = reach_of(k, r.at, min_m), open = 1.0 - r.hidden;
   vec3 seen = real_seen(k, r.at, reach), sky = open * beyond_radiance(k.from_virtual, k.w, k.tan_half);
   all = r.seen * seen + sky;
-  lost = behind * seen + v.hidden * sky;
+  lost = frame.blocked.rgb * (behind * seen + v.hidden * sky);
   gained = v.seen * virtual_radiance(k.from_virtual + v.at * k.w, k.w, reach_of(k, v.at, min_m), kFocusFar) +
            (r.seen - behind) * real_change(real_place(k, r.at), reach) +
            open * (1.0 - v.hidden) * beyond_change(k.from_virtual, k.w);

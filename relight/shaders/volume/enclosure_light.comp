@@ -39,5 +39,5 @@ void main() {
     response = albedo / kPi * (1.0 - smoothstep(kMaxAlbedo, kShines, max(max(albedo.r, albedo.g), albedo.b)));
   }
   imageStore(out_response, at, to_half(vec4(response, 1.0)));
-  imageStore(out_lost, at, to_half(vec4(lost, 1.0)));
+  imageStore(out_lost, at, to_half(vec4(frame.blocked.rgb * lost, 1.0)));
 }

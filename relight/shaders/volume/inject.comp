@@ -51,7 +51,7 @@ void main() {
     float d = real_distance(p);
     if (d < 0.1 * min_step) {
       vec4 albedo = real_at(real_albedo, in_cascade(0, p, 1.0) ? 0 : 1, p);
-      if (albedo.a > 0.05) inject_real(p, vec3(0), -flux * albedo.rgb / albedo.a);
+      if (albedo.a > 0.05) inject_real(p, vec3(0), -frame.blocked.rgb * flux * albedo.rgb / albedo.a);
       return;
     }
     t += max(d, 0.5 * min_step);

@@ -64,6 +64,11 @@ metallic = 0.25
 roughness = 0.5
 specular = 0.0
 emission = [3, 2, 0.5]
+transmission = 0.5
+ior = 1.33
+thin_walled = true
+attenuation_color = [0.5, 1, 0]
+attenuation_distance_m = 0.25
 )");
   ASSERT_EQ(exhibit.objects.size(), 1u);
   const VirtualObject& object = exhibit.objects[0];
@@ -74,6 +79,17 @@ emission = [3, 2, 0.5]
   EXPECT_FLOAT_EQ(object.material.roughness.value(), 0.5f);
   EXPECT_FLOAT_EQ(object.material.specular.value(), 0.0f);
   EXPECT_EQ(object.material.emission.value(), Eigen::Vector3f(3, 2, 0.5f));
+  EXPECT_EQ(object.material.transmission.value(), 0.5f);
+  EXPECT_EQ(object.material.ior.value(), 1.33f);
+  EXPECT_TRUE(object.material.thin_walled.value());
+  EXPECT_EQ(object.material.attenuation_color.value(), Eigen::Vector3f(0.5f, 1, 0));
+  EXPECT_EQ(object.material.attenuation_distance_m.value(), 0.25f);
+  const Material over = object.material.over({});
+  EXPECT_EQ(over.transmission, 0.5f);
+  EXPECT_EQ(over.ior, 1.33f);
+  EXPECT_TRUE(over.thin_walled);
+  EXPECT_EQ(over.attenuation_color.z(), 0);
+  EXPECT_EQ(over.attenuation_distance_m, 0.25f);
   EXPECT_NEAR(object.rotation.norm(), 1.0, 1e-12);
   // Scaled by half, turned by 90° about z, moved.
   const Eigen::Vector3d p = object.T_tag_model(7.0) * Eigen::Vector3d(1, 0, 0);
@@ -242,6 +258,12 @@ TEST_F(ReadExhibit, BadInput) {
                 ":4: object.0.material.base_color: ", "outside 0 to 1"},
            Case{"[[object]]\nmodel = \"square.ply\"\n[object.material]\nemission = [0, -1, 0]",
                 ":4: object.0.material.emission: ", "outside 0 to 100000"},
+           Case{"[[object]]\nmodel = \"square.ply\"\n[object.material]\nior = 0.9",
+                ":4: object.0.material.ior: ", "found 0.9"},
+           Case{"[[object]]\nmodel = \"square.ply\"\n[object.material]\nattenuation_color = [0, 2, 0]",
+                ":4: object.0.material.attenuation_color: ", "outside 0 to 1"},
+           Case{"[[object]]\nmodel = \"square.ply\"\n[object.material]\nattenuation_distance_m = 0",
+                ":4: object.0.material.attenuation_distance_m: ", "found 0"},
            Case{"[[object]]\nmodel = \"square.ply\"\n[[object.motion]]\nposition_m = [0, 0, 0]",
                 "object.0.motion.0.time_s: ", "found nothing"},
            Case{"[[object]]\nmodel = \"square.ply\"\n[[object.motion]]\ntime_s = 2\n[[object.motion]]\ntime_s = 1",

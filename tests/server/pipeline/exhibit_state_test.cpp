@@ -79,12 +79,28 @@ TEST(ExhibitState, WhatIsNotSetStaysTheModelsOwn) {
   ExhibitState board(two_objects());
   const auto material = [&] { return nlohmann::json::parse(board.objects_json())[0]["material"]; };
   apply(board, R"({"type":"object","index":0,"material":{"roughness":0.5}})");
-  EXPECT_EQ(material(), nlohmann::json::parse(
-                            R"({"base_color":null,"metallic":null,"roughness":0.5,"specular":null,"emission":null})"));
-  apply(board, R"({"type":"object","index":0,"material":{"base_color":[1,0,0],"specular":0.25}})");
+  nlohmann::json expected = {{"base_color", nullptr},
+                             {"metallic", nullptr},
+                             {"roughness", 0.5},
+                             {"specular", nullptr},
+                             {"emission", nullptr},
+                             {"transmission", nullptr},
+                             {"ior", nullptr},
+                             {"thin_walled", nullptr},
+                             {"attenuation_color", nullptr},
+                             {"attenuation_distance_m", nullptr}};
+  EXPECT_EQ(material(), expected);
+  apply(board, R"({"type":"object","index":0,"material":{"base_color":[1,0,0],"specular":0.25,"transmission":1,
+                   "ior":1.25,"thin_walled":true,"attenuation_color":[1,0,0.5],"attenuation_distance_m":0.5}})");
   apply(board, R"({"type":"object","index":0,"material":{"base_color":null,"roughness":null}})");
-  EXPECT_EQ(material(), nlohmann::json::parse(
-                            R"({"base_color":null,"metallic":null,"roughness":null,"specular":0.25,"emission":null})"));
+  expected.update({{"roughness", nullptr},
+                   {"specular", 0.25},
+                   {"transmission", 1.0},
+                   {"ior", 1.25},
+                   {"thin_walled", true},
+                   {"attenuation_color", {1.0, 0.0, 0.5}},
+                   {"attenuation_distance_m", 0.5}});
+  EXPECT_EQ(material(), expected);
 }
 
 /// With animations of 2 s and 1 s.

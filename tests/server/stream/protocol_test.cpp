@@ -65,7 +65,8 @@ TEST(Protocol, Commands) {
   EXPECT_EQ(std::get<AckCommand>(parse_command(R"({"type":"ack","sequence":4294967295})")).sequence, 4294967295u);
   const auto object = std::get<ObjectCommand>(parse_command(
       R"({"type":"object","name":"statue","position_m":[0.1,-2,3],"yaw_degrees":90,"visible":false,
-          "material":{"base_color":[1,0.5,0],"roughness":0.25,"emission":[4,0,0]}})"));
+          "material":{"base_color":[1,0.5,0],"roughness":0.25,"emission":[4,0,0],
+          "transmission":1,"ior":1.33,"thin_walled":true,"attenuation_color":[0,1,0.5],"attenuation_distance_m":0.25}})"));
   EXPECT_EQ(std::get<std::string>(object.object), "statue");
   EXPECT_EQ(*object.position_m, Eigen::Vector3d(0.1, -2, 3));
   EXPECT_EQ(object.yaw_degrees, 90.0);
@@ -73,11 +74,17 @@ TEST(Protocol, Commands) {
   EXPECT_EQ(object.material->base_color.value()->y(), 0.5f);
   EXPECT_EQ(object.material->roughness.value(), 0.25f);
   EXPECT_EQ(object.material->emission.value()->x(), 4);
+  EXPECT_EQ(object.material->transmission.value(), 1);
+  EXPECT_EQ(object.material->ior.value(), 1.33f);
+  EXPECT_EQ(object.material->thin_walled.value(), true);
+  EXPECT_EQ(object.material->attenuation_color.value()->z(), 0.5f);
+  EXPECT_EQ(object.material->attenuation_distance_m.value(), 0.25f);
   EXPECT_FALSE(object.material->metallic) << "not named";
-  const auto own = std::get<ObjectCommand>(
-      parse_command(R"({"type":"object","index":0,"material":{"base_color":null,"specular":null}})"));
+  const auto own = std::get<ObjectCommand>(parse_command(
+      R"({"type":"object","index":0,"material":{"base_color":null,"specular":null,"thin_walled":null}})"));
   EXPECT_EQ(own.material->base_color.value(), std::nullopt);
   EXPECT_EQ(own.material->specular.value(), std::nullopt);
+  EXPECT_EQ(own.material->thin_walled.value(), std::nullopt);
   const auto turned = std::get<ObjectCommand>(
       parse_command(R"({"type":"object","index":2,"rotation_wxyz":[2,0,0,0],"material":null})"));
   EXPECT_EQ(std::get<std::size_t>(turned.object), 2u);
@@ -113,6 +120,9 @@ TEST(Protocol, EverythingElseIsRefusedWithAReason) {
                            R"({"type":"object","index":0,"position_m":[0,0]})",
                            R"({"type":"object","index":0,"position_m":[0,0,101]})",
                            R"({"type":"object","index":0,"visible":1})",
+                           R"({"type":"object","index":0,"material":{"ior":0.5}})",
+                           R"({"type":"object","index":0,"material":{"thin_walled":1}})",
+                           R"({"type":"object","index":0,"material":{"attenuation_distance_m":0}})",
                            R"({"type":"object","index":0,"rotation_wxyz":[0,0,0,0]})",
                            R"({"type":"object","index":0,"rotation_wxyz":[1,0,0,0],"yaw_degrees":1})",
                            R"({"type":"object","index":0,"material":7})",

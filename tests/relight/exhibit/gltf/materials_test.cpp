@@ -107,25 +107,49 @@ TEST(GltfMaterials, EmissionIsFactorTimesStrength) {
   EXPECT_TRUE(loaded(file.gltf())->not_drawn.empty());
 }
 
-// F0 = ((n - 1) / (n + 1))², and 0.04 is a specular factor of 1.
+// F0 = ((n - 1) / (n + 1))², and 0.04 is a specular factor of 1 of an opaque layer.
 TEST(GltfMaterials, IndexOfRefraction) {
   GltfFile file = with_textures();
-  EXPECT_EQ(part_of(file).material.specular, 1);
+  EXPECT_EQ(part_of(file).material.layer_specular(), 1);
   auto& extensions = material(file)["extensions"];
   extensions["KHR_materials_ior"]["ior"] = 1.5;
-  EXPECT_EQ(part_of(file).material.specular, 1);
+  EXPECT_EQ(part_of(file).material.layer_specular(), 1);
   extensions["KHR_materials_ior"]["ior"] = 1.25;
-  EXPECT_NEAR(part_of(file).material.specular, 1 / (81 * 0.04), 1e-6);
+  EXPECT_EQ(part_of(file).material.specular, 1);
+  EXPECT_NEAR(part_of(file).material.layer_specular(), 1 / (81 * 0.04), 1e-6);
   extensions["KHR_materials_specular"]["specularFactor"] = 0.5;
-  EXPECT_NEAR(part_of(file).material.specular, 0.5 / (81 * 0.04), 1e-6);
+  EXPECT_EQ(part_of(file).material.specular, 0.5f);
+  EXPECT_NEAR(part_of(file).material.layer_specular(), 0.5 / (81 * 0.04), 1e-6);
   extensions["KHR_materials_ior"]["ior"] = 1;
-  EXPECT_EQ(part_of(file).material.specular, 0);
+  EXPECT_EQ(part_of(file).material.layer_specular(), 0);
   EXPECT_TRUE(loaded(file.gltf())->not_drawn.empty());
   for (const double total : {0.0, 2.4}) {  // more reflection than a factor of 1 has
     extensions["KHR_materials_ior"]["ior"] = total;
-    EXPECT_EQ(part_of(file).material.specular, 1);
+    EXPECT_EQ(part_of(file).material.layer_specular(), total > 0 ? 1 : 0.5f);
     EXPECT_EQ(loaded(file.gltf())->not_drawn, std::vector<std::string>{"KHR_materials_ior (material 0)"});
   }
+}
+
+TEST(GltfMaterials, TransmissionAndVolume) {
+  GltfFile file = with_textures();
+  EXPECT_EQ(part_of(file).material.transmission, 0);
+  EXPECT_FALSE(part_of(file).material.thin_walled) << "an override may make it a volume";
+  auto& extensions = material(file)["extensions"];
+  extensions["KHR_materials_transmission"]["transmissionFactor"] = 0.75;
+  EXPECT_EQ(part_of(file).material.transmission, 0.75f);
+  EXPECT_TRUE(part_of(file).material.thin_walled);
+  extensions["KHR_materials_volume"] = {{"attenuationColor", {0.5, 0.25, 2}}, {"attenuationDistance", 0.1}};
+  EXPECT_TRUE(part_of(file).material.thin_walled);
+  extensions["KHR_materials_volume"]["thicknessFactor"] = 0.01;
+  extensions["KHR_materials_ior"]["ior"] = 2.4;
+  const relight::Material diamond = part_of(file).material;
+  EXPECT_FALSE(diamond.thin_walled);
+  EXPECT_EQ(diamond.ior, 2.4f);
+  EXPECT_EQ(diamond.attenuation_color, Vector3f(0.5f, 0.25f, 1));
+  EXPECT_EQ(diamond.attenuation_distance_m, 0.1f);
+  EXPECT_TRUE(loaded(file.gltf())->not_drawn.empty()) << "a transmissive interface has the reflection of its index";
+  extensions["KHR_materials_transmission"]["transmissionTexture"]["index"] = 0;
+  EXPECT_EQ(loaded(file.gltf())->not_drawn, std::vector<std::string>{"transmissionTexture (material 0)"});
 }
 
 TEST(GltfMaterials, PicturesInBufferViewsAndWebp) {

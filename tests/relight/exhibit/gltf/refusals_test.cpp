@@ -274,6 +274,8 @@ TEST(GltfRefusals, Materials) {
        [](GltfFile& f) { f.json["materials"][0]["alphaMode"] = "SOLID"; }},
       {"materials[0].extensions.KHR_materials_ior.ior: found 0.5, allowed: 0, or at least 1",
        [](GltfFile& f) { f.json["materials"][0]["extensions"]["KHR_materials_ior"]["ior"] = 0.5; }},
+      {"materials[0].extensions.KHR_materials_volume.attenuationDistance: found 0, allowed: a number above 0",
+       [](GltfFile& f) { f.json["materials"][0]["extensions"]["KHR_materials_volume"]["attenuationDistance"] = 0; }},
       {"materials[0].extensions.KHR_materials_emissive_strength.emissiveStrength: found -1, allowed: a number from 0 "
        "to 1.7976931348623157e+308",
        [](GltfFile& f) {

@@ -1,0 +1,41 @@
+#pragma once
+// GGX microfacets (Walter et al. 2007) with Smith masking. Directions as in bsdf.h; h: normal of a microfacet.
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+
+namespace lumigraft::relight {
+
+constexpr float kPi = 3.14159265358979f;
+
+constexpr float kMinCosine = 1e-3f;  // of v, as in brdf.glsl
+inline Eigen::Vector3f lifted(const Eigen::Vector3f& v) { return {v.x(), v.y(), std::max(v.z(), kMinCosine)}; }
+
+/// Heitz 2014, eq. 72.
+inline float smith_lambda(float alpha, float cosine) {
+  const float c2 = cosine * cosine;
+  return 0.5f * (std::sqrt(1 + alpha * alpha * (1 - c2) / c2) - 1);
+}
+
+/// Per solid angle and area of the surface, 1/sr.
+inline float normals_density(float alpha, const Eigen::Vector3f& h) {
+  const float a2 = alpha * alpha, q = a2 * h.z() * h.z() + h.x() * h.x() + h.y() * h.y();
+  return a2 / (kPi * q * q);
+}
+
+/// Density of `sample_microfacet`, 1/sr (Heitz 2014, eq. 19). v and h are above the surface.
+inline float visible_normals_density(float alpha, const Eigen::Vector3f& v, const Eigen::Vector3f& h) {
+  return normals_density(alpha, h) * std::max(v.dot(h), 0.0f) / (v.z() * (1 + smith_lambda(alpha, v.z())));
+}
+
+/// Visible microfacets by spherical caps (Dupuy & Benyoub 2023).
+inline Eigen::Vector3f sample_microfacet(float alpha, const Eigen::Vector3f& v, const Eigen::Vector2f& u) {
+  using Eigen::Vector3f;
+  const Vector3f stretched = Vector3f(alpha * v.x(), alpha * v.y(), v.z()).normalized();
+  const float phi = 2 * kPi * u.x(), z = (1 - u.y()) * (1 + stretched.z()) - stretched.z();
+  const float s = std::sqrt(std::clamp(1 - z * z, 0.0f, 1.0f));
+  const Vector3f h = Vector3f(s * std::cos(phi), s * std::sin(phi), z) + stretched;
+  return Vector3f(alpha * h.x(), alpha * h.y(), std::max(h.z(), 1e-6f)).normalized();
+}
+
+}  // namespace lumigraft::relight
