@@ -137,22 +137,28 @@ class PhotonPath {
     // Power, unlike radiance, is not changed by refraction (Veach 1997, eq. 5.14).
     const Rgb factor = vertex.response(next) * (vertex.squeezed(next) / std::max(pdf, kMinPdf));
     if (!(factor.maxCoeff() > 0 && factor.allFinite())) return false;
-    const float survival = std::min(luminance(factor), 1.0f);
-    if (!(sampler_.one() < survival)) return false;
-    power_W_ *= factor / survival;
+    share_ *= luminance(factor);
+    power_W_ *= factor;
+    if (share_ < kMinShare) {
+      // Russian roulette. Earlier it would only make fewer photons of a coloured beam, and noise.
+      if (!(sampler_.one() * kMinShare < share_)) return false;
+      power_W_ *= kMinShare / share_;
+      share_ = kMinShare;
+    }
     absorption_ = vertex.absorption(next, absorption_);
     from_m_ = vertex.leave(next);
     w_ = next;
     return true;
   }
 
-  static constexpr float kMinPdf = std::numeric_limits<float>::min();
+  static constexpr float kMinPdf = std::numeric_limits<float>::min(), kMinShare = 0.05f;
 
   const PhotonScene& scene_;
   Sampler& sampler_;
   std::vector<Photon>& landed_;
   Vector3f from_m_ = Vector3f::Zero(), w_ = Vector3f::UnitZ();
   Rgb power_W_ = Rgb::Zero(), absorption_ = Rgb::Zero();
+  float share_ = 1;  ///< of its first power that interfaces left, without absorption
 };
 
 }  // namespace

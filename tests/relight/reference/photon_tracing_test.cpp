@@ -1,6 +1,7 @@
 // Photons through transmissive objects.
 #include "relight/tracing/photon_tracing.h"
 
+#include "relight/tracing/lamps.h"
 #include "tests/relight/reference/glass.h"
 
 namespace lumigraft::test {
