@@ -117,15 +117,17 @@ IrradianceProbes place_probes(const Model& coarse) {
   return found;
 }
 
-std::shared_ptr<const IrradianceProbes> posed_probes(const IrradianceProbes& at_rest, const RigPose& pose) {
+std::shared_ptr<const IrradianceProbes> posed_probes(const IrradianceProbes& at_rest, const RigPose& pose,
+                                                     PosedTrees& trees) {
   auto posed = std::make_shared<IrradianceProbes>();
   posed->model = posed_model(at_rest.model, pose);
-  posed->tree = std::make_shared<const ModelTree>(posed->model, *at_rest.tree);
+  posed->tree = trees.at(posed->model, *at_rest.tree);
   posed->closed = at_rest.closed;
   posed->sides = at_rest.sides;
   posed->interpolation = at_rest.interpolation;
   const Model& model = *posed->model;
   const std::size_t vertices = model.positions_m.size();
+  posed->places.reserve(at_rest.sides.size());
   for (const std::uint32_t side : at_rest.sides) {
     const std::size_t v = side % vertices;
     posed->places.push_back({model.positions_m[v], side < vertices ? model.normals[v] : Vector3f(-model.normals[v])});

@@ -36,7 +36,8 @@ struct IrradianceProbes {
 IrradianceProbes place_probes(const Model& model);
 
 /// The same probes where a pose of the model has them.
-std::shared_ptr<const IrradianceProbes> posed_probes(const IrradianceProbes& at_rest, const RigPose& pose);
+std::shared_ptr<const IrradianceProbes> posed_probes(const IrradianceProbes& at_rest, const RigPose& pose,
+                                                     PosedTrees& trees);
 
 using RayModels = PreparedModels<IrradianceProbes>;
 /// Of the model, simplified if it has very many triangles. Takes up to seconds.

@@ -58,26 +58,26 @@ Exhibit RayLight::prepare(const Exhibit& exhibit, std::vector<std::string>* prep
     return std::ranges::find(exhibit.objects, p.model, &VirtualObject::model) == exhibit.objects.end();
   });
   for (VirtualObject& object : ready.objects) {
-    if (!object.model || places_of(object.model) || !object.visible) continue;
+    if (!object.model || prepared_of(object.model) || !object.visible) continue;
     object.visible = false;
     preparing->push_back(object.name);
   }
   return ready;
 }
 
-std::shared_ptr<const IrradianceProbes> RayLight::places_of(const std::shared_ptr<const Model>& model) {
+RayLight::Prepared* RayLight::prepared_of(const std::shared_ptr<const Model>& model) {
   const auto known = std::ranges::find(prepared_, model, &Prepared::model);
-  if (known != prepared_.end()) return known->places;
+  if (known != prepared_.end()) return &*known;
   std::shared_ptr<const IrradianceProbes> made = models_ ? models_->find(model) : make_ray_model(model);
-  if (made) prepared_.push_back({model, made});
-  return made;
+  return made ? &prepared_.emplace_back(Prepared{model, std::move(made)}) : nullptr;
 }
 
 /// Prepares an object from cached data, or creates it. Of another pose only what depends on the pose is computed again.
 PlacedModel RayLight::placed(const ReferenceMesh& object) {
   PlacedModel result;
   result.model = object.model;
-  result.at_rest = places_of(object.model);
+  Prepared& prepared = *prepared_of(object.model);
+  result.at_rest = prepared.places;
   result.pose = object.pose;
   result.T_tag_model = object.T_tag_model;
   result.material = object.material;
@@ -98,7 +98,8 @@ PlacedModel RayLight::placed(const ReferenceMesh& object) {
         std::make_shared<const std::vector<ObjectFacet>>(find_facets(*result.at_rest, object.material));
   }
   const bool at_rest = object.pose.at_rest();
-  if (!result.places) result.places = at_rest ? result.at_rest : posed_probes(*result.at_rest, object.pose);
+  if (!result.places)
+    result.places = at_rest ? result.at_rest : posed_probes(*result.at_rest, object.pose, prepared.trees);
   result.facets = at_rest ? result.facets_at_rest
                           : std::make_shared<const std::vector<ObjectFacet>>(
                                 posed_facets(*result.facets_at_rest, *result.places->model));

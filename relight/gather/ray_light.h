@@ -76,10 +76,11 @@ class RayLight {
   struct Prepared {
     std::shared_ptr<const Model> model;
     std::shared_ptr<const IrradianceProbes> places;
+    PosedTrees trees = {};
   };
 
   /// Null if another thread has yet to prepare the model.
-  std::shared_ptr<const IrradianceProbes> places_of(const std::shared_ptr<const Model>& model);
+  Prepared* prepared_of(const std::shared_ptr<const Model>& model);
   PlacedModel placed(const ReferenceMesh& object);
   void place(std::shared_ptr<const RayRoom> room, const std::vector<ReferenceMesh>& objects, bool goes_on);
   void solve(const Plan& plan, const std::function<void(const char*)>& done);

@@ -74,6 +74,14 @@ struct ModelTree::State {
   std::shared_ptr<const ModelSurface> surface;
   EmbreeScene triangles;
   BoundingSphere sphere;
+
+  explicit State(int flags = RTC_SCENE_FLAG_NONE) : triangles(flags) {}
+
+  void take_pose(std::shared_ptr<const Model> posed, const ModelSurface& of_another) {
+    model = std::move(posed);
+    surface = std::make_shared<ModelSurface>(*model, of_another);
+    sphere = bounding_sphere(model->positions_m);
+  }
 };
 
 ModelTree::ModelTree(std::shared_ptr<const Model> model) : state_(std::make_unique<State>()) {
@@ -84,13 +92,31 @@ ModelTree::ModelTree(std::shared_ptr<const Model> model) : state_(std::make_uniq
   state_->sphere = bounding_sphere(state_->model->positions_m);
 }
 
-ModelTree::ModelTree(std::shared_ptr<const Model> posed, const ModelTree& at_rest) : state_(std::make_unique<State>()) {
-  state_->model = std::move(posed);
-  state_->surface = std::make_shared<ModelSurface>(*state_->model, *at_rest.state_->surface);
-  rtcSetSceneBuildQuality(state_->triangles.scene, RTC_BUILD_QUALITY_LOW);
-  state_->triangles.add(triangles_of(*state_->model, Eigen::Affine3f::Identity()), 0);
+ModelTree::ModelTree(std::shared_ptr<const Model> posed, const ModelTree& at_rest)
+    : state_(std::make_unique<State>(RTC_SCENE_FLAG_DYNAMIC)) {
+  state_->take_pose(std::move(posed), *at_rest.state_->surface);
+  RTCGeometry triangles = triangles_of(*state_->model, Eigen::Affine3f::Identity());
+  rtcSetGeometryBuildQuality(triangles, RTC_BUILD_QUALITY_REFIT);
+  rtcCommitGeometry(triangles);
+  state_->triangles.add(triangles, 0);
   rtcCommitScene(state_->triangles.scene);
-  state_->sphere = bounding_sphere(state_->model->positions_m);
+}
+
+void ModelTree::refit(std::shared_ptr<const Model> posed) {
+  state_->take_pose(std::move(posed), ModelSurface(*state_->surface));
+  RTCGeometry triangles = rtcGetGeometry(state_->triangles.scene, 0);
+  std::ranges::copy(state_->model->positions_m,
+                    static_cast<Vector3f*>(rtcGetGeometryBufferData(triangles, RTC_BUFFER_TYPE_VERTEX, 0)));
+  rtcUpdateGeometryBuffer(triangles, RTC_BUFFER_TYPE_VERTEX, 0);
+  rtcCommitGeometry(triangles);
+  rtcCommitScene(state_->triangles.scene);
+}
+
+std::shared_ptr<const ModelTree> PosedTrees::at(std::shared_ptr<const Model> posed, const ModelTree& at_rest) {
+  const auto unused = std::ranges::find_if(trees_, [](const auto& tree) { return tree.use_count() == 1; });
+  if (unused == trees_.end()) return trees_.emplace_back(std::make_shared<ModelTree>(std::move(posed), at_rest));
+  (*unused)->refit(std::move(posed));
+  return *unused;
 }
 
 ModelTree::~ModelTree() = default;

@@ -47,14 +47,29 @@ struct RayFan {
 class ModelTree {
  public:
   explicit ModelTree(std::shared_ptr<const Model> model);
-  /// Of another pose of the same model: its textures are shared, and the tree is built faster than well.
+  /// Of another pose of the same model, whose textures are shared.
   ModelTree(std::shared_ptr<const Model> posed, const ModelTree& at_rest);
   ~ModelTree();
+  ModelTree(const ModelTree&) = delete;
+  ModelTree& operator=(const ModelTree&) = delete;
+
+  /// Takes a tree that was made of a pose to another one: its boxes are fitted anew, which is much cheaper than
+  /// building it (Wald et al. 2007, "Ray Tracing Deformable Scenes Using Dynamic Bounding Volume Hierarchies").
+  void refit(std::shared_ptr<const Model> posed);
 
  private:
   friend class Meshes;
   struct State;
   std::unique_ptr<State> state_;
+};
+
+/// The trees of one model in the poses of its objects. Those that nothing uses any more are fitted to new poses.
+class PosedTrees {
+ public:
+  std::shared_ptr<const ModelTree> at(std::shared_ptr<const Model> posed, const ModelTree& at_rest);
+
+ private:
+  std::vector<std::shared_ptr<ModelTree>> trees_;
 };
 
 class Meshes {

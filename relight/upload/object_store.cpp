@@ -35,8 +35,6 @@ std::unique_ptr<gpu::Texture> upload_grid(gpu::Device& device, const char* name,
 }
 
 void describe(const UploadModel& from, StoredModel& to) {
-  to.grid_origin_m = from.grid_origin_m;
-  to.grid_voxel_m = from.grid_voxel_m;
   to.sphere = from.sphere;
   to.area_m2 = from.area_m2;
   to.volume_m3 = from.volume_m3;
@@ -51,11 +49,13 @@ void upload_samples(gpu::Device& device, const UploadModel& from, StoredModel& t
   device.upload(*to.samples, 0, std::as_bytes(std::span(from.samples)));
 }
 
-void upload_distances(gpu::Device& device, const UploadModel& from, StoredModel& to) {
+void upload_distances(gpu::Device& device, const UploadModel& from, StoredModel::Grid& to) {
+  to.origin_m = from.grid_origin_m;
+  to.voxel_m = from.grid_voxel_m;
   to.distance = upload_grid(device, "object distance", gpu::Format::r32_float, from.grid, from.distances_m);
 }
 
-void upload_reflectances(gpu::Device& device, const UploadModel& from, StoredModel& to) {
+void upload_reflectances(gpu::Device& device, const UploadModel& from, StoredModel::Grid& to) {
   to.reflectance = upload_grid(device, "object reflectance", gpu::Format::rgba8_unorm, from.grid, from.reflectances);
 }
 
@@ -164,9 +164,9 @@ std::deque<ObjectStore::Upload> ObjectStore::uploads(const std::shared_ptr<const
                    }});
   }
   all.push_back({from->samples.size() * sizeof(float), [this, from, &to] { upload_samples(device_, *from, to); }});
-  all.push_back(
-      {from->distances_m.size() * sizeof(float), [this, from, &to] { upload_distances(device_, *from, to); }});
-  all.push_back({from->reflectances.size(), [this, from, &to] { upload_reflectances(device_, *from, to); }});
+  all.push_back({from->distances_m.size() * sizeof(float),
+                 [this, from, &to] { upload_distances(device_, *from, to.made_grid); }});
+  all.push_back({from->reflectances.size(), [this, from, &to] { upload_reflectances(device_, *from, to.made_grid); }});
   return all;
 }
 
@@ -216,8 +216,11 @@ std::shared_ptr<const StoredModel> ObjectStore::posed(const std::shared_ptr<cons
   to->simple = posed_mesh(at_rest->simple, *from->simple);
   to->rough = posed_mesh(at_rest->rough, *from->rough);
   upload_samples(device_, *from, *to);
-  upload_distances(device_, *from, *to);
-  upload_reflectances(device_, *from, *to);
+  to->make_grid = [&device = device_, from](StoredModel::Grid& grid) {
+    const std::shared_ptr<const UploadModel> complete = with_field(*from);
+    upload_distances(device, *complete, grid);
+    upload_reflectances(device, *complete, grid);
+  };
   return to;
 }
 

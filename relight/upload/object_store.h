@@ -54,10 +54,20 @@ struct StoredModel {
   std::vector<float> part_area_m2;
   /// Of its own materials, as in Material; mean over its area.
   Eigen::Vector3f max_emission = Eigen::Vector3f::Zero(), mean_emission = Eigen::Vector3f::Zero();
-  std::unique_ptr<gpu::Texture> distance, reflectance;  ///< on the grid; reflectance for uniform incident light
-  Eigen::Vector3f grid_origin_m = Eigen::Vector3f::Zero();
-  float grid_voxel_m = 0;
-  BoundingSphere sphere;  ///< model frame
+  struct Grid {
+    std::unique_ptr<gpu::Texture> distance, reflectance;  ///< reflectance for uniform incident light
+    Eigen::Vector3f origin_m = Eigen::Vector3f::Zero();
+    float voxel_m = 0;
+  };
+  /// Of a pose it is made when it is asked for first: between the rounds of live settings no frame needs it.
+  const Grid& grid() const {
+    if (make_grid) make_grid(made_grid);  // which may throw gpu::GpuError
+    make_grid = nullptr;
+    return made_grid;
+  }
+  mutable Grid made_grid;
+  mutable std::function<void(Grid&)> make_grid;  ///< null: it is made
+  BoundingSphere sphere;                         ///< model frame
 };
 
 /// A visible object of a frame.

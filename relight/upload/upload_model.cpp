@@ -21,6 +21,8 @@ std::uint8_t to_byte(float x) { return static_cast<std::uint8_t>(std::clamp(x, 0
 /// Points distributed over all triangles, each for at most `sample_area_m2` of area.
 std::vector<float> surface_samples(const Model& model, double sample_area_m2) {
   std::vector<float> samples;
+  const bool emits =
+      std::ranges::any_of(model.parts, [](const Model::Part& p) { return p.material.emission.maxCoeff() > 0; });
   const ModelSurface surface(model, /*mips=*/false);
   for (std::size_t t = 0; t + 2 < model.indices.size(); t += 3) {
     const std::uint32_t* v = &model.indices[t];
@@ -36,7 +38,7 @@ std::vector<float> surface_samples(const Model& model, double sample_area_m2) {
         const Eigen::Vector3f p = a + u * (b - a) + w * (c - a);
         const Eigen::Vector3f n = (1 - u - w) * model.normals[v[0]] + u * model.normals[v[1]] + w * model.normals[v[2]];
         const ModelPoint point{static_cast<std::uint32_t>(t / 3), {1 - u - w, u, w}, 0};
-        const Eigen::Vector3f e = surface.at(point, {}).material.emission;
+        const Eigen::Vector3f e = emits ? surface.at(point, {}).material.emission : Eigen::Vector3f(0, 0, 0);
         samples.insert(samples.end(), {p.x(), p.y(), p.z(), area / static_cast<float>(k * k), n.x(), n.y(), n.z(), 0,
                                        e.x(), e.y(), e.z(), 0});
       }
@@ -129,8 +131,7 @@ std::vector<std::vector<std::uint8_t>> mip_levels(const TexturePicture& picture,
   return levels;
 }
 
-/// All that depends on where the vertices of its models are.
-void add_surface(UploadModel& made, int field_voxels) {
+void add_surface(UploadModel& made) {
   const Model& model = *made.full;
   made.sphere = bounding_sphere(model.positions_m);
   const double area_m2 = surface_area_m2(model);
@@ -144,12 +145,15 @@ void add_surface(UploadModel& made, int field_voxels) {
     const float* sample = &made.samples[i];
     made.mean_emission += sample[3] / made.area_m2 * Eigen::Vector3f(sample[8], sample[9], sample[10]);
   }
-  const auto field = compute_object_field(model, field_voxels);
+}
+
+void add_field(UploadModel& made, int field_voxels) {
+  const auto field = compute_object_field(*made.full, field_voxels);
   made.grid = field->size;
   made.grid_origin_m = field->origin_m;
   made.grid_voxel_m = field->voxel_m;
   made.distances_m = full_distances(*field);
-  made.reflectances = reflectances(*field, model);
+  made.reflectances = reflectances(*field, *made.full);
 }
 
 /// That of the largest of the poses at evenly spaced times.
@@ -178,7 +182,8 @@ std::shared_ptr<const UploadModel> make_upload_model(const std::shared_ptr<const
       if (levels.empty()) levels = mip_levels(slot.picture, texels_of(use));
     }
   }
-  add_surface(*made, kUpload.field_voxels);
+  add_surface(*made);
+  add_field(*made, kUpload.field_voxels);
   for (std::size_t i = 0; model->rig && i < model->rig->animations.size(); ++i)
     made->animation_radii_m.push_back(largest_radius_m(*model->rig, i));
   return made;
@@ -191,7 +196,13 @@ std::shared_ptr<const UploadModel> posed_upload_model(const UploadModel& at_rest
   made->simple = posed_model(*at_rest.simple, vertices);
   made->closed = at_rest.closed;
   made->rough = posed_model(*at_rest.rough, vertices);
-  add_surface(*made, kUpload.posed_field_voxels);
+  add_surface(*made);
+  return made;
+}
+
+std::shared_ptr<const UploadModel> with_field(const UploadModel& posed) {
+  auto made = std::make_shared<UploadModel>(posed);
+  add_field(*made, kUpload.posed_field_voxels);
   return made;
 }
 

@@ -39,8 +39,9 @@ using UploadModels = PreparedModels<UploadModel>;
 
 /// Takes up to seconds.
 std::shared_ptr<const UploadModel> make_upload_model(const std::shared_ptr<const Model>& model);
-/// The same model in a pose, without what all poses share: textures and the extent of its animations. The field is
-/// coarser, posed_field_voxels.
+/// The same model in a pose, without its field and what all poses share: textures and the extent of its animations.
 std::shared_ptr<const UploadModel> posed_upload_model(const UploadModel& at_rest, const RigPose& pose);
+/// With the field, which takes tenths of a second; it is coarser, posed_field_voxels.
+std::shared_ptr<const UploadModel> with_field(const UploadModel& posed);
 
 }  // namespace lumigraft::relight

@@ -56,7 +56,8 @@ void SurfaceFill::virtual_distances(gpu::Device& device, gpu::CommandList& list,
     const Eigen::Matrix4f T_model_tag = object.T_tag_model.inverse().matrix();
     std::array<shader::vec4, 5> place;
     for (int row = 0; row < 3; ++row) place[static_cast<std::size_t>(row)] = T_model_tag.row(row).transpose();
-    place[3] << object.stored->grid_origin_m, object.stored->grid_voxel_m;
+    const StoredModel::Grid& grid = object.stored->grid();
+    place[3] << grid.origin_m, grid.voxel_m;
     place[4] << object.T_tag_model.linear().col(0).norm(), 0, 0, 0;
     device.upload(*places_[i], 0, std::as_bytes(std::span(place)));
 
@@ -68,12 +69,11 @@ void SurfaceFill::virtual_distances(gpu::Device& device, gpu::CommandList& list,
       const Material one = object.material.over(object.stored->model->parts.front().material);
       params.pass_f << reflectance_evenly(bsdf_params_of(one.base_color, one)).matrix(), 1;
     }
-    dispatch_3d(
-        list, *virtual_distances_,
-        {gpu::sampled(1, *object.stored->distance, gpu::Filter::linear),
-         gpu::sampled(2, *object.stored->reflectance, gpu::Filter::linear), gpu::image(3, *volumes.virtual_distance),
-         gpu::image(4, *volumes.virtual_reflectance), gpu::storage(5, *places_[i])},
-        params, params.grid.y(), params.grid.z(), params.grid.w());
+    dispatch_3d(list, *virtual_distances_,
+                {gpu::sampled(1, *grid.distance, gpu::Filter::linear),
+                 gpu::sampled(2, *grid.reflectance, gpu::Filter::linear), gpu::image(3, *volumes.virtual_distance),
+                 gpu::image(4, *volumes.virtual_reflectance), gpu::storage(5, *places_[i])},
+                params, params.grid.y(), params.grid.z(), params.grid.w());
   }
   const gpu::Buffer& marks = volumes.virtual_chunks.marks();
   list.fill(*volumes.listed_virtual, 0);

@@ -60,7 +60,8 @@ TEST(RaysAnimated, ProbesStayOnTheirPlacesOfTheSurface) {
   const ClosedScene scene = bar_on_floor();
   const relight::VirtualObject& bar = scene.exhibit.objects[0];
   const auto at_rest = relight::make_ray_model(bar.model);
-  const auto bent = relight::posed_probes(*at_rest, bar.pose(1));
+  relight::PosedTrees trees;
+  const auto bent = relight::posed_probes(*at_rest, bar.pose(1), trees);
   ASSERT_EQ(bent->places.size(), at_rest->places.size());
   EXPECT_EQ(bent->interpolation, at_rest->interpolation);
   int turned = 0;
@@ -76,6 +77,31 @@ TEST(RaysAnimated, ProbesStayOnTheirPlacesOfTheSurface) {
     }
   }
   EXPECT_GT(turned, 20);
+}
+
+TEST(RaysAnimated, ATreeThatNothingUsesIsFittedToTheNextPose) {
+  const ClosedScene scene = bar_on_floor();
+  const relight::VirtualObject& bar = scene.exhibit.objects[0];
+  const auto at_rest = relight::make_ray_model(bar.model);
+  relight::PosedTrees trees;
+  const relight::ModelTree* first = relight::posed_probes(*at_rest, bar.pose(0.2), trees)->tree.get();
+  const auto bent = relight::posed_probes(*at_rest, bar.pose(1), trees);
+  EXPECT_EQ(bent->tree.get(), first);
+  EXPECT_NE(relight::posed_probes(*at_rest, bar.pose(0.5), trees)->tree.get(), first) << "it is in use";
+  std::vector<relight::ReferenceMesh> mesh(1);
+  mesh[0].model = bent->model;
+  const relight::Meshes fitted(mesh, {bent->tree}), built(mesh, nullptr);
+  int hits = 0;
+  for (int i = 0; i < 400; ++i) {
+    const float x = static_cast<float>(i % 20) / 50 - 0.1f, y = static_cast<float>(i) / 5000 - 0.04f;
+    const auto found = fitted.hit({x, y, 1}, -Eigen::Vector3f::UnitZ(), 10),
+               expected = built.hit({x, y, 1}, -Eigen::Vector3f::UnitZ(), 10);
+    ASSERT_EQ(found.has_value(), expected.has_value()) << x << " " << y;
+    if (!found) continue;
+    EXPECT_NEAR(found->t_m, expected->t_m, 1e-5f);
+    ++hits;
+  }
+  EXPECT_GT(hits, 100);
 }
 
 }  // namespace

@@ -62,7 +62,8 @@ TEST(PosedModel, KeepsNormalsWhereAPoseLeavesNone) {
   for (relight::RigPose::Bone& bone : flat.bones) bone.setZero();
   EXPECT_EQ(posed_model(model, flat)->normals, model->normals);
   flat.bones[0].setConstant(std::numeric_limits<float>::infinity());
-  for (const Vector3f& p : posed_model(model, flat)->positions_m) EXPECT_TRUE(p.allFinite());
+  const auto far = posed_model(model, flat);
+  for (const Vector3f& p : far->positions_m) EXPECT_TRUE(p.allFinite());
 }
 
 }  // namespace
