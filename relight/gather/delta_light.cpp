@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "relight/gather/parameters.h"
+#include "relight/tracing/parallel_for.h"
 
 namespace lumigraft::relight {
 
@@ -239,13 +240,29 @@ Rgb DeltaLight::left_before(const SampledRay& ray, const MeshHit& hit, Sampler& 
   return sum;
 }
 
+void DeltaLight::set_photons(std::shared_ptr<const PhotonMap> photons) {
+  photons_ = std::move(photons);
+  const std::vector<Patch>& cells = cells_.cells();
+  caustic_of_cells_.resize(cells.size());
+  for_each_index(cells.size(), kGather.probe_block,
+                 [&](std::size_t i) { caustic_of_cells_[i] = caustic(cells[i].position_m, cells[i].normal); });
+}
+
+Rgb DeltaLight::change_in_cell(const SampledRay& ray, const Vector3f& p_m, const Vector3f& normal) const {
+  if (ray.seen) return cells_.at(p_m, normal) + caustic(p_m, normal);
+  const int cell = cells_.cell_at(p_m, normal);
+  if (cell < 0) return Rgb::Zero();
+  const auto i = static_cast<std::size_t>(cell);
+  return caustic_of_cells_.empty() ? cells_.irradiance[i] : (cells_.irradiance[i] + caustic_of_cells_[i]).eval();
+}
+
 Rgb DeltaLight::left_change(const SampledRay& ray, const MeshHit& hit, Sampler& sampler, int mirrors) const {
   if (const RoomFacet* facet = room_.facet(hit)) {
     if (facet->albedo.maxCoeff() <= 0) return Rgb::Zero();
     const Vector3f normal = facet->normal.dot(ray.w) < 0 ? facet->normal : (-facet->normal).eval();
     const Vector3f p = ray.from_m + hit.t_m * ray.w;
     return facet->albedo / kPi *
-           (cells_.at(p, normal) + caustic(p, normal) - hidden_from(p + kGather.lift_m * normal, normal, sampler));
+           (change_in_cell(ray, p, normal) - hidden_from(p + kGather.lift_m * normal, normal, sampler));
   }
   const RealPoint point = room_.point(hit, ray.w);
   const PathVertex vertex(point.surface, ray.w);

@@ -88,8 +88,8 @@ class DeltaLight {
   }
   /// Shadows that the colour frame shows; null: none.
   void set_shadows(std::shared_ptr<const reconstruct::LampShadows> shadows);
-  /// Null: no transmissive object.
-  void set_photons(std::shared_ptr<const PhotonMap> photons) { photons_ = std::move(photons); }
+  /// None is set without transmissive objects.
+  void set_photons(std::shared_ptr<const PhotonMap> photons);
   /// At most this fraction of a lamp's light reaches a point, as the shadows show.
   float open(std::size_t lamp, const Eigen::Vector3f& p_m) const {
     return lamp >= of_lamps_.size() || !of_lamps_[lamp] ? 1 : of_lamps_[lamp]->open_at(p_m);
@@ -109,6 +109,8 @@ class DeltaLight {
   Rgb arriving_before(const SampledRay& ray, float near_m, const std::optional<MeshHit>& room, Sampler& sampler,
                       int mirrors) const;
   Rgb left_before(const SampledRay& ray, const MeshHit& hit, Sampler& sampler, int mirrors) const;
+  /// Change of the irradiance of a facet without the light of lamps that objects occlude.
+  Rgb change_in_cell(const SampledRay& ray, const Eigen::Vector3f& p_m, const Eigen::Vector3f& normal) const;
   Rgb left_change(const SampledRay& ray, const MeshHit& hit, Sampler& sampler, int mirrors) const;
   Rgb left_object(const SampledRay& ray, const MeshHit& hit, Sampler& sampler, int mirrors) const;
   /// Irradiance of lamps, from one sample per lamp, that the objects occlude at a point of the room.
@@ -131,6 +133,7 @@ class DeltaLight {
   std::shared_ptr<const MovedOccluders> moved_;
   std::shared_ptr<const LightChange> light_change_;
   std::shared_ptr<const PhotonMap> photons_;
+  std::vector<Rgb> caustic_of_cells_;  ///< by cell of `cells_`, for rays of later bounces; empty: none
   std::shared_ptr<const reconstruct::LampShadows> shadows_;
   std::vector<const reconstruct::LampShadow*> of_lamps_;  ///< of `shadows_`, by lamp of the room; empty: none
 };

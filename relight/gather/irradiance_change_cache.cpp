@@ -67,13 +67,13 @@ void IrradianceChangeCache::reuse_from(const IrradianceChangeCache& others) {
   for (std::size_t i = 0; i < all.size(); ++i) irradiance[i] = others.at(all[i].position_m, all[i].normal);
 }
 
-Rgb IrradianceChangeCache::at(const Vector3f& p_m, const Vector3f& normal) const {
+int IrradianceChangeCache::cell_at(const Vector3f& p_m, const Vector3f& normal) const {
   const int level = layout_->level(p_m);
   for (int coarser = 0; coarser <= kCoarser; ++coarser) {
     const int found = layout_->found.find(layout_->key(p_m, normal, level + coarser));
-    if (found >= 0) return irradiance[static_cast<std::size_t>(found)];
+    if (found >= 0) return found;
   }
-  return Rgb::Zero();
+  return -1;
 }
 
 }  // namespace lumigraft::relight

@@ -24,7 +24,12 @@ class IrradianceChangeCache {
   /// Copies the values of another cache at the same positions.
   void reuse_from(const IrradianceChangeCache& others);
 
-  Rgb at(const Eigen::Vector3f& p_m, const Eigen::Vector3f& normal) const;
+  /// Index of the cell that represents a point; -1: none.
+  int cell_at(const Eigen::Vector3f& p_m, const Eigen::Vector3f& normal) const;
+  Rgb at(const Eigen::Vector3f& p_m, const Eigen::Vector3f& normal) const {
+    const int cell = cell_at(p_m, normal);
+    return cell < 0 ? Rgb::Zero() : irradiance[static_cast<std::size_t>(cell)];
+  }
 
  private:
   static constexpr int kMaxLevels = 12;

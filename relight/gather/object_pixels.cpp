@@ -325,6 +325,8 @@ class ObjectView {
     ray.w = w;
     ray.pdf = std::numeric_limits<float>::infinity();  // of a camera's ray, which no lamp sample competes with
     ray.seen = &seen_;
+    // Of a narrow lobe the pixel's own rays are enough.
+    if (surface.bsdf.alpha < kGather.narrow_alpha) rays = std::min(rays, kMaxInside / detail_.inside);
     Rgb sum = Rgb::Zero();
     for (int k = 0; k < rays; ++k) {
       for (const Lobes lobe : {Lobes::reflection, Lobes::transmission})
