@@ -187,9 +187,10 @@ TEST(Program, ASignalEndsItAtAnyMoment) {
 TEST(Program, KeepsItsRoomForTheNextStart) {
   const TinySession scratch("keeps-room");
   const std::filesystem::path file = scratch.folder / "hall.room";
+  const std::string recording = LUMIGRAFT_SOURCE_DIR "/recordings/tabletop";
   const std::vector<std::string> words = {"serve",
                                           "--session",
-                                          LUMIGRAFT_SOURCE_DIR "/recordings/tabletop",
+                                          recording,
                                           "--listen",
                                           "127.0.0.1:0",
                                           "--set",
