@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "reconstruct/light/environment.h"
-#include "relight/exhibit/animation/skinning.h"
+#include "relight/animation/skinning.h"
 #include "relight/parameters.h"
 
 namespace lumigraft::relight {

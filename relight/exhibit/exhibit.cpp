@@ -8,7 +8,7 @@
 
 #include "capture/error.h"
 #include "capture/message_text.h"
-#include "relight/exhibit/animation/pose.h"
+#include "relight/animation/pose.h"
 
 namespace lumigraft::relight {
 namespace {

@@ -12,7 +12,7 @@
 
 #include "capture/image.h"
 #include "capture/session/config.h"
-#include "relight/exhibit/animation/rig.h"
+#include "relight/animation/rig.h"
 
 namespace lumigraft::relight {
 

@@ -3,7 +3,7 @@
 // rest, so that what depends on topology, textures or colours alone holds for all poses.
 #include <memory>
 
-#include "relight/exhibit/animation/skinning.h"
+#include "relight/animation/skinning.h"
 #include "relight/exhibit/exhibit.h"
 
 namespace lumigraft::relight {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "capture/camera/srgb.h"
-#include "relight/exhibit/animation/pose.h"
+#include "relight/animation/pose.h"
 #include "relight/exhibit/bsdf_params.h"
 #include "relight/objects/mesh_refine.h"
 #include "relight/objects/mesh_simplify.h"

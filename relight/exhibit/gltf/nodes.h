@@ -5,7 +5,7 @@
 #include <map>
 #include <vector>
 
-#include "relight/exhibit/animation/rig.h"
+#include "relight/animation/rig.h"
 #include "relight/exhibit/gltf/json_value.h"
 
 namespace lumigraft::relight {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <string>
 
-#include "relight/exhibit/animation/pose.h"
-#include "relight/exhibit/animation/skinning.h"
+#include "relight/animation/pose.h"
+#include "relight/animation/skinning.h"
 #include "relight/exhibit/gltf/parameters.h"
 
 namespace lumigraft::relight {

@@ -16,8 +16,8 @@
 #include "relight/gather/ray_renderer.h"
 #include "relight/gpu/backends.h"
 #include "relight/relighter.h"
+#include "tests/relight/animation/animated_models.h"
 #include "tests/relight/closed_form/closed_scene.h"
-#include "tests/relight/exhibit/animation/animated_models.h"
 
 namespace lumigraft::test {
 namespace {

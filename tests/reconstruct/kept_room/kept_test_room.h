@@ -1,6 +1,7 @@
 #pragma once
 // A small room to keep, and a folder for its file.
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -57,7 +58,8 @@ inline capture::Tag test_tag() {
 class RoomFolder {
  public:
   explicit RoomFolder(const std::string& name)
-      : folder_(std::filesystem::path(testing::TempDir()) / ("lumigraft-room-" + name)) {
+      : folder_(std::filesystem::path(testing::TempDir()) /
+                ("lumigraft-room-" + name + "-" + std::to_string(getpid()))) {
     std::filesystem::remove_all(folder_);
     std::filesystem::create_directories(folder_);
   }

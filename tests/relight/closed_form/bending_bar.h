@@ -5,11 +5,11 @@
 #include <memory>
 #include <utility>
 
-#include "relight/exhibit/animation/pose.h"
+#include "relight/animation/pose.h"
 #include "relight/objects/mesh_refine.h"
 #include "relight/objects/posed_model.h"
+#include "tests/relight/animation/animated_models.h"
 #include "tests/relight/closed_form/closed_scene.h"
-#include "tests/relight/exhibit/animation/animated_models.h"
 
 namespace lumigraft::test {
 

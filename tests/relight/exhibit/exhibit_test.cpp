@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "capture/error.h"
-#include "relight/exhibit/animation/pose.h"
+#include "relight/animation/pose.h"
 #include "tests/relight/exhibit/gltf/animated_files.h"
 #include "tests/relight/exhibit/model_files.h"
 

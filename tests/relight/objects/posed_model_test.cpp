@@ -2,10 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include "relight/exhibit/animation/pose.h"
+#include "relight/animation/pose.h"
 #include "relight/objects/mesh_refine.h"
 #include "relight/objects/mesh_simplify.h"
-#include "tests/relight/exhibit/animation/animated_models.h"
+#include "tests/relight/animation/animated_models.h"
 #include "tests/relight/exhibit/model_shapes.h"
 
 namespace lumigraft::test {

@@ -1,7 +1,7 @@
 // Animated glTF files: what is read of them, and where their vertices are at a time.
 #include <numbers>
 
-#include "relight/exhibit/animation/pose.h"
+#include "relight/animation/pose.h"
 #include "relight/objects/mesh_simplify.h"
 #include "relight/objects/posed_model.h"
 #include "tests/relight/exhibit/gltf/animated_files.h"

@@ -1,4 +1,4 @@
-#include "relight/exhibit/animation/pose.h"
+#include "relight/animation/pose.h"
 
 #include <algorithm>
 #include <utility>

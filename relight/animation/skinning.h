@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "relight/exhibit/animation/rig.h"
+#include "relight/animation/rig.h"
 
 namespace lumigraft::relight {
 

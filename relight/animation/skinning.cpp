@@ -1,4 +1,4 @@
-#include "relight/exhibit/animation/skinning.h"
+#include "relight/animation/skinning.h"
 
 #include <Eigen/Geometry>
 

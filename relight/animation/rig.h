@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "relight/exhibit/animation/animated_value.h"
+#include "relight/animation/animated_value.h"
 
 namespace lumigraft::relight {
 

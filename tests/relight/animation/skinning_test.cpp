@@ -1,9 +1,9 @@
-#include "relight/exhibit/animation/skinning.h"
+#include "relight/animation/skinning.h"
 
 #include <gtest/gtest.h>
 
-#include "relight/exhibit/animation/pose.h"
-#include "tests/relight/exhibit/animation/animated_models.h"
+#include "relight/animation/pose.h"
+#include "tests/relight/animation/animated_models.h"
 
 namespace lumigraft::test {
 namespace {

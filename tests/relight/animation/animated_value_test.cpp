@@ -1,10 +1,10 @@
-#include "relight/exhibit/animation/animated_value.h"
+#include "relight/animation/animated_value.h"
 
 #include <gtest/gtest.h>
 
 #include <numbers>
 
-#include "tests/relight/exhibit/animation/animated_models.h"
+#include "tests/relight/animation/animated_models.h"
 
 namespace lumigraft::test {
 namespace {

@@ -1,8 +1,8 @@
-#include "relight/exhibit/animation/pose.h"
+#include "relight/animation/pose.h"
 
 #include <gtest/gtest.h>
 
-#include "tests/relight/exhibit/animation/animated_models.h"
+#include "tests/relight/animation/animated_models.h"
 
 namespace lumigraft::test {
 namespace {

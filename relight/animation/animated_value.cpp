@@ -1,4 +1,4 @@
-#include "relight/exhibit/animation/animated_value.h"
+#include "relight/animation/animated_value.h"
 
 #include <algorithm>
 

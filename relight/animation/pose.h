@@ -2,7 +2,7 @@
 // The pose of a rig at a time of an animation.
 #include <cstddef>
 
-#include "relight/exhibit/animation/rig.h"
+#include "relight/animation/rig.h"
 
 namespace lumigraft::relight {
 
