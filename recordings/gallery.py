@@ -30,6 +30,7 @@ def lathe(profile, segments=SEGMENTS):
     slopes /= np.linalg.norm(slopes, axis=1, keepdims=True)
     angles = np.linspace(0, 2 * np.pi, segments + 1)
     around = np.stack([np.cos(angles), np.sin(angles)], -1)
+    around[-1] = around[0]  # exactly, so that the surface is closed
     positions, normals, texcoords = [], [], []
     for (radius, height), (dr, dz), v in zip(profile, slopes, along / along[-1]):
         positions.append(np.column_stack([radius * around, np.full(segments + 1, height)]))
