@@ -5,6 +5,8 @@
 #include <map>
 #include <utility>
 
+#include "relight/objects/vertex_places.h"
+
 namespace lumigraft::relight {
 namespace {
 
@@ -94,14 +96,7 @@ std::shared_ptr<const Model> refine_model(const Model& model, float longest_m) {
 }
 
 bool is_closed(const Model& model) {
-  const auto before = [](const Eigen::Vector3f& a, const Eigen::Vector3f& b) {
-    return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
-  };
-  std::map<Eigen::Vector3f, std::uint32_t, decltype(before)> places(before);
-  std::vector<std::uint32_t> place;
-  for (const auto& p : model.positions_m) {
-    place.push_back(places.try_emplace(p, static_cast<std::uint32_t>(places.size())).first->second);
-  }
+  const std::vector<std::uint32_t> place = vertex_places(model.positions_m).of_vertex;
   std::map<EdgeIndices, int> surplus;  // number of traversals from the lower index to the higher, minus the opposite
   for (std::size_t t = 0; t + 2 < model.indices.size(); t += 3) {
     for (std::size_t i = 0; i < 3; ++i) {

@@ -1,13 +1,12 @@
 #include "relight/objects/solid_voxels.h"
 
-#include <meshoptimizer.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
 #include "relight/objects/parameters.h"
+#include "relight/objects/vertex_places.h"
 
 namespace lumigraft::relight {
 namespace {
@@ -88,9 +87,9 @@ struct Crossing {
 
 ObjectSolid::ObjectSolid(const Model& model) {
   const std::size_t vertices = model.positions_m.size(), triangles = model.indices.size() / 3;
-  std::vector<std::uint32_t> place(vertices);
-  const std::size_t places = meshopt_generateVertexRemap(place.data(), nullptr, vertices, model.positions_m.data(),
-                                                         vertices, sizeof(Eigen::Vector3f));
+  const VertexPlaces at = vertex_places(model.positions_m);
+  const std::vector<std::uint32_t>& place = at.of_vertex;
+  const std::size_t places = at.count;
   std::vector<Eigen::Vector3f> position(places);
   for (std::size_t v = 0; v < vertices; ++v) position[place[v]] = model.positions_m[v];
 

@@ -72,6 +72,29 @@ TEST(ModelRefine, WhatIsFineEnoughStaysAsItIs) {
   EXPECT_EQ(same->positions_m.size(), model.positions_m.size());
 }
 
+/// The box with vertices of its own for each triangle, which differ by rounding, as at seams of texture coordinates.
+Model box_of_loose_triangles() {
+  Model model = box_of_two_parts();
+  const Model joined = model;
+  model.positions_m.clear();
+  for (std::uint32_t i = 0; i < joined.indices.size(); ++i) {
+    const float off_m = i % 2 == 0 ? 2e-8f : -2e-8f;
+    model.positions_m.push_back(joined.positions_m[joined.indices[i]] + Eigen::Vector3f::Constant(off_m));
+    model.indices[i] = i;
+  }
+  return model;
+}
+
+TEST(ModelRefine, SeamsThatRoundingOpensCountAsClosed) {
+  Model model = box_of_loose_triangles();
+  EXPECT_TRUE(is_closed(model));
+  model.indices.resize(model.indices.size() - 3);
+  EXPECT_FALSE(is_closed(model)) << "a hole";
+  model = box_of_loose_triangles();
+  for (std::size_t i = 0; i < 3; ++i) model.positions_m[i] += Eigen::Vector3f::Constant(0.01f);
+  EXPECT_FALSE(is_closed(model)) << "a triangle beside its place";
+}
+
 TEST(ModelRefine, AHoleIsFound) {
   Model model = box_of_two_parts();
   model.indices.resize(model.indices.size() - 3);
