@@ -36,7 +36,7 @@ bool MethodChoice::moves(const Exhibit& exhibit, const std::optional<reconstruct
   last_ns_ = time_ns;
   if (passed_s <= 0) return moves_;  // the first frame, or a recording that begins again
   moved_ += (1 - std::exp(-passed_s / kRelight.motion_s)) * ((moved ? 1 : 0) - moved_);
-  if (moves_ ? moved_ < 0.25 : moved_ > 0.75) moves_ = !moves_;
+  if (moves_ ? moved_ < 1 - kRelight.mostly : moved_ > kRelight.mostly) moves_ = !moves_;
   return moves_;
 }
 

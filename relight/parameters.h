@@ -18,7 +18,9 @@ inline constexpr struct RelightParameters {
   /// more per pixel and axis, so that an error of still_px changes the coverage by less than one.
   std::uint64_t young_field = 64, max_behind = 24, max_behind_few_changed = 64;
   double few_changed = 0.1, still_px = 0.125;
-  double motion_s = 1;         ///< time constant of the fraction of frames in which the camera moves, for the method
+  /// Of the choice of method: time constant of the fraction of frames in which the camera moves, and that fraction from
+  /// which it counts as moving, or as resting.
+  double motion_s = 1, mostly = 0.75;
   float max_left_out = 0.01f;  ///< of the irradiance; a choice is lowered if half of it would do for calm_frames
   int change_cones = 9, vertex_cones = 9;  ///< over the hemisphere of a real cell; of an object's vertex
   float min_hemisphere = 0.004f;  ///< covered by objects, for real cells to gather: less changes no 8-bit pixel value

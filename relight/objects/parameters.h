@@ -13,6 +13,11 @@ inline constexpr struct ObjectParameters {
   float inner_edge = 2.6f, outer_edge = 3.5f;  ///< of the volumes: radii of the objects' sphere; inner edges
   float min_visible = 0.02f;                   ///< light of objects that emit; radiance, 1: white
   int margin = 3;                              ///< voxels of the virtual volume on each side
-  double max_cone_fraction = 0.05;             ///< area of the cones that close a solid part over its own
+  /// Of what stands on the room: rays along each edge of the footprint, and how many must find the surface; what is
+  /// lower than this fraction of the height belongs to the footprint.
+  int foot_rays = 7;
+  std::size_t min_foot_rays = 3;
+  float foot_height = 0.1f;
+  double max_cone_fraction = 0.05;  ///< area of the cones that close a solid part over its own
 } kObjects;
 }  // namespace lumigraft::relight

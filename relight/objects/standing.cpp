@@ -1,18 +1,17 @@
 #include "relight/objects/standing.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <optional>
 #include <vector>
+
+#include "relight/objects/parameters.h"
 
 namespace lumigraft::relight {
 namespace {
 
 using Eigen::Vector3f;
-
-constexpr int kAcross = 7;       // rays along each edge of the footprint
-constexpr float kFoot = 0.1f;    // of an object's height: what is lower stands on the surface
-constexpr std::size_t kMin = 3;  // rays that must find the surface
 
 struct Shape {
   Vector3f low, high;  ///< of the whole object: along two horizontal axes and up
@@ -27,7 +26,7 @@ Shape shape_of(const std::vector<Vector3f>& points) {
     s.low = s.low.cwiseMin(p);
     s.high = s.high.cwiseMax(p);
   }
-  const float foot_m = s.low.z() + kFoot * (s.high.z() - s.low.z());
+  const float foot_m = s.low.z() + kObjects.foot_height * (s.high.z() - s.low.z());
   for (const Vector3f& p : points) {
     if (p.z() > foot_m) continue;
     s.foot_low = s.foot_low.cwiseMin(p);
@@ -39,17 +38,17 @@ Shape shape_of(const std::vector<Vector3f>& points) {
 /// By how much an object at this place is to be raised.
 std::optional<float> raise_onto(const reconstruct::DistanceField& field, const Model& model,
                                 const Eigen::Affine3d& T_tag_model, const Vector3f& place_m, const Vector3f& up) {
-  Eigen::Matrix3f R_tag_level;  // its third axis is up
-  R_tag_level = Eigen::Quaternionf::FromTwoVectors(Vector3f::UnitZ(), up).toRotationMatrix();
+  const Eigen::Matrix3f R_tag_level = Eigen::Quaternionf::FromTwoVectors(Vector3f::UnitZ(), up).toRotationMatrix();
   const Eigen::Affine3f T_level_model = R_tag_level.transpose() * T_tag_model.cast<float>();
   std::vector<Vector3f> points;
   for (const Vector3f& p : model.positions_m) points.push_back(T_level_model * p);
   const Shape shape = shape_of(points);
   const float from_height_m = up.dot(place_m) + shape.high.z() - shape.low.z();
+  const auto across = static_cast<float>(kObjects.foot_rays);
   std::vector<float> heights_m;
-  for (int j = 0; j < kAcross; ++j) {
-    for (int i = 0; i < kAcross; ++i) {
-      const Eigen::Vector2f at((static_cast<float>(i) + 0.5f) / kAcross, (static_cast<float>(j) + 0.5f) / kAcross);
+  for (int j = 0; j < kObjects.foot_rays; ++j) {
+    for (int i = 0; i < kObjects.foot_rays; ++i) {
+      const Eigen::Vector2f at((static_cast<float>(i) + 0.5f) / across, (static_cast<float>(j) + 0.5f) / across);
       const Eigen::Vector2f xy =
           shape.foot_low.head<2>() + (at.array() * (shape.foot_high - shape.foot_low).head<2>().array()).matrix();
       const Vector3f from_m = R_tag_level * Vector3f(xy.x(), xy.y(), from_height_m);
@@ -57,7 +56,7 @@ std::optional<float> raise_onto(const reconstruct::DistanceField& field, const M
       if (const auto hit = field.raycast(from_m, -up, 0, far_m)) heights_m.push_back(up.dot(hit->position_m));
     }
   }
-  if (heights_m.size() < kMin) return std::nullopt;
+  if (heights_m.size() < kObjects.min_foot_rays) return std::nullopt;
   const auto middle = heights_m.begin() + static_cast<std::ptrdiff_t>(heights_m.size() / 2);
   std::ranges::nth_element(heights_m, middle);
   return *middle - shape.low.z();

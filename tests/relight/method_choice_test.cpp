@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/relight/closed_form/closed_scene.h"
+
 namespace lumigraft::relight {
 namespace {
 
@@ -17,16 +19,6 @@ Exhibit one_object(const Material& material) {
 }
 
 Exhibit specular() { return one_object({.specular = 1}); }
-
-capture::CameraModel camera() {
-  capture::CameraModel camera;
-  camera.width = 640;
-  camera.height = 480;
-  camera.fx = camera.fy = 500;
-  camera.cx = 319.5;
-  camera.cy = 239.5;
-  return camera;
-}
 
 class Film {
  public:
@@ -47,7 +39,7 @@ class Film {
     pose.T_tag_camera = Eigen::Translation3d(0, 0, 1) * Eigen::AngleAxisd(EIGEN_PI, Eigen::Vector3d::UnitX());
     return pose;
   }
-  MethodChoice choice_{camera()};
+  MethodChoice choice_{test::session_of(640, 480, 500).color.model};
   reconstruct::Pose pose_ = pose();
   std::int64_t time_ns_ = 0;
 };
