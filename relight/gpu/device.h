@@ -174,6 +174,7 @@ struct PassTime {
 class CommandList {
  public:
   virtual ~CommandList() = default;
+  virtual bool is_software() const = 0;  ///< a software device runs it: threads without work cost time
   /// Starts a named time span; it ends at the next one or at the end of the list.
   virtual void begin_pass(std::string_view name) = 0;
   virtual void dispatch(const ComputePipeline& pipeline, std::span<const Binding> bindings,

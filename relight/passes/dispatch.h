@@ -1,6 +1,7 @@
 #pragma once
 // Compute dispatches with one thread per texel, in the local sizes of all passes' shaders.
 #include "relight/gpu/device.h"
+#include "relight/passes/parameters.h"
 #include "relight/shaders/common/interop.h"
 
 namespace lumigraft::relight {
@@ -34,13 +35,20 @@ struct Slice {
   int number = 0, of = 1;
 };
 
-/// Groups of 64 threads iterate over the list together.
+/// That share a list of unknown length. Each costs time on software devices, with work or without.
+inline int groups_of_list(const gpu::CommandList& list) {
+  return list.is_software() ? kPasses.list_groups_software : kPasses.list_groups;
+}
+
+/// Groups of 64 threads iterate over the slice together. On hardware a slice has as many as the whole list, which they
+/// would not fill otherwise.
 inline void dispatch_slice(gpu::CommandList& list, const gpu::ComputePipeline& pipeline,
                            const std::vector<gpu::Binding>& bindings, shader::FrameParams params, Slice slice) {
-  constexpr int groups = 256;
+  const int groups = groups_of_list(list);
   params.pass_i.z() = slice.number;
   params.pass_i.w() = slice.of;
-  list.dispatch(pipeline, bindings, gpu::bytes_of(params), (groups + slice.of - 1) / slice.of);
+  list.dispatch(pipeline, bindings, gpu::bytes_of(params),
+                list.is_software() ? (groups + slice.of - 1) / slice.of : groups);
 }
 
 /// 8 × 4 × 2 threads per group.
@@ -59,8 +67,7 @@ inline void dispatch_cascades(gpu::CommandList& list, const gpu::ComputePipeline
 /// Groups of 64 threads iterate over the whole list together.
 inline void dispatch_list(gpu::CommandList& list, const gpu::ComputePipeline& pipeline,
                           const std::vector<gpu::Binding>& bindings, const shader::FrameParams& params) {
-  constexpr int groups = 256;
-  list.dispatch(pipeline, bindings, gpu::bytes_of(params), groups);
+  list.dispatch(pipeline, bindings, gpu::bytes_of(params), groups_of_list(list));
 }
 
 inline std::vector<gpu::Binding> joined(std::vector<gpu::Binding> a, const std::vector<gpu::Binding>& b) {

@@ -21,11 +21,7 @@ std::string processor_name() {
 }  // namespace
 
 BenchMachine describe_machine(const relight::gpu::Device& device) {
-  BenchMachine machine{processor_name(), std::thread::hardware_concurrency(), device.name(), false, version_line()};
-  for (const relight::gpu::DeviceListing& listing : relight::gpu::list_devices()) {
-    machine.hardware |= listing.name == machine.device && !listing.software && listing.rejection_reason.empty();
-  }
-  return machine;
+  return {processor_name(), std::thread::hardware_concurrency(), device.name(), !device.is_software(), version_line()};
 }
 
 std::string line_of(const BenchMachine& machine) {

@@ -56,7 +56,6 @@ std::string renderer_name(const ContextHandle& handle) {
 
 }  // namespace
 
-// Mesa also offers a device for a card without a driver.
 bool draws_in_software(const std::string& renderer) {
   return renderer.find("llvmpipe") != std::string::npos || renderer.find("softpipe") != std::string::npos;
 }

@@ -10,8 +10,11 @@ struct Candidate {
   EGLDisplay display = EGL_NO_DISPLAY;
   bool software = false;
 };
-/// By the name of its renderer, as "llvmpipe (LLVM 15.0.6, 256 bits)".
+
+/// By the name of an open context's renderer, as "llvmpipe (LLVM 15.0.6, 256 bits)": Mesa also offers a device for a
+/// card without a driver.
 bool draws_in_software(const std::string& renderer);
+
 /// Hardware before software. Throws GpuError if there are none.
 std::vector<Candidate> find_candidates();
 

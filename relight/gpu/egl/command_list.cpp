@@ -176,6 +176,7 @@ void EglCommandList::fill(const Buffer& buffer, std::uint32_t value) {
 }
 
 void EglCommandList::clear(const Texture& texture, std::array<float, 4> value) {
+  if (texture_clear_ && texture_clear_->record(*this, texture, value)) return;
   record([&target = own<EglTexture>(texture, *context_), value] { target.clear(value); });
 }
 

@@ -4,12 +4,16 @@
 
 #include "relight/gpu/egl/pipelines.h"
 #include "relight/gpu/egl/resources.h"
+#include "relight/gpu/texture_clear.h"
 
 namespace lumigraft::relight::gpu::egl {
 
 class EglCommandList final : public CommandList {
  public:
-  explicit EglCommandList(std::shared_ptr<Context> context) : context_(std::move(context)) {}
+  EglCommandList(std::shared_ptr<Context> context, std::shared_ptr<const TextureClear> texture_clear)
+      : context_(std::move(context)), texture_clear_(std::move(texture_clear)) {}
+
+  bool is_software() const override { return context_->is_software(); }
 
   void begin_pass(std::string_view name) override;
   void dispatch(const ComputePipeline& pipeline, std::span<const Binding> bindings, std::span<const std::byte> params,
@@ -46,6 +50,7 @@ class EglCommandList final : public CommandList {
   void write_timestamp(std::size_t index);
 
   std::shared_ptr<Context> context_;
+  std::shared_ptr<const TextureClear> texture_clear_;  ///< null on software devices, whose own clear is fast
   std::vector<std::function<void()>> commands_;
   std::vector<std::byte> params_;    ///< uniform blocks of all commands
   std::vector<std::string> passes_;  ///< one timestamp per pass, and one at the end

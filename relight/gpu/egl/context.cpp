@@ -4,6 +4,8 @@
 
 #include <map>
 
+#include "relight/gpu/egl/choose_device.h"
+
 namespace lumigraft::relight::gpu::egl {
 namespace {
 
@@ -100,6 +102,7 @@ Current::~Current() {
 Context::Context(std::unique_ptr<ContextHandle> handle, bool validation) : handle_(std::move(handle)) {
   const Current current = enter();
   name_ = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+  is_software_ = draws_in_software(name_);
   if (validation) {
     glEnable(GL_DEBUG_OUTPUT);
     glEnable(GL_DEBUG_OUTPUT_SYNCHRONOUS);

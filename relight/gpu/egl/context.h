@@ -62,6 +62,7 @@ class Context {
 
   const ContextHandle& handle() const { return *handle_; }
   const std::string& name() const { return name_; }
+  bool is_software() const { return is_software_; }
   const Limits& limits() const { return limits_; }
   const std::shared_ptr<Holdings>& holdings() const { return holdings_; }
   GLuint sampler(const Sampling& sampling) const { return samplers_[sampling.index()]; }
@@ -82,6 +83,7 @@ class Context {
   Messages messages_{"OpenGL debug output"};
   std::unique_ptr<ContextHandle> handle_;
   std::string name_;
+  bool is_software_ = false;
   Limits limits_;
   std::array<GLuint, Sampling::kCount> samplers_{};
   GLuint framebuffer_ = 0, params_ = 0;

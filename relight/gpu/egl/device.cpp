@@ -74,7 +74,10 @@ class EglDevice final : public Device {
     return bytes;
   }
 
-  std::unique_ptr<CommandList> begin() override { return std::make_unique<EglCommandList>(context_); }
+  std::unique_ptr<CommandList> begin() override {
+    if (!texture_clear_ && !context_->is_software()) texture_clear_ = std::make_shared<TextureClear>(*this);
+    return std::make_unique<EglCommandList>(context_, texture_clear_);
+  }
 
   std::vector<PassTime> submit(CommandList& list) override {
     return own_object<EglCommandList>(list, *context_, "a command list").run();
@@ -83,6 +86,7 @@ class EglDevice final : public Device {
  private:
   std::shared_ptr<Context> context_;
   std::vector<ShaderCode> more_shaders_;
+  std::shared_ptr<const TextureClear> texture_clear_;
 };
 
 }  // namespace

@@ -18,8 +18,9 @@ VkRenderingAttachmentInfo attachment_info(const Texture& texture, const Context&
 
 }  // namespace
 
-VulkanCommandList::VulkanCommandList(std::shared_ptr<Context> context)
-    : context_(std::move(context)), recording_(context_) {}
+VulkanCommandList::VulkanCommandList(std::shared_ptr<Context> context,
+                                     std::shared_ptr<const TextureClear> texture_clear)
+    : context_(std::move(context)), texture_clear_(std::move(texture_clear)), recording_(context_) {}
 
 void VulkanCommandList::begin_command() {
   if (submitted_) throw std::logic_error("a command list that was submitted records nothing more");
@@ -135,6 +136,7 @@ void VulkanCommandList::fill(const Buffer& buffer, std::uint32_t value) {
 }
 
 void VulkanCommandList::clear(const Texture& texture, std::array<float, 4> value) {
+  if (texture_clear_ && texture_clear_->record(*this, texture, value)) return;
   begin_command();
   clear_all_mips(recording_->commands, own<VulkanTexture>(texture, *context_), value);
 }

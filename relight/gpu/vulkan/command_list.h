@@ -1,6 +1,7 @@
 #pragma once
 // Records commands with a full memory barrier before each: each pass reads the results of the previous one, so finer
 // barriers would gain little.
+#include "relight/gpu/texture_clear.h"
 #include "relight/gpu/vulkan/pipelines.h"
 #include "relight/gpu/vulkan/recording.h"
 #include "relight/gpu/vulkan/resources.h"
@@ -9,8 +10,9 @@ namespace lumigraft::relight::gpu::vulkan {
 
 class VulkanCommandList final : public CommandList {
  public:
-  explicit VulkanCommandList(std::shared_ptr<Context> context);
+  VulkanCommandList(std::shared_ptr<Context> context, std::shared_ptr<const TextureClear> texture_clear);
 
+  bool is_software() const override { return context_->is_software(); }
   void begin_pass(std::string_view name) override;
   void dispatch(const ComputePipeline& pipeline, std::span<const Binding> bindings, std::span<const std::byte> params,
                 int groups_x, int groups_y, int groups_z) override;
@@ -30,6 +32,7 @@ class VulkanCommandList final : public CommandList {
   void draw_one(const VulkanRaster& pipeline, const DrawCall& call, VkDescriptorSet set);
 
   std::shared_ptr<Context> context_;
+  std::shared_ptr<const TextureClear> texture_clear_;  ///< null on software devices, whose own clear is fast
   RecordingLease recording_;
   std::vector<std::string> passes_;  ///< one timestamp per pass, and one at the end
   bool submitted_ = false;

@@ -101,7 +101,10 @@ class VulkanDevice final : public Device {
     return {staging.memory.mapped, staging.memory.mapped + buffer.size_bytes()};
   }
 
-  std::unique_ptr<CommandList> begin() override { return std::make_unique<VulkanCommandList>(context_); }
+  std::unique_ptr<CommandList> begin() override {
+    if (!texture_clear_ && !context_->is_software()) texture_clear_ = std::make_shared<TextureClear>(*this);
+    return std::make_unique<VulkanCommandList>(context_, texture_clear_);
+  }
 
   std::vector<PassTime> submit(CommandList& list) override {
     return own_object<VulkanCommandList>(list, *context_, "a command list").run();
@@ -130,6 +133,7 @@ class VulkanDevice final : public Device {
 
   std::shared_ptr<Context> context_;
   std::vector<ShaderCode> more_shaders_;
+  std::shared_ptr<const TextureClear> texture_clear_;
 };
 
 }  // namespace

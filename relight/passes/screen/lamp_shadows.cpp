@@ -21,6 +21,15 @@ Eigen::Vector4f steady(const Eigen::Vector4f& sphere) {
 
 constexpr std::size_t kViewVectors = 4;
 
+constexpr std::uint16_t kNegativeHalf = 0x8000;  ///< bits from here on
+
+/// Bits of the smallest half that is not less than a positive value: halves from 0 on are ordered as their bits, which
+/// takes a tenth of the time of comparing them as numbers.
+std::uint16_t least_half(float value) {
+  const Eigen::half near(value);
+  return static_cast<std::uint16_t>(near.x + (static_cast<float>(near) < value ? 1 : 0));
+}
+
 /// By lamp, what its receivers depend on besides the room: its view, and its place last.
 std::vector<Eigen::Vector4f> views_of(const shader::FrameParams& params) {
   std::vector<Eigen::Vector4f> views;
@@ -172,16 +181,25 @@ void LampShadows::read(gpu::Device& device, const shader::FrameParams& params) {
   const auto edge = static_cast<std::size_t>(edge_), blocks = static_cast<std::size_t>(blocks_);
   shaded_.assign(lamps * blocks * blocks, 0);
   const std::vector<std::byte> bytes = device.download(*shadows_);
-  const auto* texels = reinterpret_cast<const Eigen::half*>(bytes.data());
+  const auto* texels = reinterpret_cast<const std::uint16_t*>(bytes.data());
+  const std::uint16_t least = least_half(kPasses.min_fraction);
+  std::vector<char> lit(shaded_.size(), 0);
   for (std::size_t row = 0; row < lamps * edge; ++row) {
-    const std::size_t lamp = row / edge;
-    const int y = static_cast<int>(row % edge) / kPasses.block_px;
+    char* const blocks_of_row = &lit[(row / edge * blocks + row % edge / kPasses.block_px) * blocks];
     for (std::size_t column = 0; column < edge; ++column) {
-      if (static_cast<float>(texels[4 * (row * edge + column)]) < kPasses.min_fraction) continue;
-      const int x = static_cast<int>(column) / kPasses.block_px;
-      for (int v = std::max(y - 1, 0); v <= std::min(y + 1, blocks_ - 1); ++v) {
-        for (int u = std::max(x - 1, 0); u <= std::min(x + 1, blocks_ - 1); ++u) {
-          shaded_[(lamp * blocks + static_cast<std::size_t>(v)) * blocks + static_cast<std::size_t>(u)] = 1;
+      const std::uint16_t bits = texels[4 * (row * edge + column)];
+      if (bits >= least && bits < kNegativeHalf) blocks_of_row[column / kPasses.block_px] = 1;
+    }
+  }
+  for (std::size_t lamp = 0; lamp < lamps; ++lamp) {
+    for (int y = 0; y < blocks_; ++y) {
+      for (int x = 0; x < blocks_; ++x) {
+        const std::size_t first = lamp * blocks * blocks;
+        if (!lit[first + static_cast<std::size_t>(y * blocks_ + x)]) continue;
+        for (int v = std::max(y - 1, 0); v <= std::min(y + 1, blocks_ - 1); ++v) {
+          for (int u = std::max(x - 1, 0); u <= std::min(x + 1, blocks_ - 1); ++u) {
+            shaded_[first + static_cast<std::size_t>(v * blocks_ + u)] = 1;
+          }
         }
       }
     }

@@ -15,8 +15,8 @@ class DeviceMisuseTest : public DeviceTest {
   }
 
   std::string dispatch(const ComputePipeline& pipeline, const std::vector<Binding>& bindings,
-                       std::span<const std::byte> params = {}, int groups = 1) {
-    return error_of<std::logic_error>([&] { device_->begin()->dispatch(pipeline, bindings, params, groups); });
+                       std::span<const std::byte> params = {}, int rows = 1) {
+    return error_of<std::logic_error>([&] { device_->begin()->dispatch(pipeline, bindings, params, 1, rows); });
   }
 
   std::unique_ptr<ComputePipeline> tap_;
