@@ -154,13 +154,17 @@ void CameraView::read_layers() {
   full_change_ = capture::Image<float>(screen_->width, screen_->height, 3);
   full_objects_ = {};
   const std::vector<std::uint32_t>& places = screen_->tiles->view_places();
-  TileReader(device_, *screen_->delta).read(places, 1, 0, 3, &full_change_.data);
+  const std::array<WantedTiles, 2> objects = object_tiles(*screen_, places);
+  std::vector<WantedTiles> wanted{objects[0], objects[1], {*screen_->delta, places}};
+  if (camera_.any_clipped()) wanted.push_back({*screen_->room_radiance, places});
+  const TileReader reader(device_, wanted);
+  read_objects(reader, 0, *screen_, camera_.rays(), places, &full_objects_);
+  reader.read(2, 0, 3, &full_change_.data);
   full_radiance_ = {};
   if (camera_.any_clipped()) {
     full_radiance_ = capture::Image<float>(screen_->width, screen_->height, 3);
-    TileReader(device_, *screen_->room_radiance).read(places, 1, 0, 3, &full_radiance_.data);
+    reader.read(3, 0, 3, &full_radiance_.data);
   }
-  read_objects(device_, *screen_, camera_.rays(), places, &full_objects_);
 }
 
 void CameraView::take(const capture::FrameSet& frame, const reconstruct::Scene& scene, bool like_camera) {

@@ -11,9 +11,12 @@
 #include "relight/compose/rgb_image.h"
 #include "relight/compose/soften.h"
 #include "relight/passes/parameters.h"
+#include "relight/tracing/parallel_for.h"
 
 namespace lumigraft::relight {
 namespace {
+
+constexpr int kBlocks = 256;  ///< that a thread takes at a time
 
 /// Slope of the sRGB curve over linear^(1/2.4) at each pixel value, in pixel values.
 std::array<float, 256> slopes() {
@@ -65,16 +68,18 @@ void CpuCompositor::read(gpu::Device& device, const Screen& screen, const Camera
   mark(tiles.shaded_alone_places(), Kind::real);
   mark(tiles.object_places(), Kind::object);
 
-  const auto take = [&](const gpu::Texture& texture, const std::vector<std::uint32_t>& places, int step,
-                        std::vector<float>* out) {
-    if (!places.empty()) TileReader(device, texture).read(places, step, 0, 3, out);
-  };
   std::vector<std::uint32_t> fine = tiles.shaded_alone_places();
   fine.insert(fine.end(), tiles.object_places().begin(), tiles.object_places().end());
-  take(*screen.gain, tiles.smooth_places(), kPasses.smooth_px, &smooth_);
-  take(*screen.live_gain, fine, fine_step_, &fine_);
-  for (const std::uint32_t place : fine) spread_fine(left_of(place), top_of(place));
-  read_objects(device, screen, camera.rays(), tiles.object_places(), &objects_);
+  const std::array<WantedTiles, 2> objects = object_tiles(screen, tiles.object_places());
+  const WantedTiles wanted[] = {{*screen.gain, tiles.smooth_places(), kPasses.smooth_px},
+                                {*screen.live_gain, fine, fine_step_},
+                                objects[0],
+                                objects[1]};
+  const TileReader reader(device, wanted);
+  reader.read(0, 0, 3, &smooth_);
+  reader.read(1, 0, 3, &fine_);
+  for_each_index(fine.size(), kBlocks, [&](std::size_t i) { spread_fine(left_of(fine[i]), top_of(fine[i])); });
+  read_objects(reader, 2, screen, camera.rays(), tiles.object_places(), &objects_);
 }
 
 /// A pixel between those of fine_step_ is their mean; neighbouring blocks of another kind are not used.
@@ -106,13 +111,13 @@ capture::Image<std::uint8_t> CpuCompositor::over(const CameraUpload& camera, con
   hidden_ = behind_foreground(depth, camera, shown());
   const ObjectLayer& objects = shown();
   capture::Image<std::uint8_t> picture = *camera.coded();
-  for (std::size_t i = 0; i < kinds_.size(); ++i) {
+  for_each_index(kinds_.size(), kBlocks, [&](std::size_t i) {
     const int left = kTile_px * static_cast<int>(i % static_cast<std::size_t>(columns_));
     const int top = kTile_px * static_cast<int>(i / static_cast<std::size_t>(columns_));
     if (kinds_[i] == Kind::smooth) over_smooth(left, top, &picture);
     if (kinds_[i] == Kind::real) over_real(left, top, &picture);
     if (kinds_[i] == Kind::object) over_object(left, top, camera, objects, &picture);
-  }
+  });
   if (blur_px > 0) over_outlines(camera, objects, &picture);
   return picture;
 }

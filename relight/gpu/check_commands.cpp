@@ -179,6 +179,17 @@ void check_upload_rgb(const Texture& texture, std::size_t bytes) {
                          ", which takes " + std::to_string(mip_bytes(desc, 0) / 4 * 3));
 }
 
+void check_part(const TexturePart& part) {
+  const TextureDesc& desc = part.texture->desc();
+  const Area& area = part.area;
+  if (!is_volume(desc) && area.x >= 0 && area.y >= 0 && area.width > 0 && area.height > 0 &&
+      area.x + area.width <= desc.width && area.y + area.height <= desc.height)
+    return;
+  throw std::logic_error("download of " + std::to_string(area.width) + "x" + std::to_string(area.height) +
+                         " texels at " + std::to_string(area.x) + ", " + std::to_string(area.y) + " of " +
+                         text_of(desc) + "; allowed is what lies within a 2D texture");
+}
+
 void check_upload(const Buffer& buffer, std::size_t offset, std::size_t bytes) {
   if (offset <= buffer.size_bytes() && bytes <= buffer.size_bytes() - offset) return;
   throw std::logic_error("upload of " + std::to_string(bytes) + " bytes at " + std::to_string(offset) +

@@ -27,6 +27,7 @@ std::string mip_text(const Texture& texture, int mip);
 void check_upload(const Texture& texture, int mip, std::size_t bytes);
 void check_upload_rgb(const Texture& texture, std::size_t bytes);
 void check_upload(const Buffer& buffer, std::size_t offset, std::size_t bytes);
+void check_part(const TexturePart& part);
 
 /// The backend's own object of a caller's. Throws std::logic_error if it belongs to another device.
 template <typename Own, typename Object, typename Context>

@@ -158,6 +158,12 @@ struct Area {
   int x = 0, y = 0, width = 0, height = 0;
 };
 
+/// Part of mip 0 of a 2D texture.
+struct TexturePart {
+  const Texture* texture = nullptr;
+  Area area;
+};
+
 struct DrawCall {
   std::vector<Binding> bindings;
   std::span<const std::byte> params;  ///< copied at record time
@@ -199,12 +205,16 @@ class Device {
   virtual std::unique_ptr<ComputePipeline> create_compute(std::string_view shader) = 0;
   virtual std::unique_ptr<RasterPipeline> create_raster(const RasterDesc& desc) = 0;
 
+  // Uploads are seen by every list that is submitted and every download after them, which may also be what reports that
+  // one of them failed.
   virtual void upload(const Texture& texture, int mip, std::span<const std::byte> texels) = 0;
   /// RGB of 8 bits to an rgba8_unorm texture, with alpha 1; straight into the texture where the device allows it.
   virtual void upload_rgb(const Texture& texture, std::span<const std::uint8_t> rgb) = 0;
   virtual void upload(const Buffer& buffer, std::size_t offset, std::span<const std::byte> bytes) = 0;
   virtual std::vector<std::byte> download(const Texture& texture, int mip = 0) = 0;
   virtual std::vector<std::byte> download(const Buffer& buffer) = 0;
+  /// Texels by part, rows in order, in one transfer.
+  virtual std::vector<std::vector<std::byte>> download(std::span<const TexturePart> parts) = 0;
 
   virtual std::unique_ptr<CommandList> begin() = 0;
   virtual std::vector<PassTime> submit(CommandList& list) = 0;  ///< executes and waits

@@ -23,6 +23,9 @@ inline bool is_volume(const TextureDesc& desc) { return desc.volume || desc.dept
 /// Edge of a mip level: half of the previous, rounded down, at least 1.
 inline int mip_edge(int edge, int mip) { return (edge >> mip) > 0 ? edge >> mip : 1; }
 std::size_t mip_bytes(const TextureDesc& desc, int mip);
+inline std::size_t area_bytes(const TextureDesc& desc, const Area& area) {
+  return bytes_per_texel(desc.format) * static_cast<std::size_t>(area.width) * static_cast<std::size_t>(area.height);
+}
 
 /// Throws std::logic_error if no device could create such a texture.
 void check_texture_desc(const TextureDesc& desc);

@@ -74,6 +74,17 @@ class EglDevice final : public Device {
     return bytes;
   }
 
+  std::vector<std::vector<std::byte>> download(std::span<const TexturePart> parts) override {
+    const Current current = context_->enter();
+    std::vector<std::vector<std::byte>> texels;
+    for (const TexturePart& part : parts) {
+      check_part(part);
+      texels.push_back(own<EglTexture>(*part.texture, *context_).download(part.area));
+      context_->check("download of part of texture \"" + part.texture->desc().name + "\"");
+    }
+    return texels;
+  }
+
   std::unique_ptr<CommandList> begin() override {
     if (!texture_clear_ && !context_->is_software()) texture_clear_ = std::make_shared<TextureClear>(*this);
     return std::make_unique<EglCommandList>(context_, texture_clear_);

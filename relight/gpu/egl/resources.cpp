@@ -73,6 +73,14 @@ std::vector<std::byte> EglTexture::download(int mip) const {
   return texels;
 }
 
+std::vector<std::byte> EglTexture::download(const Area& area) const {
+  const GlFormat format = gl_format(desc_.format);
+  std::vector<std::byte> texels(area_bytes(desc_, area));
+  glGetTextureSubImage(handle_, 0, area.x, area.y, 0, area.width, area.height, 1, format.layout, format.type,
+                       static_cast<GLsizei>(texels.size()), texels.data());
+  return texels;
+}
+
 EglBuffer::EglBuffer(std::shared_ptr<Context> context, std::size_t size_bytes, const std::string& name)
     : Buffer(size_bytes, name, context->holdings()), context_(std::move(context)) {
   check_buffer_bytes(*this, context_->limits().storage_bytes, context_->name());

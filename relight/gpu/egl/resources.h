@@ -21,6 +21,7 @@ class EglTexture final : public Texture {
   void upload(int mip, std::span<const std::byte> texels) const;
   void upload_rgb(std::span<const std::uint8_t> rgb) const;
   std::vector<std::byte> download(int mip) const;
+  std::vector<std::byte> download(const Area& area) const;  ///< of mip 0 of a 2D texture
 
  private:
   void destroy();

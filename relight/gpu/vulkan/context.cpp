@@ -2,9 +2,15 @@
 
 #include <optional>
 
+#include "relight/gpu/vulkan/pending_uploads.h"
 #include "relight/gpu/vulkan/recording.h"
 
 namespace lumigraft::relight::gpu::vulkan {
+namespace {
+
+constexpr std::size_t kMaxPending_bytes = 64 * 1024 * 1024;  ///< of uploads that wait
+
+}  // namespace
 
 Context::Context(std::unique_ptr<Instance> instance, VkPhysicalDevice physical)
     : instance_(std::move(instance)), physical_(physical) {}
@@ -24,12 +30,13 @@ Context::Context(std::unique_ptr<Instance> instance, const Choice& choice)
   pool.flags = VK_COMMAND_POOL_CREATE_TRANSIENT_BIT;
   pool.queueFamilyIndex = queue_family_;
   check(vkCreateCommandPool(device_, &pool, nullptr, &once_pool_), "creating a command pool");
+  uploads_ = std::make_unique<PendingUploads>(*this);
 }
 
 Context::~Context() {
   if (!device_) return;
   spare_recordings.clear();
-  destroy(to_device_);
+  uploads_.reset();
   destroy(from_device_);
   vkDestroyCommandPool(device_, once_pool_, nullptr);
   vkDestroyFence(device_, fence_, nullptr);
@@ -167,21 +174,43 @@ void Context::destroy(AllocatedBuffer& buffer) {
   buffer = {};
 }
 
-const AllocatedBuffer& Context::staging(std::size_t size_bytes, MemoryUse direction) {
-  AllocatedBuffer& buffer = direction == MemoryUse::to_device ? to_device_ : from_device_;
-  if (buffer.size_bytes < size_bytes) {
-    destroy(buffer);
-    buffer = create_buffer(size_bytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT, direction);
+const AllocatedBuffer& Context::download_memory(std::size_t size_bytes) {
+  if (from_device_.size_bytes < size_bytes) {
+    destroy(from_device_);
+    from_device_ = create_buffer(size_bytes, VK_BUFFER_USAGE_TRANSFER_DST_BIT, MemoryUse::from_device);
   }
-  return buffer;
+  return from_device_;
+}
+
+std::byte* Context::upload(std::size_t bytes,
+                           const std::function<void(VkCommandBuffer, VkBuffer, VkDeviceSize)>& record) {
+  if (uploads_->any() && uploads_->bytes() + bytes > kMaxPending_bytes) finish_uploads();
+  return uploads_->add(bytes, record);
+}
+
+void Context::finish_uploads() {
+  if (uploads_->any()) run_and_wait(VK_NULL_HANDLE, "uploads");
+}
+
+void Context::finish_uploads(std::nothrow_t) noexcept {
+  try {
+    finish_uploads();
+  } catch (const GpuError&) {
+  }
 }
 
 void Context::run_and_wait(VkCommandBuffer commands, const std::string& doing) {
-  auto buffer = zeroed<VkCommandBufferSubmitInfo>(VK_STRUCTURE_TYPE_COMMAND_BUFFER_SUBMIT_INFO);
-  buffer.commandBuffer = commands;
+  std::array<VkCommandBufferSubmitInfo, 2> buffers;
+  std::uint32_t count = 0;
+  const auto add = [&](VkCommandBuffer buffer) {
+    buffers[count] = zeroed<VkCommandBufferSubmitInfo>(VK_STRUCTURE_TYPE_COMMAND_BUFFER_SUBMIT_INFO);
+    buffers[count++].commandBuffer = buffer;
+  };
+  if (uploads_ && uploads_->any()) add(uploads_->end());
+  if (commands) add(commands);
   auto submit = zeroed<VkSubmitInfo2>(VK_STRUCTURE_TYPE_SUBMIT_INFO_2);
-  submit.commandBufferInfoCount = 1;
-  submit.pCommandBufferInfos = &buffer;
+  submit.commandBufferInfoCount = count;
+  submit.pCommandBufferInfos = buffers.data();
   check(vkQueueSubmit2(queue_, 1, &submit, fence_), doing);
   check(vkWaitForFences(device_, 1, &fence_, VK_TRUE, UINT64_MAX), doing);
   check(vkResetFences(device_, 1, &fence_), doing);

@@ -6,6 +6,7 @@
 #include <array>
 #include <functional>
 #include <memory>
+#include <new>
 #include <string>
 #include <vector>
 
@@ -57,6 +58,7 @@ struct AllocatedBuffer {
   std::size_t size_bytes = 0;
 };
 
+class PendingUploads;
 struct Recording;
 
 class Context {
@@ -81,9 +83,17 @@ class Context {
   AllocatedBuffer create_buffer(std::size_t size_bytes, VkBufferUsageFlags usage, MemoryUse use,
                                 const std::string& what = "a host buffer");
   void destroy(AllocatedBuffer& buffer);
-  /// Staging memory of at least that size, reused for the next transfer in the same direction.
-  const AllocatedBuffer& staging(std::size_t size_bytes, MemoryUse direction);
+  /// Memory of at least that size for a download, reused for the next one.
+  const AllocatedBuffer& download_memory(std::size_t size_bytes);
 
+  /// Host memory to write `bytes` to before the next submission, which begins with the copies that `record(commands,
+  /// buffer, offset)` records from there.
+  std::byte* upload(std::size_t bytes, const std::function<void(VkCommandBuffer, VkBuffer, VkDeviceSize)>& record);
+  /// Submits what was uploaded.
+  void finish_uploads();
+  /// The same before a resource is destroyed that may be a target: a failure makes it no less destroyed.
+  void finish_uploads(std::nothrow_t) noexcept;
+  /// After what was uploaded.
   void run_and_wait(VkCommandBuffer commands, const std::string& doing);
   void run_once(const std::string& doing, const std::function<void(VkCommandBuffer)>& record);
   void set_name(VkObjectType type, std::uint64_t handle, const std::string& name);
@@ -108,7 +118,8 @@ class Context {
   VkFence fence_ = VK_NULL_HANDLE;
   VkCommandPool once_pool_ = VK_NULL_HANDLE;
   std::array<VkSampler, Sampling::kCount> samplers_{};
-  AllocatedBuffer to_device_, from_device_;
+  AllocatedBuffer from_device_;
+  std::unique_ptr<PendingUploads> uploads_;
   PFN_vkSetDebugUtilsObjectNameEXT set_name_ = nullptr;
 };
 

@@ -45,23 +45,21 @@ class VulkanDevice final : public Device {
   void upload(const Texture& texture, int mip, std::span<const std::byte> texels) override {
     const VulkanTexture& target = own<VulkanTexture>(texture, *context_);
     check_upload(texture, mip, texels.size());
-    copy_staged(staged(texels), target, mip);
+    std::memcpy(upload_to(target, mip), texels.data(), texels.size());
   }
 
   void upload_rgb(const Texture& texture, std::span<const std::uint8_t> rgb) override {
     const VulkanTexture& target = own<VulkanTexture>(texture, *context_);
     check_upload_rgb(texture, rgb.size());
     const TextureDesc& desc = texture.desc();
-    const HostRows direct = target.host_rows();  // nothing runs meanwhile: submit() waits
-    const AllocatedBuffer* staging =
-        direct.first ? nullptr : &context_->staging(mip_bytes(desc, 0), MemoryUse::to_device);
+    const HostRows direct = target.host_rows();    // nothing runs meanwhile: submit() waits
+    if (direct.first) context_->finish_uploads();  // one to the same texture would come after this one
     const HostRows rows =
-        direct.first ? direct : HostRows{staging->memory.mapped, 4 * static_cast<std::size_t>(desc.width)};
+        direct.first ? direct : HostRows{upload_to(target, 0), 4 * static_cast<std::size_t>(desc.width)};
     for (int v = 0; v < desc.height; ++v) {
       const auto row = static_cast<std::size_t>(v);
       expand_rgb(&rgb[3 * row * static_cast<std::size_t>(desc.width)], desc.width, rows.first + row * rows.pitch_bytes);
     }
-    if (staging) copy_staged(*staging, target, 0);
   }
 
   void upload(const Buffer& buffer, std::size_t offset, std::span<const std::byte> bytes) override {
@@ -72,18 +70,18 @@ class VulkanDevice final : public Device {
       std::memcpy(target.mapped() + offset, bytes.data(), bytes.size());
       return;
     }
-    const AllocatedBuffer& staging = staged(bytes);
-    context_->run_once("upload to buffer \"" + target.name() + "\"", [&](VkCommandBuffer commands) {
-      const VkBufferCopy copy{0, offset, bytes.size()};
-      vkCmdCopyBuffer(commands, staging.handle, target.handle(), 1, &copy);
-    });
+    const auto record = [&](VkCommandBuffer commands, VkBuffer from, VkDeviceSize at) {
+      const VkBufferCopy copy{at, offset, bytes.size()};
+      vkCmdCopyBuffer(commands, from, target.handle(), 1, &copy);
+    };
+    std::memcpy(context_->upload(bytes.size(), record), bytes.data(), bytes.size());
   }
 
   std::vector<std::byte> download(const Texture& texture, int mip) override {
     const VulkanTexture& source = own<VulkanTexture>(texture, *context_);
     const std::string what = mip_text(texture, mip);
     const std::size_t size = mip_bytes(texture.desc(), mip);
-    const AllocatedBuffer& staging = context_->staging(size, MemoryUse::from_device);
+    const AllocatedBuffer& staging = context_->download_memory(size);
     context_->run_once("download of " + what, [&](VkCommandBuffer commands) {
       const VkBufferImageCopy copy = source.copy_of(mip);
       vkCmdCopyImageToBuffer(commands, source.image(), VK_IMAGE_LAYOUT_GENERAL, staging.handle, 1, &copy);
@@ -93,12 +91,37 @@ class VulkanDevice final : public Device {
 
   std::vector<std::byte> download(const Buffer& buffer) override {
     const VulkanBuffer& source = own<VulkanBuffer>(buffer, *context_);
-    const AllocatedBuffer& staging = context_->staging(buffer.size_bytes(), MemoryUse::from_device);
+    const AllocatedBuffer& staging = context_->download_memory(buffer.size_bytes());
     context_->run_once("download of buffer \"" + source.name() + "\"", [&](VkCommandBuffer commands) {
       const VkBufferCopy copy{0, 0, buffer.size_bytes()};
       vkCmdCopyBuffer(commands, source.handle(), staging.handle, 1, &copy);
     });
     return {staging.memory.mapped, staging.memory.mapped + buffer.size_bytes()};
+  }
+
+  std::vector<std::vector<std::byte>> download(std::span<const TexturePart> parts) override {
+    std::size_t size = 0;
+    std::vector<VkBufferImageCopy> copies;
+    for (const TexturePart& part : parts) {
+      check_part(part);
+      copies.push_back(own<VulkanTexture>(*part.texture, *context_).copy_of(part.area));
+      copies.back().bufferOffset = size;
+      size += (area_bytes(part.texture->desc(), part.area) + 15) / 16 * 16;
+    }
+    if (size == 0) return {};
+    const AllocatedBuffer& staging = context_->download_memory(size);
+    context_->run_once("download of parts of textures", [&](VkCommandBuffer commands) {
+      for (std::size_t i = 0; i < parts.size(); ++i) {
+        vkCmdCopyImageToBuffer(commands, own<VulkanTexture>(*parts[i].texture, *context_).image(),
+                               VK_IMAGE_LAYOUT_GENERAL, staging.handle, 1, &copies[i]);
+      }
+    });
+    std::vector<std::vector<std::byte>> texels;
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      const std::byte* first = staging.memory.mapped + copies[i].bufferOffset;
+      texels.emplace_back(first, first + area_bytes(parts[i].texture->desc(), parts[i].area));
+    }
+    return texels;
   }
 
   std::unique_ptr<CommandList> begin() override {
@@ -118,17 +141,14 @@ class VulkanDevice final : public Device {
     return made;
   }
 
-  void copy_staged(const AllocatedBuffer& staging, const VulkanTexture& target, int mip) {
-    context_->run_once("upload to " + mip_text(target, mip), [&](VkCommandBuffer commands) {
-      const VkBufferImageCopy copy = target.copy_of(mip);
-      vkCmdCopyBufferToImage(commands, staging.handle, target.image(), VK_IMAGE_LAYOUT_GENERAL, 1, &copy);
-    });
-  }
-
-  const AllocatedBuffer& staged(std::span<const std::byte> bytes) {
-    const AllocatedBuffer& staging = context_->staging(bytes.size(), MemoryUse::to_device);
-    std::memcpy(staging.memory.mapped, bytes.data(), bytes.size());
-    return staging;
+  /// Memory to write the texels to.
+  std::byte* upload_to(const VulkanTexture& target, int mip) {
+    const auto record = [&](VkCommandBuffer commands, VkBuffer from, VkDeviceSize at) {
+      VkBufferImageCopy copy = target.copy_of(mip);
+      copy.bufferOffset = at;
+      vkCmdCopyBufferToImage(commands, from, target.image(), VK_IMAGE_LAYOUT_GENERAL, 1, &copy);
+    };
+    return context_->upload(mip_bytes(target.desc(), mip), record);
   }
 
   std::shared_ptr<Context> context_;

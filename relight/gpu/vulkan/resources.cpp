@@ -88,6 +88,7 @@ void VulkanTexture::clear_new() {
 }
 
 void VulkanTexture::destroy() {
+  context_->finish_uploads(std::nothrow);
   for (const VkImageView view : {first_mip_, all_mips_}) vkDestroyImageView(context_->device(), view, nullptr);
   vkDestroyImage(context_->device(), image_, nullptr);
   vkFreeMemory(context_->device(), memory_.handle, nullptr);
@@ -102,6 +103,13 @@ VkBufferImageCopy VulkanTexture::copy_of(int mip) const {
   copy.imageSubresource = {aspect(), edge(mip), 0, 1};
   copy.imageExtent = {edge(mip_edge(desc_.width, mip)), edge(mip_edge(desc_.height, mip)),
                       edge(mip_edge(desc_.depth, mip))};
+  return copy;
+}
+
+VkBufferImageCopy VulkanTexture::copy_of(const Area& area) const {
+  VkBufferImageCopy copy = copy_of(0);
+  copy.imageOffset = {area.x, area.y, 0};
+  copy.imageExtent = {edge(area.width), edge(area.height), 1};
   return copy;
 }
 

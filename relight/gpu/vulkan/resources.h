@@ -22,6 +22,7 @@ class VulkanTexture final : public Texture {
   VkImageView all_mips() const { return all_mips_; }    ///< for sampling
   VkImageAspectFlags aspect() const;
   VkBufferImageCopy copy_of(int mip) const;
+  VkBufferImageCopy copy_of(const Area& area) const;
   HostRows host_rows() const;
 
  private:
@@ -40,7 +41,10 @@ class VulkanTexture final : public Texture {
 class VulkanBuffer final : public Buffer {
  public:
   VulkanBuffer(std::shared_ptr<Context> context, std::size_t size_bytes, const std::string& name);
-  ~VulkanBuffer() override { context_->destroy(buffer_); }
+  ~VulkanBuffer() override {
+    context_->finish_uploads(std::nothrow);
+    context_->destroy(buffer_);
+  }
 
   const Context* context() const { return context_.get(); }
   VkBuffer handle() const { return buffer_.handle; }

@@ -31,7 +31,7 @@ class LampShadows {
   bool other_receivers() const { return recorded_ != receivers_; }
   void record(gpu::CommandList& list, const shader::FrameParams& params, const LampMaps& maps,
               const LightVolumeState& room);
-  /// Reads the images back from the device, for shades().
+  /// Reads back from the device where the images have shadows, for shades().
   void read(gpu::Device& device, const shader::FrameParams& params);
 
   /// Whether objects may occlude a lamp seen from a point (tag frame).
@@ -61,7 +61,7 @@ class LampShadows {
   int next_lamp_ = 0;
   std::uint64_t receivers_ = 0, recorded_ = 0;  ///< count of maps; of which the images are
   std::unique_ptr<gpu::Texture> shadows_;
-  std::unique_ptr<gpu::Buffer> hiding_;  ///< lamp maps that occlude, per block
+  std::unique_ptr<gpu::Buffer> hiding_, shaded_blocks_;  ///< lamp maps that occlude, and whether any does, per block
   // As read back.
   std::vector<shader::ShadowView> views_;
   std::vector<Eigen::Vector3f> lamps_m_;

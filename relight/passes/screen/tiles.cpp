@@ -1,6 +1,7 @@
 #include "relight/passes/screen/tiles.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 
@@ -18,16 +19,20 @@ class Bound {
         lamp_shadows_(choice.lamp_shadows),
         glossy_(choice.glossy),
         min_codes_(choice.min_code_change),
-        facing_(choice.glossy.empty() ? 1.0f : 4.0f) {}
+        facing_(choice.glossy.empty() ? 1.0f : 4.0f) {
+    for (std::size_t code = 0; code < codes_.size(); ++code) {
+      // Change of the pixel value, with the slope of the sRGB curve above its linear part.
+      const float root = std::max((static_cast<float>(code) / 255 + 0.055f) / 1.055f, 0.1f);
+      const float brighter = 1 + params.exposure.w() / std::pow(root, 2.4f);
+      codes_[code] = 255.0f * 1.055f / 2.4f * root * brighter;
+    }
+  }
 
   /// `code`: pixel value of the brightest channel.
   bool can_change(const Eigen::Vector3f& at, std::uint8_t code) const {
     const float r2 = p_.sphere.w() * p_.sphere.w(), far2 = (p_.sphere.head<3>() - at).squaredNorm();
     if (far2 < 1.5f * r2) return true;
-    // Change of the pixel value, with the slope of the sRGB curve above its linear part.
-    const float root = std::max((static_cast<float>(code) / 255 + 0.055f) / 1.055f, 0.1f);
-    const float brighter = 1 + p_.exposure.w() / std::pow(root, 2.4f);
-    return 255.0f * 1.055f / 2.4f * root * brighter * r2 * facing_ > min_codes_ * far2;
+    return codes_[code] * r2 * facing_ > min_codes_ * far2;
   }
 
   /// Minimum blur of the objects' reflection by gloss at this point, in pixels (shaders/screen/mirror_blur.glsl); none
@@ -64,6 +69,7 @@ class Bound {
   const LampShadows* lamp_shadows_;
   const std::vector<GlossyBounds>& glossy_;
   float min_codes_, facing_;
+  std::array<float, 256> codes_{};  ///< by pixel value, how far the objects change it at a distance of their radius
 };
 
 }  // namespace

@@ -10,6 +10,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 9) uniform sampler2D ground_place;
 layout(binding = 10) uniform sampler2D ground_normal;
 layout(std430, binding = 17) readonly buffer Blocks { uvec2 blocks[]; };  // written by lamp_tiles.comp
+layout(std430, binding = 18) buffer Shaded { uint shaded[]; };  // by block: 1 if visible light is lost there
 layout(binding = 16, rgba16f) uniform writeonly image2D out_map;  // occluded fraction; depth beyond the sphere's centre
 
 void main() {
@@ -47,5 +48,7 @@ void main() {
     float hidden = virtual_shadow(k, s.distance);
     if (hidden > 0.0) lost += cosine * hidden * (1.0 - real_shadow(k, s.distance));
   }
-  imageStore(out_map, at, to_half(vec4(all > 0.0 ? lost / all : 0.0, place.w, 0.0, 0.0)));
+  float fraction = all > 0.0 ? lost / all : 0.0;
+  if (fraction >= frame.pass_f.x) atomicOr(shaded[(at.y / 8) * (edge / 8) + at.x / 8], 1u);
+  imageStore(out_map, at, to_half(vec4(fraction, place.w, 0.0, 0.0)));
 }

@@ -81,6 +81,9 @@ class TimedDevice : public gpu::Device {
   void upload(const gpu::Buffer& t, std::size_t at, std::span<const std::byte> b) override { real_->upload(t, at, b); }
   std::vector<std::byte> download(const gpu::Texture& t, int mip) override { return real_->download(t, mip); }
   std::vector<std::byte> download(const gpu::Buffer& b) override { return real_->download(b); }
+  std::vector<std::vector<std::byte>> download(std::span<const gpu::TexturePart> p) override {
+    return real_->download(p);
+  }
   std::unique_ptr<gpu::CommandList> begin() override { return real_->begin(); }
   std::vector<gpu::PassTime> submit(gpu::CommandList& list) override {
     return turns_.first([&] { return real_->submit(list); });

@@ -102,10 +102,14 @@ class Composer : public gpu::DeviceTest {
     pass.record(*list, params, screen);
     device_->submit(*list);
     capture::Image<float> change(kWidth, kHeight, 3);
-    TileReader(*device_, *screen.delta).read(screen.tiles->view_places(), 1, 0, 3, &change.data);
+    const std::vector<std::uint32_t>& places = screen.tiles->view_places();
+    const std::array<WantedTiles, 2> of_objects = object_tiles(screen, places);
+    const WantedTiles wanted[] = {{*screen.delta, places}, of_objects[0], of_objects[1]};
+    const TileReader reader(*device_, wanted);
+    reader.read(0, 0, 3, &change.data);
     ObjectLayer objects;
     const std::vector<float> rays(2 * kPixels, 0.5f);
-    read_objects(*device_, screen, rays, screen.tiles->view_places(), &objects);
+    read_objects(reader, 1, screen, rays, places, &objects);
     for (std::size_t i = 0; i < kPixels; ++i) {
       const float along_ray_m = kind_of(i) >= object ? kObject_m * std::sqrt(1.5f) : 0;
       EXPECT_NEAR(objects.distance_m.data[i], along_ray_m, 1e-5f) << i;

@@ -74,6 +74,12 @@ TEST_P(DeviceMisuseTest, WrongTexturesBuffersAndTransfersAreNamed) {
             "upload of 9 bytes at 8 to buffer \"places\", which has 16");
   EXPECT_EQ(error_of<std::logic_error>([&] { device_->upload(*volume_, 1, std::vector<std::byte>(9)); }),
             "upload of 9 bytes to mip 1 of texture \"volume\" (4x4x4 rgba16_float), which has 64");
+  const auto picture = device_->create_texture({.name = "picture", .width = 4, .height = 4});
+  for (const Area& outside : {Area{2, 0, 3, 1}, Area{0, -1, 1, 1}, Area{0, 0, 0, 1}}) {
+    const TexturePart part[] = {{picture.get(), outside}};
+    EXPECT_NE(error_of<std::logic_error>([&] { device_->download(part); }).find("within a 2D texture"),
+              std::string::npos);
+  }
   EXPECT_EQ(error_of<std::logic_error>([&] { device_->download(*volume_, 2); }),
             "there is no mip 2 of texture \"volume\" (4x4x4 rgba16_float)");
   const auto other = create_device(GetParam(), {});

@@ -129,6 +129,62 @@ TEST_P(DeviceTest, BuffersBeginAsZerosAndAreFilledAndUploadedInParts) {
   for (std::size_t i = 0; i < 10; ++i) EXPECT_EQ(std::to_integer<int>(bytes[i]), expected[i]);
 }
 
+TEST_P(DeviceTest, LaterUploadsReplaceEarlierOnes) {
+  constexpr int kEdge = 2048;  // 32 MiB: more of them than wait for a submission together
+  const auto large = device_->create_texture({.name = "large", .width = kEdge, .height = kEdge});
+  const auto small = device_->create_texture({.name = "small", .width = 2, .height = 1, .format = Format::r32_float});
+  std::vector<Eigen::half> texels(4 * kEdge * kEdge);
+  for (int i = 1; i <= 3; ++i) {
+    std::fill(texels.begin(), texels.end(), Eigen::half(static_cast<float>(i)));
+    const std::vector<float> two{static_cast<float>(10 * i), static_cast<float>(10 * i + 1)};
+    device_->upload(*small, 0, std::as_bytes(std::span(two)));
+    device_->upload(*large, 0, std::as_bytes(std::span(texels)));
+  }
+  EXPECT_EQ(values_of<float>(device_->download(*small)), (std::vector<float>{30, 31}));
+  EXPECT_EQ(values_of<Eigen::half>(device_->download(*large)), texels);
+}
+
+TEST_P(DeviceTest, WhatIsUploadedToMayBeDestroyedAtOnce) {
+  const std::vector<float> texels{1, 2};
+  auto gone = device_->create_texture({.name = "gone", .width = 2, .height = 1, .format = Format::r32_float});
+  const auto kept = device_->create_texture({.name = "kept", .width = 2, .height = 1, .format = Format::r32_float});
+  auto buffer = device_->create_buffer(8, "gone");
+  device_->upload(*kept, 0, std::as_bytes(std::span(texels)));
+  device_->upload(*gone, 0, std::as_bytes(std::span(texels)));
+  device_->upload(*buffer, 0, std::as_bytes(std::span(texels)));
+  gone.reset();
+  buffer.reset();
+  device_->submit(*device_->begin());
+  EXPECT_EQ(values_of<float>(device_->download(*kept)), texels);
+}
+
+TEST_P(DeviceTest, PartsOfTexturesAreDownloadedTogether) {
+  constexpr int kWidth = 7, kHeight = 5;
+  const auto singles =
+      device_->create_texture({.name = "singles", .width = kWidth, .height = kHeight, .format = Format::r32_float});
+  const auto halves = device_->create_texture({.name = "halves", .width = kWidth, .height = kHeight});
+  std::vector<float> values;
+  std::vector<Eigen::half> fours;
+  for (int i = 0; i < kWidth * kHeight; ++i) {
+    values.push_back(static_cast<float>(i));
+    for (int c = 0; c < 4; ++c) fours.emplace_back(static_cast<float>(100 * c + i));
+  }
+  device_->upload(*singles, 0, std::as_bytes(std::span(values)));
+  device_->upload(*halves, 0, std::as_bytes(std::span(fours)));
+  const TexturePart parts[] = {
+      {singles.get(), {6, 4, 1, 1}}, {halves.get(), {2, 1, 3, 2}}, {singles.get(), {0, 0, 7, 5}}};
+  const std::vector<std::vector<std::byte>> texels = device_->download(parts);
+  ASSERT_EQ(texels.size(), 3u);
+  EXPECT_EQ(values_of<float>(texels[0]), std::vector<float>{34});
+  std::vector<Eigen::half> expected;
+  for (const int i : {9, 10, 11, 16, 17, 18}) {
+    for (int c = 0; c < 4; ++c) expected.emplace_back(static_cast<float>(100 * c + i));
+  }
+  EXPECT_EQ(values_of<Eigen::half>(texels[1]), expected);
+  EXPECT_EQ(values_of<float>(texels[2]), values);
+  EXPECT_TRUE(device_->download(std::span<const TexturePart>()).empty());
+}
+
 TEST_P(DeviceTest, TwoListsRunInTheOrderTheyAreSubmitted) {
   const auto buffer = device_->create_buffer(4, "word");
   const auto first = device_->begin(), second = device_->begin();

@@ -35,6 +35,9 @@ class LimitedDevice : public relight::gpu::Device {
   }
   std::vector<std::byte> download(const relight::gpu::Texture& t, int m) override { return real_->download(t, m); }
   std::vector<std::byte> download(const relight::gpu::Buffer& b) override { return real_->download(b); }
+  std::vector<std::vector<std::byte>> download(std::span<const relight::gpu::TexturePart> p) override {
+    return real_->download(p);
+  }
   std::unique_ptr<relight::gpu::CommandList> begin() override { return real_->begin(); }
   std::vector<relight::gpu::PassTime> submit(relight::gpu::CommandList& list) override { return real_->submit(list); }
 

@@ -25,6 +25,7 @@ class BrokenDevice : public relight::gpu::Device {
   void upload(const relight::gpu::Buffer&, std::size_t, std::span<const std::byte>) override { fail(); }
   std::vector<std::byte> download(const relight::gpu::Texture&, int) override { fail(); }
   std::vector<std::byte> download(const relight::gpu::Buffer&) override { fail(); }
+  std::vector<std::vector<std::byte>> download(std::span<const relight::gpu::TexturePart>) override { fail(); }
   std::unique_ptr<relight::gpu::CommandList> begin() override { fail(); }
   std::vector<relight::gpu::PassTime> submit(relight::gpu::CommandList&) override { fail(); }
 
@@ -60,6 +61,9 @@ class FailingDevice : public relight::gpu::Device {
   }
   std::vector<std::byte> download(const relight::gpu::Texture& t, int m) override { return ok().download(t, m); }
   std::vector<std::byte> download(const relight::gpu::Buffer& b) override { return ok().download(b); }
+  std::vector<std::vector<std::byte>> download(std::span<const relight::gpu::TexturePart> p) override {
+    return ok().download(p);
+  }
   std::unique_ptr<relight::gpu::CommandList> begin() override { return ok().begin(); }
   std::vector<relight::gpu::PassTime> submit(relight::gpu::CommandList& list) override { return ok().submit(list); }
 
