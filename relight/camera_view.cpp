@@ -255,7 +255,7 @@ void CameraView::draw_live(gpu::CommandList& list, const View& view, const Light
     light_objects(list, view.params, light);
   }
   list.begin_pass("compose");
-  live_view_.compose(list, view.params, shadows, matt, volumes, rounds.irradiance(), *screen_);
+  live_view_.compose(list, view.params, shadows, light.maps, matt, volumes, rounds.irradiance(), *screen_);
   if (glossy) {
     list.begin_pass("reflect");
     live_view_.see_gloss(list, view.params, shadows, light.maps, volumes, rounds.irradiance(), *screen_);

@@ -12,6 +12,7 @@
 #include "relight/amortized_light_update.h"
 #include "relight/camera_view.h"
 #include "relight/compose/parameters.h"
+#include "relight/gather/moved_surfaces.h"
 #include "relight/objects/placement.h"
 #include "relight/passes/lamps/lamp_maps.h"
 #include "relight/passes/screen/lamp_shadows.h"
@@ -97,7 +98,9 @@ struct Relighter::State {
   std::shared_ptr<const reconstruct::Illumination> illumination;
   int illumination_lights = -1;
   LightSet lights;
-  int max_lamps = 1;  ///< for which there is room: a power of two, so that it rarely changes
+  std::vector<ReferenceMesh> traced_objects;  ///< of `traced`
+  std::unique_ptr<const Meshes> traced;       ///< the objects, in which what moved ends; null: nothing moved yet
+  int max_lamps = 1;                          ///< for which there is room: a power of two, so that it rarely changes
   const float widest_tangent;
   bool shadows_due = false;  ///< of lamps: what appeared or disappeared has not changed them yet
   bool drawn_live = false;   ///< the last frame was, in the live setting
@@ -183,7 +186,25 @@ struct Relighter::State {
     return plan;
   }
 
-  shader::FrameParams frame_params(const reconstruct::Scene& scene, const Eigen::Isometry3d& T_tag_camera,
+  /// What this frame's depth shows and the fused room does not, if it may occlude lamps.
+  std::shared_ptr<const Model> moved_surfaces(const capture::FrameSet& frame, const reconstruct::Scene& scene,
+                                              const Exhibit& exhibit, const shader::FrameParams& params) {
+    const CurrentDepth depth(view.pixel_rays(), depth_of(frame, session.color.model), scene.field->voxel_m);
+    const CameraRays eye{view.pixel_rays(), {session.color.model, Eigen::Isometry3f(params.T_tag_camera)}};
+    return moved_shell(
+        eye, depth, *scene.field, [&](const Eigen::Vector3f& p_m) { return LampMaps::may_occlude(params, p_m); },
+        [&]() -> const Meshes& {
+          std::vector<ReferenceMesh> now = reference_objects_of(exhibit, 1e-9 * static_cast<double>(frame.time_ns));
+          if (!traced || !same_meshes(traced_objects, now)) {
+            traced_objects = std::move(now);
+            traced = std::make_unique<const Meshes>(traced_objects, nullptr);
+          }
+          return *traced;
+        });
+  }
+
+  shader::FrameParams frame_params(const capture::FrameSet& frame, const reconstruct::Scene& scene,
+                                   const Eigen::Isometry3d& T_tag_camera, const Exhibit& exhibit,
                                    const std::vector<PlacedObject>& objects, const Placement& placement,
                                    const Plan& plan) {
     Eigen::Vector3f emission = Eigen::Vector3f::Zero();  // of the brightest object, by channel
@@ -246,7 +267,7 @@ struct Relighter::State {
     p.tag << static_cast<float>(0.5 * print_m), 0, 0, 0;
     p.pass_f.x() = quality.min_code_change;
     light.passes().inject().choose_unit(objects, p);
-    lamp_maps->choose(*device, p);
+    lamp_maps->choose(*device, p, moved_surfaces(frame, scene, exhibit, p).get());
     mirrors.describe(p);
     LampShadows::choose_views(p);
     return p;
@@ -370,9 +391,9 @@ RelitPicture Relighter::relight(const capture::FrameSet& frame, const reconstruc
   bool moved = false;
   const float nearest_m = (placement.sphere.centre_m - scene.pose->T_tag_camera.translation().cast<float>()).norm() -
                           placement.sphere.radius_m;
-  shader::FrameParams params =
-      s.frame_params(scene, s.view.hold(scene.pose->T_tag_camera, std::max(nearest_m, kRelight.min_still_m), &moved),
-                     objects, placement, plan);
+  shader::FrameParams params = s.frame_params(
+      frame, scene, s.view.hold(scene.pose->T_tag_camera, std::max(nearest_m, kRelight.min_still_m), &moved), exhibit,
+      objects, placement, plan);
 
   const LightKey key{objects, placement, scene.illumination, scene.enclosure, s.room.field(), s.room.albedo(), plan};
   const bool live = s.is_live(params);
@@ -396,6 +417,11 @@ RelitPicture Relighter::relight(const capture::FrameSet& frame, const reconstruc
     return relight(frame, scene, wanted, asked, with_maps);
   }
   result.passes = std::move(light.passes);
+  const bool occluded_anew = s.lamp_maps->moved_anew();
+  if (occluded_anew) {
+    list->begin_pass("moved surfaces");
+    s.lamp_maps->record_moved(*list);
+  }
   // What is drawn already continues to be drawn, if coarsely.
   if (!s.light.any_light() || (!s.drawn_live && !s.light.reaches(objects)))
     return s.wait_for_light(*list, std::move(result));
@@ -419,17 +445,19 @@ RelitPicture Relighter::relight(const capture::FrameSet& frame, const reconstruc
     shadows_wait = s.drawn_live && s.directly_lit && !same_models(s.directly_lit->objects, objects) &&
                    !s.lamp_shadows->other_receivers();
   }
-  if (lit_anew) s.light_directly(*list, params, key, objects_anew, !shadows_wait);
+  if (lit_anew || occluded_anew)
+    s.light_directly(*list, params, key, objects_anew || occluded_anew, lit_anew && !shadows_wait);
   s.shadows_due = shadows_wait;
-  const CameraView::View view{params, objects,           s.known_surfaces, s.glossy, s.store.white(),
-                              plan,   moved || lit_anew, with_maps,        live};
+  const CameraView::View view{
+      params,    objects, s.known_surfaces, s.glossy, s.store.white(), plan, moved || lit_anew || occluded_anew,
+      with_maps, live};
   const CameraView::Light shown{s.light, *s.lamp_maps, s.bricks};
   s.drawn_live = live;
   if (!live) {
     s.view.show_full(frame, view, shown, *list, &result);
     return result;
   }
-  if (light.recorded || lit_anew) s.submit(*list, &result);
+  if (light.recorded || lit_anew || occluded_anew) s.submit(*list, &result);
   if (lit_anew && !shadows_wait)
     s.lamp_shadows->read(*s.device, params);  // the selection of shadowed blocks depends on it
   s.view.show_live(frame, view, shown, *s.lamp_shadows, &result);

@@ -49,7 +49,7 @@ bool ChangeFade::is_covered(const ViewMeasure& now, bool sees_tag) const {
 }
 
 void ChangeFade::follow(const capture::FrameSet& frame, const capture::Image<std::uint8_t>& picture,
-                        const std::optional<reconstruct::Pose>& pose) {
+                        const std::optional<reconstruct::Pose>& pose, bool depth_stopped) {
   const ViewMeasure now = measure_view(picture);
   // A step back in time (a recording that begins again) counts as 0, a gap as at most fade_out_ns.
   const std::int64_t since_ns = std::exchange(last_ns_, frame.time_ns);
@@ -64,7 +64,7 @@ void ChangeFade::follow(const capture::FrameSet& frame, const capture::Image<std
 
   const bool unseen =
       !pose || (pose->from == reconstruct::Pose::From::past && frame.time_ns - pose->time_ns > kCompose.unseen_ns);
-  if (covered_ || unseen)
+  if (covered_ || unseen || depth_stopped)
     opacity_ -= static_cast<float>(step_ns) / static_cast<float>(kCompose.fade_out_ns);
   else
     opacity_ += static_cast<float>(step_ns) / static_cast<float>(kCompose.fade_in_ns);

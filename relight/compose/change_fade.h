@@ -1,6 +1,7 @@
 #pragma once
 // Opacity of everything that is added to live pictures: objects and change of light fade out together while the
-// camera's picture or pose is missing, and fade in when both are back.
+// camera's picture or pose is missing, and fade in when both are back. When depth stops (held_depth.h) they fade out
+// with the last depth and fade in without: what is in front of objects is not known any more.
 //
 // Without a current pose (Pose::From::past) the last one is used for a moment, during which all fades out. When the
 // lens is covered, the picture becomes dark or loses its contrast: nothing is rendered for it, and the last change
@@ -23,9 +24,9 @@ ViewMeasure measure_view(const capture::Image<std::uint8_t>& picture);
 
 class ChangeFade {
  public:
-  /// Once per frame, before it is rendered.
+  /// Once per frame, before it is rendered. `depth_stopped`: HeldDepth::stopped.
   void follow(const capture::FrameSet& frame, const capture::Image<std::uint8_t>& picture,
-              const std::optional<reconstruct::Pose>& pose);
+              const std::optional<reconstruct::Pose>& pose, bool depth_stopped = false);
   /// 0 to 1; 1 until something was missing.
   float opacity() const { return opacity_ * dimmed_; }
   bool covered() const { return covered_; }

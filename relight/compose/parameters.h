@@ -14,6 +14,9 @@ inline constexpr struct ComposeParameters {
   /// Without a pose for unseen_ns all that is added fades out at the last pose, within fade_out_ns: five frames at 30 a
   /// second, in which a camera held in a hand moves 2 to 10 cm. In slowly, as poses may be lost again.
   std::int64_t unseen_ns = 70'000'000, fade_out_ns = 180'000'000, fade_in_ns = 400'000'000;
+  /// Between two frames with depth, at most, for it to be a usual interval. A depth camera that is slower shows no
+  /// hands.
+  std::int64_t max_depth_interval_ns = 500'000'000;
   /// A covered lens: brightness and contrast (difference of blocks' mean pixel values, 5 to 95 %) fall below these
   /// fractions of their averages over usual_view_ns; twice as much ends it.
   float covered_light = 0.15f, covered_contrast = 0.2f, covered_hysteresis = 2;

@@ -1,6 +1,7 @@
 #include "relight/gather/moved_surfaces.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <opencv2/imgproc.hpp>
@@ -14,11 +15,17 @@ namespace {
 
 using Eigen::Vector3f;
 
+/// What the fused room shows at a pixel.
+struct FusedPixel {
+  float depth_m = 0;  ///< along the ray; 0: nothing
+  float cosine = 1;   ///< of the ray to the surface's normal
+};
+
 /// Edge of the square that fits into an area of moved surface, pixels; odd. Fusion displaces an edge by up to a voxel.
-int min_width_px(float voxel_m, const CameraRays& eye, const std::vector<GBufferPixel>& seen) {
+int min_width_px(float voxel_m, const CameraRays& eye, const std::vector<FusedPixel>& fused) {
   float near_m = std::numeric_limits<float>::max();
-  for (const GBufferPixel& p : seen) {
-    if (p.known) near_m = std::min(near_m, p.depth_m);
+  for (const FusedPixel& p : fused) {
+    if (p.depth_m > 0) near_m = std::min(near_m, p.depth_m);
   }
   const float px =
       voxel_m * static_cast<float>(eye.camera.model.fx) / std::max(near_m, static_cast<float>(kGather.min_nearest_m));
@@ -53,6 +60,94 @@ void keep_certain(cv::Mat1b& differs, const CurrentDepth& depth, int edge_px) {
     for (int u = 0; u < differs.cols; ++u) differs(v, u) = keep[static_cast<std::size_t>(area(v, u))];
   }
 }
+
+/// Not 0 where depth differs from the fused room by more than noise, in areas wider than fusion displaces edges.
+cv::Mat1b moved_mask(float voxel_m, const CameraRays& eye, const CurrentDepth& depth,
+                     const std::vector<FusedPixel>& fused) {
+  const int width = eye.camera.model.width, height = eye.camera.model.height;
+  cv::Mat1b nearer(height, width, std::uint8_t{0}), farther(height, width, std::uint8_t{0});
+  for_each_pixel(width, height, kRows, [&](int u, int v) {
+    const float depth_m = depth.at(u, v);
+    const FusedPixel& p = fused[static_cast<std::size_t>(v * width + u)];
+    if (!(depth_m > 0)) return;
+    const float off_m = p.depth_m > 0 ? depth_m - p.depth_m : -std::numeric_limits<float>::infinity();
+    if (std::abs(off_m) <= depth.allowed_m(depth_m, p.cosine)) return;
+    (off_m < 0 ? nearer : farther)(v, u) = 255;
+  });
+  const int edge = min_width_px(voxel_m, eye, fused);
+  keep_certain(nearer, depth, edge);
+  keep_certain(farther, depth, edge);
+  return nearer | farther;
+}
+
+/// The field's surfaces at pixels whose depth may differ from them; the others have their depth.
+class FieldView {
+ public:
+  FieldView(const CameraRays& eye, const CurrentDepth& depth, const reconstruct::DistanceField& field)
+      : eye_(eye), depth_(depth), field_(field) {}
+
+  /// Whether depth may differ somewhere that matters.
+  bool any_moved(const std::function<bool(const Vector3f&)>& may_matter) const {
+    std::atomic<bool> any = false;
+    for_each_tile([&](int left, int top) {
+      for_each_sample(left, top, [&](int u, int v) {
+        if (!any && depth_.known(u, v) && may_matter(point(u, v)) && differs(u, v)) any = true;
+      });
+    });
+    return any;
+  }
+
+  std::vector<FusedPixel> pixels() const {
+    const capture::CameraModel& camera = eye_.camera.model;
+    std::vector<FusedPixel> fused(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height));
+    for_each_tile([&](int left, int top) {
+      bool differ = false;
+      for_each_sample(left, top, [&](int u, int v) { differ = differ || differs(u, v); });
+      for (int v = top; v < std::min(top + kGather.window_px, camera.height); ++v) {
+        for (int u = left; u < std::min(left + kGather.window_px, camera.width); ++u) {
+          fused[static_cast<std::size_t>(v * camera.width + u)] = differ ? seen(u, v) : FusedPixel{depth_.at(u, v)};
+        }
+      }
+    });
+    return fused;
+  }
+
+ private:
+  template <typename Do>
+  void for_each_tile(Do act) const {
+    const capture::CameraModel& camera = eye_.camera.model;
+    const int edge = kGather.window_px;
+    for_each_pixel((camera.width - 1) / edge + 1, (camera.height - 1) / edge + 1, 1,
+                   [&](int x, int y) { act(x * edge, y * edge); });
+  }
+  /// Beyond the square on all sides, too: surface that ends there may continue in it.
+  template <typename Do>
+  void for_each_sample(int left, int top, Do act) const {
+    const int step = kGather.moved_sample_px;
+    for (int v = top - step / 2; v < top + kGather.window_px + step; v += step) {
+      for (int u = left - step / 2; u < left + kGather.window_px + step; u += step) {
+        if (u >= 0 && v >= 0 && u < eye_.camera.model.width && v < eye_.camera.model.height) act(u, v);
+      }
+    }
+  }
+  Vector3f point(int u, int v) const { return eye_.camera.T_tag_camera * (depth_.at(u, v) * eye_.rays.at(u, v)); }
+  bool differs(int u, int v) const {
+    if (!depth_.known(u, v)) return false;
+    if (depth_.at(u, v) > kGather.moved_far_m) return true;
+    const auto sample = field_.sample(point(u, v));
+    return !sample || std::abs(sample->distance_m) > depth_.allowed_m(depth_.at(u, v));
+  }
+  FusedPixel seen(int u, int v) const {
+    if (depth_.known(u, v) && !differs(u, v)) return {depth_.at(u, v)};
+    const Vector3f w = eye_.ray(u, v);
+    const auto hit = field_.raycast(eye_.camera.T_tag_camera.translation(), w, 0, kGather.moved_far_m);
+    return hit ? FusedPixel{hit->distance_m, -hit->normal.dot(w)} : FusedPixel{};
+  }
+
+  const CameraRays& eye_;
+  const CurrentDepth& depth_;
+  const reconstruct::DistanceField& field_;
+};
 
 class Moved {
  public:
@@ -118,24 +213,17 @@ MovedPixels moved_surfaces(const reconstruct::Illumination& light, const std::ve
                            float voxel_m, const CameraRays& eye, const CurrentDepth& depth, const CameraUpload& picture,
                            const std::vector<GBufferPixel>& seen) {
   const int width = eye.camera.model.width, height = eye.camera.model.height;
-  cv::Mat1b nearer(height, width, std::uint8_t{0}), farther(height, width, std::uint8_t{0});
-  for_each_pixel(width, height, kRows, [&](int u, int v) {
-    const float depth_m = depth.at(u, v);
-    const GBufferPixel& p = seen[static_cast<std::size_t>(v * width + u)];
-    if (!(depth_m > 0)) return;
-    const float off_m = p.known ? depth_m - p.depth_m : -std::numeric_limits<float>::infinity();
-    if (std::abs(off_m) <= depth.allowed_m(depth_m, -p.surface.normal.dot(p.w))) return;
-    (off_m < 0 ? nearer : farther)(v, u) = 255;
-  });
-  const int edge = min_width_px(voxel_m, eye, seen);
-  keep_certain(nearer, depth, edge);
-  keep_certain(farther, depth, edge);
+  std::vector<FusedPixel> fused(seen.size());
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    if (seen[i].known) fused[i] = {seen[i].depth_m, -seen[i].surface.normal.dot(seen[i].w)};
+  }
+  const cv::Mat1b differs = moved_mask(voxel_m, eye, depth, fused);
   const Moved surfaces(light, lamps, eye, depth, picture);
   MovedPixels found;
   for (int v = 0; v < height; ++v) {
     for (int u = 0; u < width; ++u) {
       const auto i = static_cast<std::size_t>(v * width + u);
-      if (nearer(v, u) || farther(v, u)) found.emplace_back(i, surfaces.pixel(u, v, seen[i].w));
+      if (differs(v, u)) found.emplace_back(i, surfaces.pixel(u, v, seen[i].w));
     }
   }
   return found;
@@ -164,6 +252,34 @@ std::shared_ptr<const Model> moved_shell(const CameraRays& eye, const CurrentDep
   part &= cv::Rect(0, 0, width, height);
   return depth_shell(eye.rays, eye.camera.T_tag_camera, depth, part, behind_m, colored ? &color : nullptr,
                      kGather.moved_vertices);
+}
+
+std::shared_ptr<const Model> moved_shell(const CameraRays& eye, const CurrentDepth& depth,
+                                         const reconstruct::DistanceField& field,
+                                         const std::function<bool(const Vector3f&)>& may_matter,
+                                         const std::function<const Meshes&()>& objects) {
+  const FieldView view(eye, depth, field);
+  if (!depth.any() || !view.any_moved(may_matter)) return nullptr;
+  const std::vector<FusedPixel> fused = view.pixels();
+  const cv::Mat1b differs = moved_mask(field.voxel_m, eye, depth, fused);
+  MovedPixels moved, before;
+  bool matters = false;
+  for (int v = 0; v < differs.rows; ++v) {
+    for (int u = 0; u < differs.cols; ++u) {
+      if (!differs(v, u)) continue;
+      const auto i = static_cast<std::size_t>(v * differs.cols + u);
+      GBufferPixel pixel;
+      pixel.w = eye.ray(u, v);
+      pixel.known = fused[i].depth_m > 0;
+      pixel.depth_m = fused[i].depth_m;
+      before.emplace_back(i, pixel);
+      pixel.known = true;
+      pixel.depth_m = depth.at(u, v);
+      moved.emplace_back(i, pixel);
+      matters = matters || may_matter(eye.camera.T_tag_camera.translation() + pixel.depth_m * pixel.w);
+    }
+  }
+  return matters ? moved_shell(eye, depth, moved, before, objects(), false) : nullptr;
 }
 
 }  // namespace lumigraft::relight

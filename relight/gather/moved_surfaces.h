@@ -2,10 +2,12 @@
 // Surfaces that this frame's depth shows and the fused room does not: hands, people, what was just moved or has left.
 // Fusion takes them over some frames later.
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <utility>
 #include <vector>
 
+#include "reconstruct/field/distance_field.h"
 #include "relight/compose/current_depth.h"
 #include "relight/gather/gbuffer.h"
 #include "relight/passes/screen/camera_upload.h"
@@ -26,5 +28,12 @@ MovedPixels moved_surfaces(const reconstruct::Illumination& light, const std::ve
 /// the same order; the triangles end before these and before `objects`. With `colored` their colours are the albedo.
 std::shared_ptr<const Model> moved_shell(const CameraRays& eye, const CurrentDepth& depth, const MovedPixels& moved,
                                          const MovedPixels& fused, const Meshes& objects, bool colored);
+
+/// The same without colours, found in the field alone, for methods without a mesh of the room. Null unless something of
+/// it is where it matters; `may_matter`: of a point, tag frame. `objects` is called if so.
+std::shared_ptr<const Model> moved_shell(const CameraRays& eye, const CurrentDepth& depth,
+                                         const reconstruct::DistanceField& field,
+                                         const std::function<bool(const Eigen::Vector3f&)>& may_matter,
+                                         const std::function<const Meshes&()>& objects);
 
 }  // namespace lumigraft::relight

@@ -6,6 +6,7 @@ inline constexpr struct PassParameters {
   float min_fraction = 0.004f;                    ///< of a lamp's light: less is below one pixel value (8 bit)
   float steady_step = 0.125f, widest_rad = 1.2f;  ///< of a shadow's sphere, radii; half angle of a planar projection
   float min_lamp_radii = 1.1f;      ///< distance of a lamp with maps, in radii of the sphere around the objects
+  float min_moved_near = 1e-3f;     ///< near plane of what moved: of the distance from the lamp to the objects
   int fine_picture_px = 480;        ///< width from which shadows are not computed per pixel
   int block_px = 8, margin_px = 3;  ///< of bounds in shadow maps; around objects' outlines, for supersampling, rounding
   int max_texture_px = 16384;       ///< that every desktop device allows along an edge

@@ -12,9 +12,10 @@ LiveRelighter::LiveRelighter(const capture::Session& session, const relight::Pla
     : session_(session),
       plan_(plan),
       make_device_(std::move(make_device)),
-      choice_(session.color.model),
       upload_models_(std::make_shared<relight::UploadModels>(relight::make_upload_model)),
-      ray_models_(std::make_shared<relight::RayModels>(relight::make_ray_model)) {
+      ray_models_(std::make_shared<relight::RayModels>(relight::make_ray_model)),
+      choice_(session.color.model),
+      held_depth_(session.color.model) {
   if (plan.on_device()) {
     make_on_device();
   } else {
@@ -93,13 +94,15 @@ relight::RelitPicture LiveRelighter::draw(const capture::FrameSet& frame, const 
   return on_device_->relight(frame, scene, exhibit, plan);
 }
 
-LiveRelighter::Result LiveRelighter::relight(const capture::FrameSet& frame, const reconstruct::Scene& scene,
+LiveRelighter::Result LiveRelighter::relight(const capture::FrameSet& sensed, const reconstruct::Scene& scene,
                                              const relight::Exhibit& exhibit, const relight::Plan& plan) {
   Result result;
+  const capture::FrameSet frame = held_depth_.complete(sensed, scene.pose);
+  const bool stopped = held_depth_.stopped();
   if (frame.color->encoded.empty())
-    fade_.follow(frame, camera_picture(*frame.color), scene.pose);
+    fade_.follow(frame, camera_picture(*frame.color), scene.pose, stopped);
   else
-    fade_.follow(frame, frame.color->encoded, scene.pose);
+    fade_.follow(frame, frame.color->encoded, scene.pose, stopped);
   if (fade_.covered()) {
     result.picture.srgb = camera_picture(*frame.color);
     result.picture.plan = plan;

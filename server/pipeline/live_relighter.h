@@ -1,6 +1,7 @@
 #pragma once
 // Renderer of a service: after a failure the device is created again; until that succeeds the camera image is passed
-// through with a warning. While the camera's pose or picture is missing, objects fade out (compose/change_fade.h).
+// through with a warning. While the camera's pose or picture is missing, or when depth stops, objects fade out
+// (compose/change_fade.h).
 //
 // On a software device, rays draw specular objects in place of cones while the camera rests, unless the user chose the
 // method or a fixed plan (relight/method_choice.h). What the other method needs is prepared before it takes over.
@@ -11,6 +12,7 @@
 #include <mutex>
 
 #include "relight/compose/change_fade.h"
+#include "relight/compose/held_depth.h"
 #include "relight/gather/ray_renderer.h"
 #include "relight/method_choice.h"
 #include "relight/relighter.h"
@@ -68,6 +70,7 @@ class LiveRelighter {
   std::shared_ptr<const relight::RayRoom> prepared_, drawn_with_;
 
   relight::ChangeFade fade_;
+  relight::HeldDepth held_depth_;
   std::string failure_;
   std::chrono::steady_clock::time_point next_try_{};
   std::chrono::seconds pause_{0};

@@ -18,6 +18,7 @@ OfflinePipeline::OfflinePipeline(const capture::Session& session, relight::Exhib
       planner_(plan),
       make_device_(std::move(make_device)),
       truth_(oracle ? oracle->parts() : OracleParts{}),
+      held_depth_(session.color.model),
       builder_(session, overrides_of(oracle), std::make_unique<reconstruct::FramePace>(), fusion) {
   make();
 }
@@ -39,16 +40,17 @@ FrameRecord OfflinePipeline::step(const capture::FrameSet& sensed, bool with_map
   const relight::Exhibit exhibit = shown_exhibit(exhibit_, record.scene, time_s, standing_);
   relight::Planner::Decision decision = planner_.decide(record.scene, exhibit, time_s);
   record.choices = std::move(decision.choices);
+  const capture::FrameSet frame = held_depth_.complete(built.frame, record.scene.pose);
   try {
     if (!renderer_) make();  // the device was lost during the previous frame, and creating another failed
     try {
-      record.picture = renderer_->relight(built.frame, record.scene, exhibit, decision.plan, with_maps);
+      record.picture = renderer_->relight(frame, record.scene, exhibit, decision.plan, with_maps);
     } catch (const relight::gpu::DeviceLost& e) {
       reconstruct::append_warnings(
           record.warnings, {std::string("the GPU device was lost, the frame is rendered on a new one: ") + e.what()});
       renderer_.reset();  // frees the device before another is created
       make();
-      record.picture = renderer_->relight(built.frame, record.scene, exhibit, decision.plan, with_maps);
+      record.picture = renderer_->relight(frame, record.scene, exhibit, decision.plan, with_maps);
     }
   } catch (const relight::gpu::GpuError&) {
     throw;

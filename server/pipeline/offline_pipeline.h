@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "reconstruct/scene_builder.h"
+#include "relight/compose/held_depth.h"
 #include "relight/objects/standing.h"
 #include "relight/planner.h"
 #include "relight/renderer.h"
@@ -54,6 +55,7 @@ class OfflinePipeline {
   MakeDevice make_device_;
   OracleParts truth_;
   std::unique_ptr<relight::Renderer> renderer_;
+  relight::HeldDepth held_depth_;
   reconstruct::SceneBuilder builder_;
 };
 

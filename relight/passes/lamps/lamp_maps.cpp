@@ -3,6 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <numeric>
+#include <span>
+#include <utility>
 
 #include "relight/passes/lamps/object_draw.h"
 #include "relight/passes/parameters.h"
@@ -25,6 +29,12 @@ int bounds_of(int edge) {
 gpu::RasterDesc map_raster() {
   gpu::RasterDesc raster = vertex_raster("lamp_map.vert", "lamp_map.frag", {});
   raster.attributes.resize(1);  // positions alone
+  return raster;
+}
+
+gpu::RasterDesc moved_raster() {
+  gpu::RasterDesc raster = map_raster();
+  raster.vertex_stride_bytes = 3 * static_cast<int>(sizeof(float));
   return raster;
 }
 
@@ -58,11 +68,12 @@ LampMaps::LampMaps(gpu::Device& device, int edge, int max_maps, int max_lamps)
     : edge_(edge),
       max_maps_(max_maps),
       raster_(device.create_raster(map_raster())),
+      raster_moved_(device.create_raster(moved_raster())),
       bound_(device.create_compute("lamp_bounds.comp")) {
   const int maps = max_maps + max_lamps;
   depths_ = device.create_texture({.name = "lamp maps",
                                    .width = kColumns * edge,
-                                   .height = rows_of(maps) * edge,
+                                   .height = 2 * rows_of(maps) * edge,
                                    .format = gpu::Format::depth32_float,
                                    .attachment = true});
   views_ = device.create_buffer(sizeof(shader::LampMap) * static_cast<std::size_t>(maps), "views of lamp maps");
@@ -70,9 +81,11 @@ LampMaps::LampMaps(gpu::Device& device, int edge, int max_maps, int max_lamps)
                                  "bounds of lamp maps");
 }
 
-void LampMaps::choose(gpu::Device& device, shader::FrameParams& params) {
+void LampMaps::choose(gpu::Device& device, shader::FrameParams& params, const Model* moved) {
+  take_moved(device, params, moved);
   std::vector<shader::LampMap> views;
   draws_.clear();
+  draws_moved_.clear();
   const Eigen::Vector3f centre = params.sphere.head<3>();
   const float radius = params.sphere.w();
   const auto counts = map_counts(params, max_maps_);
@@ -113,9 +126,61 @@ void LampMaps::choose(gpu::Device& device, shader::FrameParams& params) {
       draw.projection << 1 / tiles.x(), 1 / tiles.y(), (2 * static_cast<float>(column) + 1) / tiles.x() - 1,
           (2 * static_cast<float>(row) + 1) / tiles.y() - 1;
       draw.more << view.place.z(), view.place.w(), inverse_tan, 0;
+      if (moved_m_.empty()) continue;
+      float near = far;
+      for (int k = 0; k < 8; ++k)
+        near =
+            std::min(near, turn.row(2).dot(moved_box_.corner(static_cast<decltype(moved_box_)::CornerType>(k)) - from));
+      near = std::max(0.99f * near, kPasses.min_moved_near * far);
+      view.x.w() = near;
+      view.y.w() = static_cast<float>(depths_->desc().height / 2);
+      shader::DrawParams& below = draws_moved_.emplace_back(draw);
+      below.T_tag_model.setIdentity();
+      below.projection.w() += 1;  // half of the atlas
+      below.more << 1, near, inverse_tan, 0;
     }
   }
   if (!views.empty()) device.upload(*views_, 0, std::as_bytes(std::span(views)));
+}
+
+bool LampMaps::may_occlude(const shader::FrameParams& params, const Eigen::Vector3f& p_m) {
+  for (int l = 0; l < params.counts.x(); ++l) {
+    const Eigen::Vector4f& lamp = params.lamps[l].position_radius;
+    const Eigen::Vector3f to = params.sphere.head<3>() - lamp.head<3>(), of_p = p_m - lamp.head<3>();
+    const float part = of_p.dot(to) / to.squaredNorm();  // of the distance to the sphere's centre
+    if (!(part > 0)) continue;
+    // A point of the lamp that is off by its radius sees p off by this at the centre.
+    const float penumbra_m = lamp.w() * std::max(1 / part - 1, 0.0f);
+    if ((of_p / part - to).norm() <= params.sphere.w() + penumbra_m) return true;
+  }
+  return false;
+}
+
+void LampMaps::take_moved(gpu::Device& device, const shader::FrameParams& params, const Model* moved) {
+  std::vector<float> corners_m;
+  moved_box_.setEmpty();
+  for (std::size_t i = 0; moved && i + 2 < moved->indices.size(); i += 3) {
+    const auto corner = [&](std::size_t k) -> const Eigen::Vector3f& {
+      return moved->positions_m[moved->indices[i + k]];
+    };
+    if (!may_occlude(params, corner(0)) && !may_occlude(params, corner(1)) && !may_occlude(params, corner(2))) continue;
+    for (std::size_t k = 0; k < 3; ++k) {
+      corners_m.insert(corners_m.end(), corner(k).data(), corner(k).data() + 3);
+      moved_box_.extend(corner(k));
+    }
+  }
+  if (corners_m == moved_m_) return;
+  moved_anew_ = true;
+  moved_m_ = std::move(corners_m);
+  if (moved_m_.empty()) return;
+  std::vector<std::uint32_t> indices(moved_m_.size() / 3);
+  std::iota(indices.begin(), indices.end(), 0u);
+  const auto put = [&](std::unique_ptr<gpu::Buffer>& buffer, std::span<const std::byte> bytes, const char* name) {
+    if (!buffer || buffer->size_bytes() < bytes.size()) buffer = device.create_buffer(2 * bytes.size(), name);
+    device.upload(*buffer, 0, bytes);
+  };
+  put(corners_, std::as_bytes(std::span(moved_m_)), "moved surfaces");
+  put(indices_, std::as_bytes(std::span(indices)), "triangles of moved surfaces");
 }
 
 void LampMaps::record(gpu::CommandList& list, const std::vector<PlacedObject>& objects, bool rough,
@@ -128,9 +193,25 @@ void LampMaps::record(gpu::CommandList& list, const std::vector<PlacedObject>& o
     }
   }
   for (gpu::DrawCall& call : draws.calls) call.bindings.clear();
-  list.draw(*raster_, {}, *depths_, draws.calls);
+  const gpu::Area upper{0, 0, depths_->desc().width, depths_->desc().height / 2};
+  list.draw(*raster_, {}, *depths_, draws.calls, &upper);
   if (draws_.empty()) return;
   list.dispatch(*bound_, bindings(), {}, edge_ / kBoundTile, edge_ / kBoundTile, static_cast<int>(draws_.size()));
+}
+
+void LampMaps::record_moved(gpu::CommandList& list) {
+  moved_anew_ = false;
+  std::vector<gpu::DrawCall> calls;
+  for (const shader::DrawParams& view : draws_moved_) {
+    gpu::DrawCall& call = calls.emplace_back();
+    call.params = gpu::bytes_of(view);
+    call.vertices = corners_.get();
+    call.indices = indices_.get();
+    call.index_count = static_cast<std::uint32_t>(moved_m_.size() / 3);
+  }
+  const int rows = depths_->desc().height / 2;
+  const gpu::Area lower{0, rows, depths_->desc().width, rows};
+  if (!calls.empty()) list.draw(*raster_moved_, {}, *depths_, calls, &lower);
 }
 
 std::vector<gpu::Binding> LampMaps::bindings() const {

@@ -54,8 +54,9 @@ void LiveView::place(gpu::CommandList& list, const shader::FrameParams& params, 
                  params, screen.tiles->objects());
 }
 
-void LiveView::compose(gpu::CommandList& list, shader::FrameParams params, const LampShadows& shadows, bool samples,
-                       const Volumes& volumes, const gpu::Texture& irradiance, const Screen& screen) const {
+void LiveView::compose(gpu::CommandList& list, shader::FrameParams params, const LampShadows& shadows,
+                       const LampMaps& maps, bool samples, const Volumes& volumes, const gpu::Texture& irradiance,
+                       const Screen& screen) const {
   const std::vector<gpu::Binding> real = inputs(volumes, irradiance, screen);
   const gpu::Binding object = gpu::image(13, *screen.object_layer);
   if (samples) {
@@ -69,10 +70,10 @@ void LiveView::compose(gpu::CommandList& list, shader::FrameParams params, const
                    params, screen.tiles->objects());
   }
   params.pass_i.x() = screen.fine_step;
-  dispatch_tiles(
-      list, *shadow_,
-      joined(real, {gpu::sampled(10, shadows.texture(), gpu::Filter::linear), gpu::image(12, *screen.live_gain)}),
-      params, screen.tiles->fine());
+  dispatch_tiles(list, *shadow_,
+                 joined(joined(real, maps.bindings()),
+                        {gpu::sampled(10, shadows.texture(), gpu::Filter::linear), gpu::image(12, *screen.live_gain)}),
+                 params, screen.tiles->fine());
   params.pass_i.x() = kPasses.smooth_px;
   dispatch_tiles(list, *gain_, joined(real, {gpu::image(12, *screen.gain)}), params, screen.tiles->smooth());
 }

@@ -24,8 +24,8 @@ class LiveView {
   /// Computes gain and live_gain. `samples`: objects come from lit_samples, else from object_radiance and
   /// object_surface. `irradiance`: its change in the cells of the volumes; applied where it can change params.pass_f.x
   /// pixel values (8 bit) or more.
-  void compose(gpu::CommandList& list, shader::FrameParams params, const LampShadows& shadows, bool samples,
-               const Volumes& volumes, const gpu::Texture& irradiance, const Screen& screen) const;
+  void compose(gpu::CommandList& list, shader::FrameParams params, const LampShadows& shadows, const LampMaps& maps,
+               bool samples, const Volumes& volumes, const gpu::Texture& irradiance, const Screen& screen) const;
 
   /// real_position, real_normal, real_albedo, mirror_lost, mirror_all and `indirect`, the change of their diffuse part,
   /// where glossy surfaces may be visible. In: known_depth, radiance.

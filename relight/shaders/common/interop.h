@@ -37,7 +37,8 @@ struct Lamp {
 // A shadow map's view of the objects, from a point of a lamp.
 struct LampMap {
   vec4 from;     // that point; index of its first bounds
-  vec4 x, y, z;  // axes; x and y are scaled by 1 / tan of the half angle
+  vec4 x, y, z;  // axes; x and y are scaled by 1 / tan of the half angle; a of x: the near plane of its map of what
+                 // moved in the room, m, whose depth is 1 - near / z; 0: there is none; a of y: texels down to that map
   vec4 place;    // first texel; a, b: depth is a - b / z
   vec4 more;     // texels along the edge; width of a texel at the objects, m; radius of its part of the lamp, m times
                  // texels per unit of x / z; rotation of the filter taps on that disc

@@ -1,4 +1,4 @@
-// Look-up in the lamps' shadow maps of the objects (passes/lamps/lamp_maps.h).
+// Look-up in the lamps' shadow maps of the objects, and of what moved in the room (passes/lamps/lamp_maps.h).
 #ifndef LAMP_MAPS_GLSL
 #define LAMP_MAPS_GLSL
 #include "common/lamp.glsl"
@@ -89,6 +89,23 @@ float map_hidden(LampMap m, vec3 p, float before_m) {
   return map_place(m, p, before_m, at, z, depth) ? map_nearer(m, at, depth) : 0.0;
 }
 
+// Whether what moved in the room since it was fused occludes p from a map's point.
+float moved_hidden(LampMap m, vec3 p) {
+  vec2 at;
+  float z, depth;
+  if (m.x.w <= 0.0 || !map_place(m, p, kBefore_m, at, z, depth)) return 0.0;
+  LampMap below = m;
+  below.place.y += m.y.w;
+  return map_nearer(below, at, 1.0 - m.x.w / (z - kBefore_m));
+}
+
+// Fraction of a lamp's light that it lets pass to p.
+float moved_open(int first, int count, vec3 p) {
+  float hidden = 0.0;
+  for (int i = first; i < first + count && lamp_views[i].x.w > 0.0; ++i) hidden += moved_hidden(lamp_views[i], p);
+  return 1.0 - hidden / max(float(count), 1.0);
+}
+
 // Rotation from one point of a sunflower spiral (Vogel 1979) to the next.
 const vec2 kGoldenTurn = vec2(-0.73736888, 0.67549029);  // cos, sin of the golden angle
 vec2 turned(vec2 q, vec2 turn) { return vec2(turn.x * q.x - turn.y * q.y, turn.y * q.x + turn.x * q.y); }
@@ -128,14 +145,15 @@ float disc_hidden(LampMap m, vec3 p, float before_m) {
   return small ? map_nearer(m, at, depth) : hidden / float(kSoftTaps);
 }
 
-// Fraction of a lamp's light that the objects do not occlude at a virtual surface. The look-up is offset from the
-// surface far enough that neither the maps' resolution nor the simplified meshes drawn into them cause self-shadowing.
+// Fraction of a lamp's light that neither objects nor what moved occlude at a virtual surface. The look-up is offset
+// from the surface far enough that neither the maps' resolution nor the simplified meshes drawn into them cause
+// self-shadowing.
 float map_open(int first, int count, vec3 p, vec3 n) {
   vec3 off = p + (kClear_m + kClearTexels * lamp_views[first].more.y) * n;
   float open = 0.0, all = 1e-6;
   for (int i = first; i < first + count; ++i) {
     float cosine = max(dot(n, normalize(lamp_views[i].from.xyz - p)), 0.0);
-    open += cosine * (1.0 - map_hidden(lamp_views[i], off, kBefore_m));
+    open += cosine * (1.0 - map_hidden(lamp_views[i], off, kBefore_m)) * (1.0 - moved_hidden(lamp_views[i], off));
     all += cosine;
   }
   return open / all;

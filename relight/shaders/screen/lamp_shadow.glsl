@@ -1,7 +1,7 @@
 // Look-up in the results of lamp_shadow.comp.
 #ifndef LAMP_SHADOW_GLSL
 #define LAMP_SHADOW_GLSL
-#include "common/lamp.glsl"
+#include "lamps/lamp_maps.glsl"
 layout(binding = 10) uniform sampler2D lamp_shadows;
 
 // Fraction of a lamp's light that objects occlude at p. A point farther from the lamp than the receiving surface by
@@ -18,15 +18,19 @@ float lamp_hidden(int lamp, vec3 p, float slack) {
   return inside * s.x * clamp(2.0 - (z - view.z_far.w - s.y) / slack, 0.0, 1.0);
 }
 
-// Irradiance of lamps that a real surface loses to the objects.
+// Irradiance of lamps that a real surface loses to the objects: where what moved occludes a lamp it is lost already.
 vec3 lamps_lost(vec3 p, vec3 n, float slack) {
   vec3 lost = vec3(0);
-  for (int i = 0; i < frame.counts.x; ++i) {
+  for (int i = 0, map = 0; i < frame.counts.x; ++i) {
     Lamp lamp = frame.lamps[i];
+    int maps = int(lamp.intensity.a), first = map;
+    map += maps;
     vec3 to = lamp.position_radius.xyz - p;
     float far2 = dot(to, to);
     vec3 w = to * inversesqrt(far2);
-    lost += lamp.intensity.rgb * (emission(lamp, -w) * max(dot(n, w), 0.0) * lamp_hidden(i, p, slack) / far2);
+    float hidden = lamp_hidden(i, p, slack);
+    if (hidden > 0.0) hidden *= moved_open(first, maps, p);
+    lost += lamp.intensity.rgb * (emission(lamp, -w) * max(dot(n, w), 0.0) * hidden / far2);
   }
   return frame.blocked.rgb * lost;
 }

@@ -6,7 +6,6 @@
 #include "screen/live_real.glsl"
 #include "volume/lamp_visibility.glsl"
 #include "screen/lamp_shadow.glsl"
-#include "lamps/lamp_maps.glsl"
 #include "common/material_mask.glsl"
 #include "common/half.glsl"
 #include "common/tiles.glsl"
@@ -46,7 +45,7 @@ void main() {
         vec3 f = q.irradiance * max(dot(r.n, q.w), 0.0) * ggx_wide(bsdf, r.n, v, q.w, q.tan_half);
         float hidden = mostly;
         for (int j = 0; j < (maps > 0 && mostly > 0.0 ? 1 : 0); ++j) {
-          hidden = disc_hidden(lamp_views[map + i], r.p, kBefore_m);
+          hidden = disc_hidden(lamp_views[map + i], r.p, kBefore_m) * (1.0 - moved_hidden(lamp_views[map + i], r.p));
         }
         sent += f;
         gone += hidden * f;
