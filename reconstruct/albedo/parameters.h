@@ -48,7 +48,6 @@ struct AlbedoParameters {
   /// Irradiance and its uncertainty, relative unless stated.
   struct Lighting {
     int sample_rays = 8, point_rays = 4;  ///< to the disk of a lamp of half the light; twice as many change nothing
-    float neighbour_reach = 2.5f;         ///< in edges of a sample's cell
     float model_error = 0.08f;            ///< 1σ of modelled irradiance of a sample, away from shadow edges
     float scale_error = 0.01f;            ///< 1σ of the two cameras' scale, which no misfit shows
     float lamp_error = 0.02f;             ///< 1σ of the fish-eye's radiance, which all solutions share
@@ -63,8 +62,6 @@ struct AlbedoParameters {
   } lighting;
 
   struct Solver {
-    int neighbours = 6;
-    float same_orientation = 0.8f;  ///< cosine
     double smooth_sigma = 0.03;     ///< of albedo between neighbours without an edge
     double edge_sigma = 0.15;       ///< of the log ratio of B / E that makes an edge
     double min_weight = 0.01;       ///< of smoothness; less is left out

@@ -115,7 +115,7 @@ SurfaceLighting::SurfaceLighting(const Surface& surface, const IrradianceModel& 
       gathered_(gathered),
       noise_floor_(noise_floor),
       model_error_(model_error),
-      neighbours_(lumigraft::reconstruct::neighbours(surface.samples, kLighting.neighbour_reach)) {
+      neighbours_(lumigraft::reconstruct::neighbours(surface.samples)) {
   const std::vector<SurfaceSample>& samples = surface.samples;
   for (std::size_t i = 0; i < samples.size(); ++i) sample_light_.push_back({gathered[i], 0});
   const auto lamps = static_cast<Eigen::Index>(illumination.lights.size()),

@@ -61,6 +61,9 @@ SampleCell cell_of(const SurfacePoint& point, float sample_m);
 SurfaceSample patch(const std::vector<SurfacePoint>& points, const std::vector<int>& members, const SampleCell& cell,
                     float sample_m);
 
+/// Indices of every sample's nearest neighbours of similar orientation.
+std::vector<std::vector<int>> neighbours(const std::vector<SurfaceSample>& samples);
+
 /// Whether the patch overlaps the print of the tag.
 bool on_tag_print(const SurfaceSample& sample, double print_edge_m);
 
