@@ -49,7 +49,7 @@ struct AlbedoParameters {
   struct Lighting {
     int sample_rays = 8, point_rays = 4;  ///< to the disk of a lamp of half the light; twice as many change nothing
     float model_error = 0.08f;            ///< 1σ of modelled irradiance of a sample, away from shadow edges
-    float scale_error = 0.01f;            ///< 1σ of the two cameras' scale, which no misfit shows
+    float scale_error = 0.01f;            ///< 1σ of the two cameras' scale, in light that the fish-eye measured
     float lamp_error = 0.02f;             ///< 1σ of the fish-eye's radiance, which all solutions share
     int directions_around = 8;            ///< in which a sample's surroundings are searched for unmeasured surface,
     float max_gap = 0.75f;                ///< which has no sample within this, in edges of the sample's cell

@@ -87,6 +87,7 @@ Eigen::Vector3f gathered_light(const IrradianceModel& room, const IrradianceMode
                                const std::vector<Eigen::Vector3f>& floor_grid, SurfaceSample& sample) {
   const Eigen::Vector3f of_lamps = room.irradiance_from_floor(gathered, floor_grid);
   const float floor_fraction = gathered.floor_weight * static_cast<float>(gathered.floor_hits.size());
+  sample.surface_light = gathered.from_surface;
   sample.floor_light = (of_lamps + floor_fraction * room.surroundings().floor_irradiance).mean();
   return gathered.irradiance + of_lamps;
 }
@@ -341,6 +342,8 @@ std::vector<PointAlbedo> SurfaceLighting::albedo(const std::vector<SampleAlbedo>
     trace.at_shadow_edges(point, around.visible);
     Eigen::Vector3f irradiance = around.gathered;
     float edge_squares = 0;  // the lamps' shadows have different edges
+    // Radiance of surface, and clipped lamps' power, were found by the camera that measured the point, too.
+    float own_scale = surface_.samples[own].surface_light;
     std::fill(power_error.begin(), power_error.end(), 0.0f);
     std::fill(distance_error.begin(), distance_error.end(), 0.0f);
     for (std::size_t lamp = 0; lamp < illumination_.lights.size(); ++lamp) {
@@ -349,6 +352,7 @@ std::vector<PointAlbedo> SurfaceLighting::albedo(const std::vector<SampleAlbedo>
       const Eigen::Vector3f from_lamp = around.visible[static_cast<Eigen::Index>(lamp)] * unoccluded;
       irradiance += from_lamp;
       const PointLight& light = lights[lamp];
+      own_scale += light.clipped ? from_lamp.mean() : 0;
       power_error[first_piece[lamp]] += light.power_log_sigma * from_lamp.mean();
       if (light.distance_known) {
         distance_error[first_piece[lamp]] +=
@@ -379,7 +383,8 @@ std::vector<PointAlbedo> SurfaceLighting::albedo(const std::vector<SampleAlbedo>
     // within a voxel is as strong as between the voxels of a patch.
     const float floor_error =
         static_cast<float>(kLampParameters.posterior.room_log_sigma) * surface_.samples[own].floor_light;
-    const float common = std::hypot(std::hypot(model_error_, kLighting.scale_error),
+    const float scale_error = kLighting.scale_error * std::max(0.0f, 1 - own_scale / total);
+    const float common = std::hypot(std::hypot(model_error_, scale_error),
                                     std::hypot(lamp_error, floor_error, edge_error) / total, around.texture);
     const float own_sigma = std::hypot(w_direct * noise / total, w_around * around.own_sigma) / (w_direct + w_around);
     result[i].sigma = std::hypot(own_sigma, common * result[i].albedo.mean());

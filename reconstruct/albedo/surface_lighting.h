@@ -35,7 +35,7 @@ class GatherCache {
 };
 
 /// All gathered light of a sample, with the lamps' from the unseen floor (IrradianceModel::lamp_irradiance_on_floor);
-/// the sample gets its floor_light.
+/// the sample gets its floor_light and surface_light.
 Eigen::Vector3f gathered_light(const IrradianceModel& room, const IrradianceModel::Gathered& gathered,
                                const std::vector<Eigen::Vector3f>& floor_grid, SurfaceSample& sample);
 

@@ -36,7 +36,8 @@ struct SurfaceSample {
   float spread = 0;          ///< standard deviation of log luminance over the patch
   float texture = 0;         ///< the same after a linear slope is removed: texture or a shadow edge
   bool usable = true;        ///< one smooth piece of surface, no rim
-  float floor_light = 0;     ///< irradiance from the unseen floor, whose albedo is a guess; mean of the channels
+  float floor_light = 0;     ///< irradiance from the unseen floor, whose albedo is a guess; mean of the channels,
+  float surface_light = 0;   ///< and from surface that the colour camera measured
   SampleAlbedo known = {};   ///< as solved under earlier, other light
 };
 
