@@ -62,10 +62,10 @@ struct AlbedoParameters {
   } lighting;
 
   struct Solver {
-    double smooth_sigma = 0.03;     ///< of albedo between neighbours without an edge
-    double edge_sigma = 0.15;       ///< of the log ratio of B / E that makes an edge
-    double min_weight = 0.01;       ///< of smoothness; less is left out
-    double huber = 2;               ///< σ beyond which residuals count linearly
+    double smooth_sigma = 0.03;  ///< of albedo between neighbours without an edge
+    double edge_sigma = 0.15;    ///< of the log ratio of B / E that makes an edge
+    double min_weight = 0.01;    ///< of smoothness; less is left out
+    double huber = 2;            ///< σ beyond which residuals count linearly
     int iterations = 15, linear_iterations = 40;
     double tolerance = 1e-4;     ///< of the cost, relative
     double misfit_sigma = 0.5;   ///< 1σ of albedo over the difference of solution and measurement,

@@ -9,6 +9,7 @@
 #include "reconstruct/albedo/parameters.h"
 #include "reconstruct/albedo/unobserved_occluders.h"
 #include "reconstruct/lamps/parameters.h"
+#include "reconstruct/light/fluence.h"
 #include "reconstruct/light/light.h"
 #include "reconstruct/shading/noise_floor.h"
 
@@ -126,7 +127,7 @@ SurfaceLighting::SurfaceLighting(const Surface& surface, const IrradianceModel& 
     const SurfaceSample& sample = samples[static_cast<std::size_t>(i)];
     for (Eigen::Index lamp = 0; lamp < lamps; ++lamp)
       unoccluded(lamp, i) =
-          unoccluded_irradiance(static_cast<std::size_t>(lamp), sample.position, sample.normal).mean();
+          lamp_irradiance(illumination.lights[static_cast<std::size_t>(lamp)], sample.position, sample.normal).mean();
   }
   const Eigen::ArrayXf of_all = unoccluded.colwise().sum().cwiseMax(1e-9f).transpose();
   visible_.resize(lamps, count);
@@ -139,7 +140,8 @@ SurfaceLighting::SurfaceLighting(const Surface& surface, const IrradianceModel& 
       const int rays = IrradianceModel::rays_for(unoccluded(lamp, k) / of_all[k], kLighting.sample_rays);
       visible_(lamp, k) =
           room.visibility(illumination.lights[own], lamp_distance(own), sample.position, sample.normal, rays);
-      irradiance[i] = visible_(lamp, k) * unoccluded_irradiance(own, sample.position, sample.normal);
+      irradiance[i] =
+          visible_(lamp, k) * lamp_irradiance(illumination.lights[own], sample.position, sample.normal).matrix();
       sample_light_[i].irradiance += irradiance[i];
     }
     from_lamp_.push_back(std::move(irradiance));
@@ -218,15 +220,6 @@ std::vector<ObservedShadow> SurfaceLighting::shadows() const {
     result.push_back(std::move(shadow));
   }
   return result;
-}
-
-Eigen::Vector3f SurfaceLighting::unoccluded_irradiance(std::size_t lamp, const Eigen::Vector3f& position,
-                                                       const Eigen::Vector3f& normal) const {
-  const PointLight& light = illumination_.lights[lamp];
-  if (!light.distance_known) return std::max(0.0f, normal.dot(light.direction)) * light.irradiance;
-  const Eigen::Vector3f offset = light.position_m - position;
-  const float squared = offset.squaredNorm(), length = std::sqrt(squared);
-  return light.emission(-offset / length) * std::max(0.0f, normal.dot(offset) / length) / squared * light.intensity;
 }
 
 /// Visibility of lamps at points, by rays where a shadow's edge matters. The points of one sample in a cell of 2³
@@ -347,7 +340,7 @@ std::vector<PointAlbedo> SurfaceLighting::albedo(const std::vector<SampleAlbedo>
     std::fill(power_error.begin(), power_error.end(), 0.0f);
     std::fill(distance_error.begin(), distance_error.end(), 0.0f);
     for (std::size_t lamp = 0; lamp < illumination_.lights.size(); ++lamp) {
-      const Eigen::Vector3f unoccluded = unoccluded_irradiance(lamp, point.position, point.normal);
+      const Eigen::Vector3f unoccluded = lamp_irradiance(lights[lamp], point.position, point.normal).matrix();
       if (unoccluded.isZero()) continue;
       const Eigen::Vector3f from_lamp = around.visible[static_cast<Eigen::Index>(lamp)] * unoccluded;
       irradiance += from_lamp;

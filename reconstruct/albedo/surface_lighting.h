@@ -82,8 +82,6 @@ class SurfaceLighting {
   /// 1σ of a sample's albedo by noise, texture and smoothing alone.
   float sigma_without_model(std::size_t sample, const SampleAlbedo& albedo) const;
   Interpolated interpolate(const SurfacePoint& point, const std::vector<SampleAlbedo>& samples) const;
-  Eigen::Vector3f unoccluded_irradiance(std::size_t lamp, const Eigen::Vector3f& position,
-                                        const Eigen::Vector3f& normal) const;
   class EdgeTracer;
 
   const Surface& surface_;
