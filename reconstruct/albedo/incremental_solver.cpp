@@ -7,6 +7,7 @@
 
 #include "reconstruct/albedo/parameters.h"
 #include "reconstruct/albedo/sample_solver.h"
+#include "reconstruct/shading/parameters.h"
 
 namespace lumigraft::reconstruct {
 namespace {
@@ -234,7 +235,7 @@ IncrementalSolver::Part IncrementalSolver::part_of(const std::set<SampleCell>& c
     const Eigen::Vector3f& position = sample.surface.position;
     const bool next_to = std::any_of(part.samples.begin(), part.samples.begin() + static_cast<std::ptrdiff_t>(open),
                                      [&](const SurfaceSample& own) {
-                                       const float reach_m = kAlbedoParameters.lighting.neighbour_reach * own.size_m;
+                                       const float reach_m = kShadingParameters.samples.neighbour_reach * own.size_m;
                                        return (own.position - position).squaredNorm() < reach_m * reach_m;
                                      });
     if (!next_to) continue;

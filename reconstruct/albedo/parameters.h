@@ -48,9 +48,8 @@ struct AlbedoParameters {
   /// Irradiance and its uncertainty, relative unless stated.
   struct Lighting {
     int sample_rays = 8, point_rays = 4;  ///< to the disk of a lamp of half the light; twice as many change nothing
-    float neighbour_reach = 2.5f;         ///< in edges of a sample's cell
     float model_error = 0.08f;            ///< 1σ of modelled irradiance of a sample, away from shadow edges
-    float scale_error = 0.01f;            ///< 1σ of the two cameras' scale, which no misfit shows
+    float scale_error = 0.01f;            ///< 1σ of the two cameras' scale, in light that the fish-eye measured
     float lamp_error = 0.02f;             ///< 1σ of the fish-eye's radiance, which all solutions share
     int directions_around = 8;            ///< in which a sample's surroundings are searched for unmeasured surface,
     float max_gap = 0.75f;                ///< which has no sample within this, in edges of the sample's cell
@@ -63,12 +62,10 @@ struct AlbedoParameters {
   } lighting;
 
   struct Solver {
-    int neighbours = 6;
-    float same_orientation = 0.8f;  ///< cosine
-    double smooth_sigma = 0.03;     ///< of albedo between neighbours without an edge
-    double edge_sigma = 0.15;       ///< of the log ratio of B / E that makes an edge
-    double min_weight = 0.01;       ///< of smoothness; less is left out
-    double huber = 2;               ///< σ beyond which residuals count linearly
+    double smooth_sigma = 0.03;  ///< of albedo between neighbours without an edge
+    double edge_sigma = 0.15;    ///< of the log ratio of B / E that makes an edge
+    double min_weight = 0.01;    ///< of smoothness; less is left out
+    double huber = 2;            ///< σ beyond which residuals count linearly
     int iterations = 15, linear_iterations = 40;
     double tolerance = 1e-4;     ///< of the cost, relative
     double misfit_sigma = 0.5;   ///< 1σ of albedo over the difference of solution and measurement,

@@ -96,25 +96,6 @@ void minimise(ceres::Problem& problem) {
 
 }  // namespace
 
-std::vector<std::vector<int>> neighbours(const std::vector<SurfaceSample>& samples, float reach_cells) {
-  std::vector<std::vector<int>> result(samples.size());
-  std::vector<std::pair<float, int>> near;
-  for (std::size_t i = 0; i < samples.size(); ++i) {
-    near.clear();
-    const float reach = reach_cells * samples[i].size_m;
-    for (std::size_t j = 0; j < samples.size(); ++j) {
-      const float squared = (samples[i].position - samples[j].position).squaredNorm();
-      if (i == j || squared > reach * reach) continue;
-      if (samples[i].normal.dot(samples[j].normal) < kSolver.same_orientation) continue;
-      near.emplace_back(squared, static_cast<int>(j));
-    }
-    const auto count = std::min<std::ptrdiff_t>(kSolver.neighbours, static_cast<std::ptrdiff_t>(near.size()));
-    std::partial_sort(near.begin(), near.begin() + count, near.end());
-    for (std::ptrdiff_t k = 0; k < count; ++k) result[i].push_back(near[static_cast<std::size_t>(k)].second);
-  }
-  return result;
-}
-
 std::vector<SampleAlbedo> solve_albedo(const std::vector<SurfaceSample>& samples, const std::vector<SampleLight>& light,
                                        const std::vector<std::vector<int>>& neighbours, float noise_floor,
                                        const std::vector<SampleAlbedo>& held) {

@@ -12,9 +12,6 @@ struct SampleLight {
   float relative_sigma = 0;    ///< 1σ over irradiance: model error, shadow edges
 };
 
-/// Indices of every sample's nearest neighbours of similar orientation, within `reach_cells` edges of its cell.
-std::vector<std::vector<int>> neighbours(const std::vector<SurfaceSample>& samples, float reach_cells);
-
 /// Minimises robust (π B - a E) / σ over all samples, a in [0, 1], plus smoothness between neighbours without an edge
 /// between them. E and B are absolute, so no albedo is fixed. `noise_floor`: noise_floor_radiance. The last held.size()
 /// samples keep the albedo `held` and support their neighbours.

@@ -9,6 +9,7 @@
 #include "reconstruct/albedo/parameters.h"
 #include "reconstruct/albedo/unobserved_occluders.h"
 #include "reconstruct/lamps/parameters.h"
+#include "reconstruct/light/fluence.h"
 #include "reconstruct/light/light.h"
 #include "reconstruct/shading/noise_floor.h"
 
@@ -87,6 +88,7 @@ Eigen::Vector3f gathered_light(const IrradianceModel& room, const IrradianceMode
                                const std::vector<Eigen::Vector3f>& floor_grid, SurfaceSample& sample) {
   const Eigen::Vector3f of_lamps = room.irradiance_from_floor(gathered, floor_grid);
   const float floor_fraction = gathered.floor_weight * static_cast<float>(gathered.floor_hits.size());
+  sample.surface_light = gathered.from_surface;
   sample.floor_light = (of_lamps + floor_fraction * room.surroundings().floor_irradiance).mean();
   return gathered.irradiance + of_lamps;
 }
@@ -115,7 +117,7 @@ SurfaceLighting::SurfaceLighting(const Surface& surface, const IrradianceModel& 
       gathered_(gathered),
       noise_floor_(noise_floor),
       model_error_(model_error),
-      neighbours_(lumigraft::reconstruct::neighbours(surface.samples, kLighting.neighbour_reach)) {
+      neighbours_(lumigraft::reconstruct::neighbours(surface.samples)) {
   const std::vector<SurfaceSample>& samples = surface.samples;
   for (std::size_t i = 0; i < samples.size(); ++i) sample_light_.push_back({gathered[i], 0});
   const auto lamps = static_cast<Eigen::Index>(illumination.lights.size()),
@@ -125,7 +127,7 @@ SurfaceLighting::SurfaceLighting(const Surface& surface, const IrradianceModel& 
     const SurfaceSample& sample = samples[static_cast<std::size_t>(i)];
     for (Eigen::Index lamp = 0; lamp < lamps; ++lamp)
       unoccluded(lamp, i) =
-          unoccluded_irradiance(static_cast<std::size_t>(lamp), sample.position, sample.normal).mean();
+          lamp_irradiance(illumination.lights[static_cast<std::size_t>(lamp)], sample.position, sample.normal).mean();
   }
   const Eigen::ArrayXf of_all = unoccluded.colwise().sum().cwiseMax(1e-9f).transpose();
   visible_.resize(lamps, count);
@@ -138,7 +140,8 @@ SurfaceLighting::SurfaceLighting(const Surface& surface, const IrradianceModel& 
       const int rays = IrradianceModel::rays_for(unoccluded(lamp, k) / of_all[k], kLighting.sample_rays);
       visible_(lamp, k) =
           room.visibility(illumination.lights[own], lamp_distance(own), sample.position, sample.normal, rays);
-      irradiance[i] = visible_(lamp, k) * unoccluded_irradiance(own, sample.position, sample.normal);
+      irradiance[i] =
+          visible_(lamp, k) * lamp_irradiance(illumination.lights[own], sample.position, sample.normal).matrix();
       sample_light_[i].irradiance += irradiance[i];
     }
     from_lamp_.push_back(std::move(irradiance));
@@ -217,15 +220,6 @@ std::vector<ObservedShadow> SurfaceLighting::shadows() const {
     result.push_back(std::move(shadow));
   }
   return result;
-}
-
-Eigen::Vector3f SurfaceLighting::unoccluded_irradiance(std::size_t lamp, const Eigen::Vector3f& position,
-                                                       const Eigen::Vector3f& normal) const {
-  const PointLight& light = illumination_.lights[lamp];
-  if (!light.distance_known) return std::max(0.0f, normal.dot(light.direction)) * light.irradiance;
-  const Eigen::Vector3f offset = light.position_m - position;
-  const float squared = offset.squaredNorm(), length = std::sqrt(squared);
-  return light.emission(-offset / length) * std::max(0.0f, normal.dot(offset) / length) / squared * light.intensity;
 }
 
 /// Visibility of lamps at points, by rays where a shadow's edge matters. The points of one sample in a cell of 2³
@@ -341,14 +335,17 @@ std::vector<PointAlbedo> SurfaceLighting::albedo(const std::vector<SampleAlbedo>
     trace.at_shadow_edges(point, around.visible);
     Eigen::Vector3f irradiance = around.gathered;
     float edge_squares = 0;  // the lamps' shadows have different edges
+    // Radiance of surface, and clipped lamps' power, were found by the camera that measured the point, too.
+    float own_scale = surface_.samples[own].surface_light;
     std::fill(power_error.begin(), power_error.end(), 0.0f);
     std::fill(distance_error.begin(), distance_error.end(), 0.0f);
     for (std::size_t lamp = 0; lamp < illumination_.lights.size(); ++lamp) {
-      const Eigen::Vector3f unoccluded = unoccluded_irradiance(lamp, point.position, point.normal);
+      const Eigen::Vector3f unoccluded = lamp_irradiance(lights[lamp], point.position, point.normal).matrix();
       if (unoccluded.isZero()) continue;
       const Eigen::Vector3f from_lamp = around.visible[static_cast<Eigen::Index>(lamp)] * unoccluded;
       irradiance += from_lamp;
       const PointLight& light = lights[lamp];
+      own_scale += light.clipped ? from_lamp.mean() : 0;
       power_error[first_piece[lamp]] += light.power_log_sigma * from_lamp.mean();
       if (light.distance_known) {
         distance_error[first_piece[lamp]] +=
@@ -379,7 +376,8 @@ std::vector<PointAlbedo> SurfaceLighting::albedo(const std::vector<SampleAlbedo>
     // within a voxel is as strong as between the voxels of a patch.
     const float floor_error =
         static_cast<float>(kLampParameters.posterior.room_log_sigma) * surface_.samples[own].floor_light;
-    const float common = std::hypot(std::hypot(model_error_, kLighting.scale_error),
+    const float scale_error = kLighting.scale_error * std::max(0.0f, 1 - own_scale / total);
+    const float common = std::hypot(std::hypot(model_error_, scale_error),
                                     std::hypot(lamp_error, floor_error, edge_error) / total, around.texture);
     const float own_sigma = std::hypot(w_direct * noise / total, w_around * around.own_sigma) / (w_direct + w_around);
     result[i].sigma = std::hypot(own_sigma, common * result[i].albedo.mean());

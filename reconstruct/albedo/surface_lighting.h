@@ -35,7 +35,7 @@ class GatherCache {
 };
 
 /// All gathered light of a sample, with the lamps' from the unseen floor (IrradianceModel::lamp_irradiance_on_floor);
-/// the sample gets its floor_light.
+/// the sample gets its floor_light and surface_light.
 Eigen::Vector3f gathered_light(const IrradianceModel& room, const IrradianceModel::Gathered& gathered,
                                const std::vector<Eigen::Vector3f>& floor_grid, SurfaceSample& sample);
 
@@ -82,8 +82,6 @@ class SurfaceLighting {
   /// 1σ of a sample's albedo by noise, texture and smoothing alone.
   float sigma_without_model(std::size_t sample, const SampleAlbedo& albedo) const;
   Interpolated interpolate(const SurfacePoint& point, const std::vector<SampleAlbedo>& samples) const;
-  Eigen::Vector3f unoccluded_irradiance(std::size_t lamp, const Eigen::Vector3f& position,
-                                        const Eigen::Vector3f& normal) const;
   class EdgeTracer;
 
   const Surface& surface_;

@@ -90,7 +90,7 @@ std::vector<Row> rows_of(const std::vector<ColorPlace>& places, const std::vecto
   const NearestSurface nearest(surface_m, light.probe_position_m);
   for (const ColorPlace& place : places) {
     const Vector3f ray = place.position_m - light.probe_position_m;
-    if (ray.norm() < kMatch.min_distance_m) continue;
+    if (ray.norm() < kMatch.min_distance_m || !(place.normal.dot(ray) < 0)) continue;
     const auto radiance = fisheye_radiance(light, ray.normalized());
     if (!radiance || nearest.hides(place.position_m)) continue;
     rows.push_back({(place.radiance / *radiance).log(), place.corner});

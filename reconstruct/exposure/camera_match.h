@@ -17,9 +17,9 @@ namespace lumigraft::reconstruct {
 
 /// A place that the colour camera sees.
 struct ColorPlace {
-  Eigen::Vector3f position_m;  ///< tag frame
-  Eigen::Array3f radiance;     ///< W/sr/m²
-  float corner;                ///< (θ / θ_corner)²: 0 on the optical axis, 1 in the corners of the image
+  Eigen::Vector3f position_m, normal;  ///< tag frame; the normal of the side that the camera sees
+  Eigen::Array3f radiance;             ///< W/sr/m²
+  float corner;                        ///< (θ / θ_corner)²: 0 on the optical axis, 1 in the corners of the image
 };
 
 struct CameraMatch {
@@ -30,7 +30,8 @@ struct CameraMatch {
   float falloff_sigma = 0;                          ///< 1σ of k₁ + k₂, the log loss in the corners
 };
 
-/// `surface_m`: all points of the colour camera's depth, tag frame; they hide places behind them from the fish-eye.
+/// `surface_m`: all points of the colour camera's depth, tag frame; they hide places behind them from the fish-eye. So
+/// does a thin board the place on its other side.
 /// Without `with_falloff` vignetting is zero. Empty if both cameras see too few places in common or disagree about most
 /// of them.
 std::optional<CameraMatch> match_cameras(const std::vector<ColorPlace>& places,

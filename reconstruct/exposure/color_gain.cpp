@@ -193,7 +193,7 @@ float ColorGainStage::State::match_fisheye(const std::vector<Place>& places, con
   for (const Place& place : places) {
     if (place.dark) continue;
     const float estimated = std::exp(-(falloff[0] + falloff[1] * place.corner) * place.corner);
-    seen.push_back({place.position_m, place.radiance / gain * estimated, place.corner});
+    seen.push_back({place.position_m, place.normal, place.radiance / gain * estimated, place.corner});
   }
   const std::vector<Vector3f> surface_m = sampler.surface_m(*frame.depth, T_tag_camera);
   const auto exceeds = [](float value, float sigma, float visible) {

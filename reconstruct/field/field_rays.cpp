@@ -80,25 +80,26 @@ std::optional<float> FieldRays::distance_near(const Eigen::Vector3f& position, c
   const Simd4 low_weights = Simd4{g.x(), f.x(), g.x(), f.x()} * Simd4{g.y(), g.y(), f.y(), f.y()};
   const Simd4 corner_weights[2] = {low_weights * g.z(), low_weights * f.z()};
   float sum = 0, weights = 0;
-  const auto add = [&](float weight, float distance) {
-    sum += weight * distance;
-    weights += weight;
-  };
   const Eigen::Vector3i in_brick = base.unaryExpr([](int i) { return i & (kBrickEdge - 1); });
   if (in_brick.maxCoeff() < kBrickEdge - 1) {
     // All eight are in one brick, the most frequent case; it is `brick`, since the nearest voxel is one of them.
+    Simd4 metres{}, known_weights{};
     for (int z = 0; z < 2; ++z) {
       const auto i = static_cast<std::size_t>(index_in_brick(base) + kBrickEdge * kBrickEdge * z), j = i + kBrickEdge;
       const Simd4 known = {brick.weight[i], brick.weight[i + 1], brick.weight[j], brick.weight[j + 1]};
-      const Simd4 distances =
-          Simd4{brick.distance_m[i], brick.distance_m[i + 1], brick.distance_m[j], brick.distance_m[j + 1]} / voxel_m_;
-      for (int k = 0; k < 4; ++k)
-        if (known[k] > 0) add(corner_weights[z][k], distances[k]);
+      const Simd4 weight = select(known > 0.0f, corner_weights[z], Simd4{});
+      metres +=
+          weight * Simd4{brick.distance_m[i], brick.distance_m[i + 1], brick.distance_m[j], brick.distance_m[j + 1]};
+      known_weights += weight;
     }
+    sum = sum_of(metres) / voxel_m_;
+    weights = sum_of(known_weights);
   } else {
     for (int corner = 0; corner < 8; ++corner) {
       const auto distance = distance_at(base + Eigen::Vector3i(corner & 1, (corner >> 1) & 1, corner >> 2));
-      if (distance) add(corner_weights[corner >> 2][corner & 3], *distance);
+      if (!distance) continue;
+      sum += corner_weights[corner >> 2][corner & 3] * *distance;
+      weights += corner_weights[corner >> 2][corner & 3];
     }
   }
   return weights > 0 ? sum / weights : nearest;

@@ -355,7 +355,7 @@ class LampSearch {
     double min_cost = std::numeric_limits<double>::infinity(), best = 0;
     for (const double log_gain : spaced(0, std::log(kSearch.max_gain), kSearch.gain_steps)) {
       for (const std::size_t lamp : lamps) set_gain(lamp, log_gain);
-      const double here = cost();
+      const double here = cost(min_cost);
       if (here >= min_cost) continue;
       min_cost = here;
       best = log_gain;
@@ -371,13 +371,16 @@ class LampSearch {
     return product;
   }
 
-  double cost() {
+  double cost(double limit = std::numeric_limits<double>::infinity()) {
     model_.log_albedo(powers_, factors_, log_albedo_);
-    return cost_of_albedo();
+    return cost_of_albedo(limit);
   }
-  double cost_of_albedo() const {
-    const double sum = robust_cost(log_albedo_, pairs_);
-    return (sum + variance_ * albedo_scale_cost(model_, log_albedo_, paper_)) * penalty(shapes_);
+  /// At least `limit` where it is not less.
+  double cost_of_albedo(double limit = std::numeric_limits<double>::infinity()) const {
+    const double scale = variance_ * albedo_scale_cost(model_, log_albedo_, paper_), factor = penalty(shapes_);
+    const double of_pairs =
+        robust_cost(log_albedo_, pairs_, kLampParameters.posterior.wide_level, limit / factor - scale);
+    return (of_pairs + scale) * factor;
   }
 
   /// The best of all distances and simple shapes of one lamp, with the others fixed.
@@ -399,7 +402,7 @@ class LampSearch {
         if (gain != gains.front() && log_gain == shapes_[lamp].log_gain) continue;  // both at the lower bound
         shapes_[lamp].log_gain = log_gain;
         model_.log_albedo(others, model_.power(lamp, shapes_[lamp]), factors_[lamp], log_albedo_);
-        const double here = cost_of_albedo();
+        const double here = cost_of_albedo(min_cost);
         if (here >= min_cost) continue;
         min_cost = here;
         best = shapes_[lamp];

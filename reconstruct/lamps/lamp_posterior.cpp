@@ -14,7 +14,7 @@ namespace lumigraft::reconstruct {
 namespace {
 
 constexpr const LampParameters::Posterior& kPosterior = kLampParameters.posterior;
-const float kChannelScale = static_cast<float>(1 / (kPosterior.pair_scale * std::sqrt(3.0)));
+constexpr float kChannelScale = static_cast<float>(std::numbers::inv_sqrt3 / kPosterior.pair_scale);
 
 Eigen::Index first_of(std::size_t lamp) { return static_cast<Eigen::Index>(kUnknownsPerLamp * lamp); }
 
@@ -75,11 +75,15 @@ class Evaluation : public ceres::EvaluationCallback {
     return kChannelScale *
            (log_albedo[static_cast<std::size_t>(pair.a)] - log_albedo[static_cast<std::size_t>(pair.b)]);
   }
-  /// Information of a pair about the light, 0 to 1: none below the noise floor.
-  float information_weight(const SamplePair& pair) const {
-    const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
-    const float of_a = model_.information_weight(a, powers_, factors_);
-    return b < model_.samples() ? std::min(of_a, model_.information_weight(b, powers_, factors_)) : of_a;
+  /// Weight of each pair by what its samples say of the light, 0 to 1: nothing below the noise floor.
+  std::vector<double> information(const std::vector<SamplePair>& pairs) const {
+    std::vector<float> of_sample(log_albedo.size(), 1.0f);  // known albedo: all
+    for (std::size_t i = 0; i < model_.samples(); ++i) of_sample[i] = model_.information_weight(i, powers_, factors_);
+    std::vector<double> result;
+    for (const SamplePair& pair : pairs)
+      result.push_back(std::pow(
+          std::min(of_sample[static_cast<std::size_t>(pair.a)], of_sample[static_cast<std::size_t>(pair.b)]), 2.0f));
+    return result;
   }
   const ShadingModel& model() const { return model_; }
   std::size_t lamps() const { return shapes_.size(); }
@@ -134,22 +138,27 @@ struct NormalEquations {
   Eigen::VectorXd gradient;   ///< Jᵀ W r
 };
 
-/// w = (a / (a + |r|²))², the slope of the robust cost, squared, times a factor per pair.
-template <typename Factor>
+/// w = (a / (a + |r|²))², the slope of the robust cost, squared, times a factor per pair (none: 1).
+///
+/// With D the derivatives of the samples' log albedo, a column per sample, and L the Laplacian matrix of the graph
+/// whose edges are the weighted pairs, the curvature is D L Dᵀ: its cost grows with the unknowns squared times the
+/// samples, which are a tenth of the pairs.
 NormalEquations normal_equations(const Evaluation& evaluation, const std::vector<SamplePair>& pairs, double level,
-                                 const Factor& factor_of) {
-  constexpr Eigen::Index kPairsAtOnce = 128;  // a product of matrices is faster than one of vectors
+                                 const std::vector<double>& factors = {}) {
+  constexpr Eigen::Index kSamplesAtOnce = 128;  // sums of these are floats
   const std::vector<std::size_t>& free = evaluation.free();
-  const auto size = static_cast<Eigen::Index>(free.size()), count = static_cast<Eigen::Index>(pairs.size());
+  const auto size = static_cast<Eigen::Index>(free.size()),
+             samples = static_cast<Eigen::Index>(evaluation.model().samples());
   NormalEquations sum{Eigen::MatrixXd::Zero(size, size), Eigen::VectorXd::Zero(size)};
-  Eigen::Matrix3Xf residuals(3, count);
-  Eigen::VectorXf roots(count);
-  for (Eigen::Index i = 0; i < count; ++i) {
-    const SamplePair& pair = pairs[static_cast<std::size_t>(i)];
-    const Eigen::Vector3f r = evaluation.residual(pair);
-    const double s = r.squaredNorm();
-    roots[i] = static_cast<float>(std::sqrt(pair.weight * factor_of(pair)) * level / (level + s));
-    residuals.col(i) = roots[i] * r;
+  Eigen::VectorXf weights(static_cast<Eigen::Index>(pairs.size()));
+  Eigen::Matrix3Xf pulls = Eigen::Matrix3Xf::Zero(3, samples);  // L times log albedo
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const Eigen::Vector3f r = evaluation.residual(pairs[i]);
+    const double slope = level / (level + r.squaredNorm()), factor = factors.empty() ? 1 : factors[i];
+    const auto weight = static_cast<float>(pairs[i].weight * factor * slope * slope);
+    weights[static_cast<Eigen::Index>(i)] = kChannelScale * kChannelScale * weight;
+    pulls.col(pairs[i].a) += kChannelScale * weight * r;
+    if (pairs[i].b < samples) pulls.col(pairs[i].b) -= kChannelScale * weight * r;
   }
   for (Eigen::Index c = 0; c < 3; ++c) {
     std::vector<Eigen::Index> own;  // free unknowns on which this channel depends
@@ -157,37 +166,42 @@ NormalEquations normal_equations(const Evaluation& evaluation, const std::vector
       const std::size_t unknown = free[static_cast<std::size_t>(k)] % kUnknownsPerLamp;
       if (unknown < 3 || unknown == 3 + static_cast<std::size_t>(c)) own.push_back(k);
     }
-    for (Eigen::Index first = 0; first < count; first += kPairsAtOnce) {
-      const Eigen::Index rows = std::min(kPairsAtOnce, count - first);
-      Eigen::MatrixXf slopes(rows, static_cast<Eigen::Index>(own.size()));
-      for (Eigen::Index k = 0; k < slopes.cols(); ++k) {
-        const auto unknown = free[static_cast<std::size_t>(own[static_cast<std::size_t>(k)])];
-        const std::vector<Eigen::Array3f>& derivative = evaluation.derivative[unknown];
-        for (Eigen::Index i = 0; i < rows; ++i) {
-          const SamplePair& pair = pairs[static_cast<std::size_t>(first + i)];
-          slopes(i, k) =
-              kChannelScale * roots[first + i] *
-              (derivative[static_cast<std::size_t>(pair.a)][c] - derivative[static_cast<std::size_t>(pair.b)][c]);
-        }
-      }
-      const Eigen::MatrixXd product = (slopes.transpose() * slopes).cast<double>();
-      sum.curvature(own, own) += product;
-      sum.gradient(own) += (slopes.transpose() * residuals.row(c).segment(first, rows).transpose()).cast<double>();
+    const auto count = static_cast<Eigen::Index>(own.size());
+    Eigen::MatrixXf slopes(count, samples), laplacian = Eigen::MatrixXf::Zero(count, samples);  // D, and D L
+    for (Eigen::Index k = 0; k < count; ++k) {
+      const auto& derivative = evaluation.derivative[free[static_cast<std::size_t>(own[static_cast<std::size_t>(k)])]];
+      for (Eigen::Index i = 0; i < samples; ++i) slopes(k, i) = derivative[static_cast<std::size_t>(i)][c];
     }
+    Eigen::VectorXf difference(count);
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      const Eigen::Index a = pairs[i].a, b = pairs[i].b;
+      difference = slopes.col(a);
+      if (b < samples) difference -= slopes.col(b);
+      difference *= weights[static_cast<Eigen::Index>(i)];
+      laplacian.col(a) += difference;
+      if (b < samples) laplacian.col(b) -= difference;
+    }
+    Eigen::MatrixXd product = Eigen::MatrixXd::Zero(count, count);
+    Eigen::VectorXd along = Eigen::VectorXd::Zero(count);
+    for (Eigen::Index first = 0; first < samples; first += kSamplesAtOnce) {
+      const Eigen::Index columns = std::min(kSamplesAtOnce, samples - first);
+      const auto here = slopes.middleCols(first, columns);
+      product += (laplacian.middleCols(first, columns) * here.transpose()).cast<double>();
+      along += (here * pulls.row(c).segment(first, columns).transpose()).cast<double>();
+    }
+    sum.curvature(own, own) += 0.5 * (product + product.transpose());
+    sum.gradient(own) += along;
   }
   return sum;
 }
 
-double information_of(const Evaluation& evaluation, const SamplePair& pair) {
-  return std::pow(evaluation.information_weight(pair), 2.0f);
-}
-
-/// Mean squared residual of the pairs that agree.
-double mean_square(const Evaluation& evaluation, const std::vector<SamplePair>& pairs) {
+/// Mean squared residual of the pairs that agree. `information`: of each pair.
+double mean_square(const Evaluation& evaluation, const std::vector<SamplePair>& pairs,
+                   const std::vector<double>& information) {
   double squares = 0, weights = 0;
-  for (const SamplePair& pair : pairs) {
-    const double s = evaluation.residual(pair).squaredNorm();
-    const double weight = pair.weight * information_of(evaluation, pair) / ((1 + s) * (1 + s));
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const double s = evaluation.residual(pairs[i]).squaredNorm();
+    const double weight = pairs[i].weight * information[i] / ((1 + s) * (1 + s));
     squares += weight * s;
     weights += weight;
   }
@@ -195,9 +209,9 @@ double mean_square(const Evaluation& evaluation, const std::vector<SamplePair>& 
 }
 
 /// v: that of a channel, but no less than the model's own error, for as many pairs as share one error.
-double variance_of(const Evaluation& evaluation, const std::vector<SamplePair>& pairs) {
+double variance_of(double mean_square) {
   const double min_square = std::pow(kPosterior.model_error / kPosterior.pair_scale, 2);
-  return kPosterior.pairs_per_observation * std::max(min_square, mean_square(evaluation, pairs)) / 3;
+  return kPosterior.pairs_per_observation * std::max(min_square, mean_square) / 3;
 }
 
 /// A cost of all lamps' unknowns.
@@ -237,7 +251,7 @@ class PairsCost : public LampCost {
     reduced.setZero();
     const double cost = robust_cost(evaluation_.log_albedo, pairs_, level_) / variance_;
     if (jacobians) {
-      const NormalEquations sum = normal_equations(evaluation_, pairs_, level_, [](const SamplePair&) { return 1.0; });
+      const NormalEquations sum = normal_equations(evaluation_, pairs_, level_);
       // Jᵀ J = V D Vᵀ: the reduced Jacobian is √D Vᵀ.
       const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(sum.curvature / variance_);
       const Eigen::VectorXd root = eigen.eigenvalues().cwiseMax(0).cwiseSqrt();
@@ -501,14 +515,20 @@ double LampPosterior::gain_log_sigma(std::size_t lamp) const {
   return std::sqrt(std::max(0.0, covariance.diagonal().segment<3>(first_of(lamp) + 3).mean()));
 }
 
-double robust_cost(const std::vector<Eigen::Array3f>& log_albedo, const std::vector<SamplePair>& pairs, double level) {
+double robust_cost(const std::vector<Eigen::Array3f>& log_albedo, const std::vector<SamplePair>& pairs, double level,
+                   double limit) {
+  constexpr std::size_t kPairsBetweenChecks = 64;
+  constexpr float kScale = kChannelScale * kChannelScale;
+  const auto of = static_cast<float>(level);
   double sum = 0;
-  const float scale = static_cast<float>(kChannelScale * kChannelScale);
-  for (const SamplePair& pair : pairs) {
-    const Eigen::Array3f d =
-        log_albedo[static_cast<std::size_t>(pair.a)] - log_albedo[static_cast<std::size_t>(pair.b)];
-    const double squared = scale * d.square().sum();
-    sum += pair.weight * level * squared / (level + squared);
+  for (std::size_t i = 0; i < pairs.size() && sum <= limit;) {
+    for (const std::size_t end = std::min(pairs.size(), i + kPairsBetweenChecks); i < end; ++i) {
+      const SamplePair& pair = pairs[i];
+      const Eigen::Array3f d =
+          log_albedo[static_cast<std::size_t>(pair.a)] - log_albedo[static_cast<std::size_t>(pair.b)];
+      const float squared = kScale * d.square().sum();
+      sum += static_cast<double>(pair.weight * of * squared / (of + squared));
+    }
   }
   return sum;
 }
@@ -531,7 +551,7 @@ LampPosterior solve_lamps(const ShadingModel& model, const std::vector<SamplePai
   Evaluation evaluation(model, start);
   evaluation.PrepareForEvaluation(false, true);
   LampPosterior result;
-  result.pair_variance = variance_of(evaluation, pairs);
+  result.pair_variance = variance_of(mean_square(evaluation, pairs, evaluation.information(pairs)));
   ceres::Problem::Options options;
   options.evaluation_callback = &evaluation;
   ceres::Problem problem(options);
@@ -559,11 +579,12 @@ LampPosterior solve_lamps(const ShadingModel& model, const std::vector<SamplePai
   result.shapes = evaluation.shapes();
   result.cost = robust_cost(evaluation.log_albedo, pairs) +
                 result.pair_variance * albedo_scale_cost(model, evaluation.log_albedo, paper);
-  result.misfit = kPosterior.pair_scale * std::sqrt(mean_square(evaluation, pairs));
-  const NormalEquations sum =
-      normal_equations(evaluation, pairs, 1, [&](const SamplePair& pair) { return information_of(evaluation, pair); });
+  const std::vector<double> information = evaluation.information(pairs);
+  const double square = mean_square(evaluation, pairs, information);
+  result.misfit = kPosterior.pair_scale * std::sqrt(square);
+  const NormalEquations sum = normal_equations(evaluation, pairs, 1, information);
   result.information = Eigen::MatrixXd::Zero(evaluation.size(), evaluation.size());
-  result.information(evaluation.free(), evaluation.free()) = sum.curvature / variance_of(evaluation, pairs);
+  result.information(evaluation.free(), evaluation.free()) = sum.curvature / variance_of(square);
   if (with_scale) {
     const Eigen::MatrixXd rows = ScaleCost::rows(evaluation, paper);
     result.information += rows.transpose() * rows;

@@ -6,6 +6,7 @@
 // over pairs of samples, ρ robust, v the variance of a pair in units of s², times the number of pairs that share one
 // error. Cost and covariance follow from the same rows.
 #include <Eigen/Core>
+#include <limits>
 #include <vector>
 
 #include "reconstruct/lamps/parameters.h"
@@ -16,9 +17,11 @@ namespace lumigraft::reconstruct {
 
 /// Σ a r² / (a + r²) over pairs, r = Δ log albedo / pair_scale, RMS over channels (Geman and McClure 1985). The cost is
 /// bounded: pairs of differently coloured surfaces say nothing about the light, however many there are. The search uses
-/// a wide level a, the last solution a = 1 (graduated non-convexity, Blake and Zisserman 1987).
+/// a wide level a, the last solution a = 1 (graduated non-convexity, Blake and Zisserman 1987). The sum ends above
+/// `limit`.
 double robust_cost(const std::vector<Eigen::Array3f>& log_albedo, const std::vector<SamplePair>& pairs,
-                   double level = kLampParameters.posterior.wide_level);
+                   double level = kLampParameters.posterior.wide_level,
+                   double limit = std::numeric_limits<double>::infinity());
 
 /// 1/m, of a lamp on a ceiling of usual height; 0 for a light below the horizon.
 double usual_inverse_distance(const PointLight& light);

@@ -48,6 +48,7 @@ void OutOfViewLamps::resolve(Illumination& light, const std::vector<capture::Tag
       light.lights.erase(lamp);
       continue;
     }
+    lamp->visibility = PointLight::Visibility::outside_view;  // it shines, even if the fish-eye saw its place dark
     if (lamp->power_log_sigma <= kOutOfView.max_log_sigma) continue;
     if (prior.log_sigma >= kUnknownPowerLogSigma) {
       warnings.push_back(text +

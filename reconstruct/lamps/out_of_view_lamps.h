@@ -16,7 +16,7 @@ class OutOfViewLamps {
   OutOfViewLamps(Illumination& light, const FieldRays& rays);
 
   /// After locate_lamps: removes lamps that are off, and restores the previous or configured power of those that
-  /// shading does not determine. `named`: Session::lamps, for warnings.
+  /// shading does not determine. No lamp that stays is `dark`. `named`: Session::lamps, for warnings.
   void resolve(Illumination& light, const std::vector<capture::TaggedLamp>& named,
                std::vector<std::string>& warnings) const;
 

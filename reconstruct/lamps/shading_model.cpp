@@ -43,7 +43,8 @@ ShadingModel::ShadingModel(const IrradianceModel& room, const Illumination& illu
       samples_(samples),
       gathered_(gathered),
       noise_floor_(noise_floor_radiance(samples)),
-      tables_(illumination.lights.size()) {
+      tables_(illumination.lights.size()),
+      neighbours_(neighbours(samples)) {
   for (const PointLight& light : lights_) {
     const Eigen::Vector3f first = light.direction.unitOrthogonal();
     across_.push_back({first, light.direction.cross(first)});
@@ -62,27 +63,53 @@ void ShadingModel::tabulate(std::size_t lamp, std::vector<double> inverse_distan
   const double range = table.inverse_distances.back() - table.inverse_distances.front();
   const auto spans = static_cast<std::size_t>(std::ceil(range / kLampParameters.max_visibility_span));
   const std::size_t step = std::max<std::size_t>(1, last / std::max<std::size_t>(spans, 1));
-  for (std::size_t i = 0; i < samples_.size(); ++i) {
-    if (!samples_[i].usable) continue;
-    const auto trace = [&](std::size_t k) {
-      const double inverse = table.inverse_distances[k];
-      const float distance = inverse > 0 ? static_cast<float>(1 / inverse) : kInfinitelyFar;
-      return table.visibility[k][i] =
-                 room_.visibility(lights_[lamp], distance, samples_[i].position, samples_[i].normal, rays);
-    };
-    float before = trace(0);
-    for (std::size_t low = 0, high; low < last; low = high) {
-      high = std::min(low + step, last);
-      const float after = trace(high);
+  const auto distance_m = [&](std::size_t k) {
+    const double inverse = table.inverse_distances[k];
+    return inverse > 0 ? static_cast<float>(1 / inverse) : kInfinitelyFar;
+  };
+  table.visibility[0] = visibility(lamp, distance_m(0), rays);
+  for (std::size_t low = 0, high; low < last; low = high) {
+    high = std::min(low + step, last);
+    table.visibility[high] = visibility(lamp, distance_m(high), rays);
+    for (std::size_t i = 0; i < samples_.size(); ++i) {
+      const float before = table.visibility[low][i], after = table.visibility[high][i];
       const bool constant = before == after && (after == 0 || after == 1);
       for (std::size_t k = low + 1; k < high; ++k)
-        if (constant)
-          table.visibility[k][i] = after;
-        else
-          trace(k);
-      before = after;
+        table.visibility[k][i] =
+            constant ? after
+                     : room_.visibility(lights_[lamp], distance_m(k), samples_[i].position, samples_[i].normal, rays);
     }
   }
+}
+
+std::vector<float> ShadingModel::visibility(std::size_t lamp, float distance_m, int rays) const {
+  const auto trace = [&](std::size_t i, int count) {
+    return room_.visibility(lights_[lamp], distance_m, samples_[i].position, samples_[i].normal, count);
+  };
+  std::vector<float> result(samples_.size(), 0.0f);
+  for (std::size_t i = 0; i < samples_.size(); ++i)
+    if (samples_[i].usable) result[i] = trace(i, 1);
+  if (rays == 1) return result;
+  std::vector<std::size_t> penumbra;
+  std::vector<bool> in_penumbra(samples_.size(), false);
+  const auto add = [&](std::size_t i) {
+    if (in_penumbra[i] || !samples_[i].usable) return;
+    in_penumbra[i] = true;
+    penumbra.push_back(i);
+  };
+  for (std::size_t i = 0; i < samples_.size(); ++i)
+    for (const int j : neighbours_[i])
+      if (const auto other = static_cast<std::size_t>(j); samples_[other].usable && result[i] != result[other]) {
+        add(i);
+        add(other);
+      }
+  for (std::size_t next = 0; next < penumbra.size(); ++next) {
+    const std::size_t i = penumbra[next];
+    result[i] = trace(i, rays);
+    if (result[i] > 0 && result[i] < 1)
+      for (const int j : neighbours_[i]) add(static_cast<std::size_t>(j));
+  }
+  return result;
 }
 
 double ShadingModel::inverse_distance_of(const PointLight& placed) const {
@@ -156,12 +183,13 @@ std::vector<Eigen::Array3f> ShadingModel::irradiance(const std::vector<Eigen::Ar
 void ShadingModel::log_albedo(const std::vector<Eigen::Array3f>& others, const Eigen::Array3f& power,
                               const std::vector<float>& factors, std::vector<Eigen::Array3f>& result) const {
   result.resize(2 * samples_.size());
-  for (std::size_t i = 0; i < samples_.size(); ++i) {
-    if (!samples_[i].usable) continue;
-    result[samples_.size() + i] = log_known_[i];
-    result[i] =
-        log_radiance_[i] - ((others[i] + power * factors[i]) * std::numbers::inv_pi_v<float> + noise_floor_).log();
-  }
+  for (std::size_t i = 0; i < samples_.size(); ++i)
+    result[i] = (others[i] + power * factors[i]) * std::numbers::inv_pi_v<float> + noise_floor_;
+  // As one array the logarithms are computed four at a time.
+  const auto channels = static_cast<Eigen::Index>(3 * samples_.size());
+  Eigen::Map<Eigen::ArrayXf> all(result.data()->data(), channels);
+  all = Eigen::Map<const Eigen::ArrayXf>(log_radiance_.data()->data(), channels) - all.log();
+  std::copy(log_known_.begin(), log_known_.end(), result.begin() + static_cast<std::ptrdiff_t>(samples_.size()));
 }
 
 void ShadingModel::log_albedo(const std::vector<Eigen::Array3f>& powers, const std::vector<std::vector<float>>& factors,

@@ -42,7 +42,9 @@ class ShadingModel {
   double inverse_distance_of(const PointLight& placed) const;
 
   /// Tabulates the visible fraction of the lamp from every sample at evenly rising inverse distances, with `rays` rays
-  /// over the lamp's disk. Shadows move in proportion to inverse distance.
+  /// over the lamp's disk: from samples in a penumbra, which are those whose neighbours see its centre otherwise than
+  /// they do and, from these on, the neighbours of all that see a part of the disk. Shadows move in proportion to
+  /// inverse distance.
   void tabulate(std::size_t lamp, std::vector<double> inverse_distances, int rays);
   const std::vector<double>& tabulated(std::size_t lamp) const { return tables_[lamp].inverse_distances; }
 
@@ -79,6 +81,8 @@ class ShadingModel {
     std::vector<double> inverse_distances;
     std::vector<std::vector<float>> visibility;  ///< per distance, per sample
   };
+  /// Of a lamp, from every sample.
+  std::vector<float> visibility(std::size_t lamp, float distance_m, int rays) const;
   Eigen::Vector3f axis(std::size_t lamp, const LampShape& shape) const;
   Eigen::Array3f irradiance(std::size_t sample, const std::vector<Eigen::Array3f>& powers,
                             const std::vector<std::vector<float>>& factors) const;
@@ -92,6 +96,7 @@ class ShadingModel {
   float noise_floor_;  ///< radiance
   std::vector<Eigen::Array3f> log_radiance_, log_known_;
   std::vector<Table> tables_;
+  std::vector<std::vector<int>> neighbours_;  ///< of each sample
 };
 
 }  // namespace lumigraft::reconstruct

@@ -40,7 +40,8 @@ struct PointLight {
   int lamp_tag = -1;  ///< index into Session::lamps of the tagged lamp that this is; -1: none
   /// Whether the fish-eye measures the lamp. Only lamps with a tag can be `outside_view` of the fish-eye, or `dark`:
   /// occluded from it or switched off. Their irradiance is that of an unoccluded lamp, a prior value with
-  /// power_log_sigma (kUnknownPowerLogSigma: none); shading of the room determines it better.
+  /// power_log_sigma (kUnknownPowerLogSigma: none); shading of the room determines it better. A dark lamp gives no
+  /// light before that (lamp_irradiance); of those that shading shows to shine none is dark (OutOfViewLamps).
   enum class Visibility { visible, outside_view, dark } visibility = Visibility::visible;
   /// Frames since it was last seen, or shown to be lit by what the colour camera sees (LightStage::resolve). It
   /// is held, then faded out. 0 if the newest frame shows it.

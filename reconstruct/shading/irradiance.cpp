@@ -198,6 +198,7 @@ IrradianceModel::Gathered IrradianceModel::gather(const Eigen::Vector3f& positio
   const Frame frame = frame_around(normal);
   const Eigen::Vector3f from = position_m + lift_m_ * normal;
   Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+  float from_surface = 0;
   int metal_hits = 0;
   std::vector<Eigen::Vector3f> floor_hits;
   for (int i = 0; i < directions; ++i) {
@@ -210,6 +211,7 @@ IrradianceModel::Gathered IrradianceModel::gather(const Eigen::Vector3f& positio
     metal_hits += hit && metal_.contains(*hit);
     if (radiance) {
       sum += *radiance;
+      from_surface += radiance->mean();
     } else if (const auto floor = hit ? std::nullopt : floor_hit(from, direction)) {
       sum += kTypicalAlbedo / kPi * surroundings_.floor_irradiance;
       floor_hits.push_back(*floor);
@@ -217,8 +219,8 @@ IrradianceModel::Gathered IrradianceModel::gather(const Eigen::Vector3f& positio
       sum += far_radiance(from, direction);
     }
   }
-  return {sum * (kPi / directions), static_cast<float>(metal_hits) / directions, std::move(floor_hits),
-          kTypicalAlbedo / static_cast<float>(directions)};
+  return {sum * (kPi / directions), from_surface * (kPi / directions), static_cast<float>(metal_hits) / directions,
+          std::move(floor_hits), kTypicalAlbedo / static_cast<float>(directions)};
 }
 
 float IrradianceModel::visibility(const PointLight& light, float distance_m, const Eigen::Vector3f& position_m,

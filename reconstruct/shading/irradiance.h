@@ -37,6 +37,7 @@ class IrradianceModel {
   /// view of all cameras hits a floor of typical albedo, lit by the environment. Any other returns the far environment.
   struct Gathered {
     Eigen::Vector3f irradiance;
+    float from_surface = 0;                   ///< the part of it that the colour camera measured; mean of the channels
     float metal_fraction = 0;                 ///< of the rays: metal was measured towards the camera, not towards here
     std::vector<Eigen::Vector3f> floor_hits;  ///< of rays that hit the unseen floor
     float floor_weight = 0;                   ///< of the floor's lamp irradiance at each hit

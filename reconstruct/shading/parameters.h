@@ -49,6 +49,9 @@ struct ShadingParameters {
     std::size_t min_slope_points = 8;  ///< of a patch, to fit a slope of radiance
     float min_normal_length = 0.95f;   ///< of a patch's mean normal, to be one smooth piece: 18° RMS
     float min_cell_growth = 1.05f;     ///< per round of the search for a cell size
+    int neighbours = 6;                ///< of a sample, the nearest
+    float neighbour_reach = 2.5f;      ///< in edges of its cell,
+    float same_orientation = 0.8f;     ///< and whose normals have this cosine
   } samples;
 
   /// The white paper of the tag. About half of it is black; blur turns most of the white grey, and noise lifts the

@@ -110,6 +110,25 @@ SurfaceSample patch(const std::vector<SurfacePoint>& points, const std::vector<i
   return sample;
 }
 
+std::vector<std::vector<int>> neighbours(const std::vector<SurfaceSample>& samples) {
+  std::vector<std::vector<int>> result(samples.size());
+  std::vector<std::pair<float, int>> near;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    near.clear();
+    const float reach = kSamples.neighbour_reach * samples[i].size_m;
+    for (std::size_t j = 0; j < samples.size(); ++j) {
+      const float squared = (samples[i].position - samples[j].position).squaredNorm();
+      if (i == j || squared > reach * reach) continue;
+      if (samples[i].normal.dot(samples[j].normal) < kSamples.same_orientation) continue;
+      near.emplace_back(squared, static_cast<int>(j));
+    }
+    const auto count = std::min<std::ptrdiff_t>(kSamples.neighbours, static_cast<std::ptrdiff_t>(near.size()));
+    std::partial_sort(near.begin(), near.begin() + count, near.end());
+    for (std::ptrdiff_t k = 0; k < count; ++k) result[i].push_back(near[static_cast<std::size_t>(k)].second);
+  }
+  return result;
+}
+
 bool on_tag_print(const SurfaceSample& sample, double print_edge_m) {
   return on_paper(sample.position, print_edge_m, 0.5f * sample.size_m);
 }

@@ -36,7 +36,8 @@ struct SurfaceSample {
   float spread = 0;          ///< standard deviation of log luminance over the patch
   float texture = 0;         ///< the same after a linear slope is removed: texture or a shadow edge
   bool usable = true;        ///< one smooth piece of surface, no rim
-  float floor_light = 0;     ///< irradiance from the unseen floor, whose albedo is a guess; mean of the channels
+  float floor_light = 0;     ///< irradiance from the unseen floor, whose albedo is a guess; mean of the channels,
+  float surface_light = 0;   ///< and from surface that the colour camera measured
   SampleAlbedo known = {};   ///< as solved under earlier, other light
 };
 
@@ -60,6 +61,9 @@ SampleCell cell_of(const SurfacePoint& point, float sample_m);
 /// The sample that represents some points (`members`) of one cell.
 SurfaceSample patch(const std::vector<SurfacePoint>& points, const std::vector<int>& members, const SampleCell& cell,
                     float sample_m);
+
+/// Indices of every sample's nearest neighbours of similar orientation.
+std::vector<std::vector<int>> neighbours(const std::vector<SurfaceSample>& samples);
 
 /// Whether the patch overlaps the print of the tag.
 bool on_tag_print(const SurfaceSample& sample, double print_edge_m);

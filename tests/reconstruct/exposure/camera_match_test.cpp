@@ -38,7 +38,7 @@ Seen wall(const Illumination& light, const Array3f& gain, float falloff) {
       const Vector3f position_m(2, y, z);
       const float corner = (y * y + z * z) / 1.5f;
       const Array3f radiance = light.environment.sample(position_m.normalized());
-      seen.places.push_back({position_m, radiance * gain * std::exp(-falloff * corner), corner});
+      seen.places.push_back({position_m, -Vector3f::UnitX(), radiance * gain * std::exp(-falloff * corner), corner});
       seen.surface_m.push_back(position_m);
     }
   }
@@ -77,6 +77,19 @@ TEST(CameraMatch, WhatIsHiddenFromTheFisheyeSaysNothing) {
   const auto match = match_cameras(seen.places, seen.surface_m, light, true);
   ASSERT_TRUE(match);
   EXPECT_NEAR(match->log_gain.mean(), 0, 0.03);
+}
+
+TEST(CameraMatch, TheOtherSideOfABoardSaysNothing) {
+  const Illumination light = room();
+  Seen seen = wall(light, Array3f::Ones(), 0);
+  for (ColorPlace& place : seen.places) {
+    if (place.position_m.y() > 0.3f) continue;
+    place.normal = Vector3f::UnitX();
+    place.radiance *= Array3f(0.5f, 1, 3);  // another lamp lights it
+  }
+  const auto match = match_cameras(seen.places, seen.surface_m, light, true);
+  ASSERT_TRUE(match);
+  EXPECT_LT(match->log_gain.abs().maxCoeff(), 0.03f);
 }
 
 TEST(CameraMatch, TwoFifthsOfOutliersAreIgnored) {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "reconstruct/albedo/albedo.h"
+#include "reconstruct/light/fluence.h"
 #include "tests/reconstruct/albedo/albedo_room.h"
 
 namespace lumigraft::reconstruct {
@@ -106,6 +107,7 @@ TEST(OutOfViewLamps, DarkLampInViewIsOffUnlessOccluded) {
   const auto hidden = solved(room, unseen(room, PointLight::Visibility::dark, 0));
   ASSERT_TRUE(tagged(hidden));
   EXPECT_NEAR(tagged(hidden)->intensity.y() / desk_lamp().intensity.y(), 1, 0.15);
+  EXPECT_GT(lamp_irradiance(*tagged(hidden), Vector3f::Zero(), Vector3f::UnitZ()).minCoeff(), 0) << "it shines";
 }
 
 TEST(OutOfViewLamps, LampWithoutObservedEffectKeepsTheConfiguredPower) {

@@ -28,8 +28,8 @@ struct ShadowOfABox {
   std::vector<Vector3f> gathered;
   ShadingModel model;
 
-  explicit ShadowOfABox(float sample_m)
-      : room(box_under_lamp()),
+  explicit ShadowOfABox(float sample_m, float lamp_radius_m = 0.02f)
+      : room(box_under_lamp(lamp_radius_m)),
         field(room.field()),
         rays(field),
         light(room.illumination()),
@@ -39,10 +39,10 @@ struct ShadowOfABox {
         model(room_light, light, samples, gathered) {}
 
  private:
-  static TestRoom box_under_lamp() {
+  static TestRoom box_under_lamp(float lamp_radius_m) {
     TestRoom room;
     room.boxes = {{{0.0f, 0.0f, 0.0f}, {0.1f, 0.1f, 0.25f}}};
-    room.lamps = {{{0.9f, -0.7f, 0.8f}, {1, 1, 1}, 0.02f}};
+    room.lamps = {{{0.9f, -0.7f, 0.8f}, {1, 1, 1}, lamp_radius_m}};
     return room;
   }
   static std::vector<SurfaceSample> floor_samples(float step_m) {
@@ -106,6 +106,27 @@ TEST(ShadingModel, VisibilityBetweenTracedDistances) {
   const int all = static_cast<int>(scene.samples.size() * (knots.size() - 2));
   EXPECT_GT(penumbra, all / 50) << "shadows are in the picture";
   EXPECT_LT(different, all / 200);
+}
+
+// Few samples are in a penumbra that is many samples wide; all of it is traced.
+TEST(ShadingModel, PenumbraOfAWideLamp) {
+  ShadowOfABox scene(0.02f, 0.15f);
+  const double inverse = 1 / (scene.room.lamps[0].position - scene.light.probe_position_m).norm();
+  constexpr int kRays = 16;
+  scene.model.tabulate(0, {inverse}, kRays);
+  std::vector<float> factors;
+  scene.model.factors(0, {.inverse_distance = inverse}, factors);
+  int different = 0, penumbra = 0;
+  for (std::size_t i = 0; i < scene.samples.size(); ++i) {
+    const float visible = scene.room_light.visibility(scene.light.lights[0], static_cast<float>(1 / inverse),
+                                                      scene.samples[i].position, scene.samples[i].normal, kRays);
+    const Vector3f offset = scene.light.lights[0].direction +
+                            static_cast<float>(inverse) * (scene.light.probe_position_m - scene.samples[i].position);
+    different += std::abs(factors[i] - visible * offset.z() / std::pow(offset.norm(), 3.0f)) > 0.01f;
+    penumbra += visible > 0 && visible < 1;
+  }
+  EXPECT_GT(penumbra, static_cast<int>(scene.samples.size()) / 10);
+  EXPECT_LT(different, penumbra / 50);
 }
 
 }  // namespace
