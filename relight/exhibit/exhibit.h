@@ -37,6 +37,9 @@ struct Material {
   bool thin_walled = false;
   Eigen::Vector3f attenuation_color = Eigen::Vector3f::Ones();            ///< linear
   float attenuation_distance_m = std::numeric_limits<float>::infinity();  ///< of the model
+  /// The camera sees both sides of the surface in its base colour, as an emission of that, also mirrored and through
+  /// glass; this lights nothing. In all other light it is as its other values say (KHR_materials_unlit).
+  bool unlit = false;
 
   /// Reflectance of a smooth boundary at normal incidence (Fresnel), without the specular factor.
   float normal_reflectance() const { return (ior - 1) * (ior - 1) / ((ior + 1) * (ior + 1)); }
@@ -50,7 +53,8 @@ inline constexpr double kMaxIor = 10, kMinAttenuationDistance_m = 1e-6, kMaxAtte
 inline constexpr double kMaxEmission = 100000;  ///< about the radiance of the sun over that of white paper in its light
 
 /// Overrides for a model's own materials, which keep the way in which they are mixed. Unset values keep each part's
-/// own; a base colour also replaces textures and vertex colours, and emission its texture.
+/// own; a base colour also replaces textures and vertex colours, and emission its texture. An unlit part stays so
+/// unless the way in which it treats light is set.
 struct MaterialOverride {
   std::optional<Eigen::Vector3f> base_color;  ///< linear
   std::optional<float> metallic, roughness, specular;
@@ -86,7 +90,8 @@ struct MaterialOverride {
             ior.value_or(part.ior),
             thin_walled.value_or(part.thin_walled),
             attenuation_color.value_or(part.attenuation_color),
-            attenuation_distance_m.value_or(part.attenuation_distance_m)};
+            attenuation_distance_m.value_or(part.attenuation_distance_m),
+            part.unlit && !(metallic || roughness || specular || emission || transmission)};
   }
   bool operator==(const MaterialOverride&) const = default;
 };

@@ -36,6 +36,7 @@ struct SampledRay {
   /// From a matt surface by interfaces of transmissive objects: lamps are excluded, as photons bring their light, and
   /// what an object emits counts, as its sample points are hidden.
   bool by_interface = false;
+  bool of_camera = false;              ///< by nothing but mirrors and interfaces: unlit objects show their colour
   int interfaces = 0;                  ///< of transmissive objects on the path so far
   Rgb absorption = Rgb::Zero();        ///< of the medium that the ray is in, 1/m
   const SeenRadiance* seen = nullptr;  ///< where the camera shows the room at the ray's end; null: as it was fused
@@ -66,8 +67,9 @@ class DeltaLight {
   /// Fraction of a lamp's light that the room lets pass to a point; w: unit, to a point of the lamp at this distance.
   float open_from(std::size_t lamp, const Eigen::Vector3f& p_m, const Eigen::Vector3f& w, float distance_m) const;
 
-  /// Radiance that an object's specular lobe reflects to the viewer, including lamps. `mirrors` is at least 1.
-  Rgb mirrored_by_object(const PathVertex& lobe, Sampler& sampler, int mirrors) const;
+  /// Radiance that an object's specular lobe reflects to the viewer, including lamps. `mirrors` is at least 1;
+  /// `of_camera`: as in SampledRay, of the ray that sees it.
+  Rgb mirrored_by_object(const PathVertex& lobe, Sampler& sampler, int mirrors, bool of_camera) const;
   /// lit: light of lamps at the vertex that objects do not occlude. change_of_lamps: less the light from before that
   /// they occlude. If the vertex is specular both include objects that emit.
   Rgb lit(const PathVertex& vertex, Sampler& sampler) const;
@@ -112,6 +114,8 @@ class DeltaLight {
   /// Change of the irradiance of a facet without the light of lamps that objects occlude.
   Rgb change_in_cell(const SampledRay& ray, const Eigen::Vector3f& p_m, const Eigen::Vector3f& normal) const;
   Rgb left_change(const SampledRay& ray, const MeshHit& hit, Sampler& sampler, int mirrors) const;
+  /// As RayObjects::even_radiance; null where the ray sees an unlit object in its colour.
+  const Rgb* even_radiance(const SampledRay& ray, const MeshHit& hit) const;
   Rgb left_object(const SampledRay& ray, const MeshHit& hit, Sampler& sampler, int mirrors) const;
   /// Irradiance of lamps, from one sample per lamp, that the objects occlude at a point of the room.
   Rgb hidden_from(const Eigen::Vector3f& p_m, const Eigen::Vector3f& normal, Sampler& sampler) const;

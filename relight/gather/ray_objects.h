@@ -17,7 +17,7 @@ namespace lumigraft::relight {
 struct ObjectFacet {
   Eigen::Vector3f normal;  ///< geometric normal, model frame, on the side of its vertices' normals
   Rgb albedo;              ///< mean around its centre
-  bool mirrors;
+  bool mirrors, unlit;
 };
 std::vector<ObjectFacet> find_facets(const IrradianceProbes& places, const MaterialOverride& material);
 /// Those of another pose of the same model.
@@ -56,6 +56,7 @@ class RayObjects {
   void set_indirect(std::vector<Rgb> by_place);
   const std::vector<Rgb>& direct() const { return direct_; }
   const std::vector<Rgb>& indirect() const { return indirect_; }
+  bool is_unlit(const MeshHit& hit) const { return (*objects_[hit.mesh].facets)[hit.triangle].unlit; }
   /// L_ρ leaving a triangle of a matt object on the side that w hits, W/sr/m²; null on objects with a specular part.
   const Rgb* even_radiance(const MeshHit& hit, const Eigen::Vector3f& w) const {
     const ObjectFacet& facet = (*objects_[hit.mesh].facets)[hit.triangle];

@@ -192,6 +192,12 @@ bool Meshes::transmits(std::uint32_t mesh) const {
     return material.transmission > 0 && material.metallic < 1;
   });
 }
+bool Meshes::any_unlit() const {
+  return std::ranges::any_of(state_->placed, [](const Placed& placed) {
+    return std::ranges::any_of(placed.mesh.model->parts,
+                               [&](const Model::Part& part) { return placed.mesh.material.over(part.material).unlit; });
+  });
+}
 const std::vector<Eigen::Vector4f>& Meshes::spheres() const { return state_->spheres; }
 
 std::optional<MeshHit> Meshes::hit(const Vector3f& from_m, const Vector3f& w, float limit_m) const {
@@ -273,7 +279,9 @@ SurfaceHit Meshes::surface(const MeshHit& hit, const Vector3f& w, float pixel_ra
   const Vector3f interpolated = (placed.normals * shading.interpolated).stableNormalized();
   s.normal = interpolated;
   const bool front = interpolated.dot(s.face) * s.face.dot(w) < 0;
-  if (front) s.emission = placed.mesh.white_radiance * shading.material.emission;
+  s.unlit = shading.material.unlit;
+  if (front || s.unlit)
+    s.emission = placed.mesh.white_radiance * (s.unlit ? shading.material.base_color : shading.material.emission);
   s.face_ray(w);
   if (shading.normal != shading.interpolated) {
     Vector3f turned = (placed.normals * shading.normal).stableNormalized();

@@ -72,11 +72,19 @@ std::optional<AlphaMask> read_alpha(const GltfValue& material, const Model::Part
   return mask;
 }
 
+bool is_unlit(const GltfValue& material) { return material.extension("KHR_materials_unlit").exists(); }
+
 Model::Part read_material(const GltfValue& material, GltfTextures& textures) {
   Model::Part part;
   const GltfValue pbr = material.member("pbrMetallicRoughness");
   part.material.gltf = true;
   part.material.base_color = unit_color(pbr, "baseColorFactor", 4, 1);
+  part.base_color_texture = textures.slot(pbr.member("baseColorTexture"));
+  if (is_unlit(material)) {
+    part.material.unlit = true;
+    part.material.specular = 0;
+    return part;
+  }
   part.metallic_factor = static_cast<float>(unit_number(pbr, "metallicFactor", 1));
   part.roughness_factor = static_cast<float>(unit_number(pbr, "roughnessFactor", 1));
   part.material.metallic = part.metallic_factor;
@@ -89,7 +97,6 @@ Model::Part read_material(const GltfValue& material, GltfTextures& textures) {
       material.extension("KHR_materials_emissive_strength").number("emissiveStrength", 0, kAnyNumber, 1), kMaxEmission);
   part.material.emission = unit_color(material, "emissiveFactor", 3, 0) * static_cast<float>(strength);
 
-  part.base_color_texture = textures.slot(pbr.member("baseColorTexture"));
   part.metallic_roughness_texture = textures.slot(pbr.member("metallicRoughnessTexture"));
   if (const TexturePicture& both = part.metallic_roughness_texture.picture) {
     part.material.roughness *= mean_of(*both, 1);

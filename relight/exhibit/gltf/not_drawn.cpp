@@ -44,10 +44,14 @@ void add_of_texture(const GltfTextures& textures, const GltfValue& info, std::ve
 std::vector<std::string> of_material(const GltfTextures& textures, const GltfValue& material) {
   std::vector<std::string> features;
   if (material.text("alphaMode", "OPAQUE") == "BLEND") features.emplace_back("alphaMode BLEND");
+  const GltfValue pbr = material.member("pbrMetallicRoughness");
+  if (is_unlit(material)) {
+    add_of_texture(textures, pbr.member("baseColorTexture"), features);
+    return features;
+  }
   const auto emission = material.numbers("emissiveFactor", 3, -kAnyNumber, kAnyNumber);
   if (material.flag("doubleSided", false) && emission && *std::max_element(emission->begin(), emission->end()) > 0)
     features.emplace_back("emission of the back");
-  const GltfValue pbr = material.member("pbrMetallicRoughness");
   for (const GltfValue& info : {pbr.member("baseColorTexture"), pbr.member("metallicRoughnessTexture"),
                                 material.member("normalTexture"), material.member("emissiveTexture")}) {
     add_of_texture(textures, info, features);

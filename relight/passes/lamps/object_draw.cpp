@@ -39,7 +39,8 @@ shader::DrawParams params_of(const StoredModel::Mesh::Part& part, const Material
   shader::DrawParams p = view;
   p.base_color << combined.base_color, flag(part.texture(TextureUse::base_color).texture && own_color);
   const bool transmits = glass > 0 && combined.transmission > 0 && combined.metallic < 1;
-  p.tint << flag(own_color), (transmits ? static_cast<float>(glass) : 0.0f), combined.transmission, 0;
+  p.tint << flag(own_color), (transmits ? static_cast<float>(glass) : 0.0f), combined.transmission,
+      (combined.unlit ? white_radiance : 0.0f);
   p.material << (rough_map ? part.roughness_factor : combined.roughness),
       (metal_map ? part.metallic_factor : combined.metallic),
       (transmits ? combined.specular : combined.layer_specular()), static_cast<float>(number + 1);

@@ -119,7 +119,8 @@ struct DrawParams {
   vec4 lens;        // as in FrameParams
   vec4 base_color;  // rgb; a: 1 when there is a texture
   vec4 tint;        // x: weight of the vertex colours; y: number of its Glass + 1, 0: opaque;
-                    // z: fraction of the light under the layer that passes the surface
+                    // z: fraction of the light under the layer that passes the surface; w: radiance of the base
+                    // colour 1 of an unlit surface, W/sr/m², 0: it is lit
   vec4 material;    // roughness, metallic, specular, object's number + 1
   vec4 emission;    // rgb: radiance of the front, W/sr/m²; a: 1 when a texture multiplies it
   vec4 maps;        // 1: a texture multiplies roughness (x), metallic (y); scale of the normal map (z), 0: none;

@@ -32,8 +32,11 @@ vec3 surface_color(vec4 uv, vec3 tint) {
   return base;
 }
 
-// Radiance that leaves a side of the surface, W/sr/m².
-vec3 surface_emission(bool front, vec4 uv) {
+// Radiance that a camera sees of a side of the surface besides reflected light, W/sr/m². `tint`: colour
+// of the vertices.
+bool is_unlit() { return draw.tint.w > 0.0; }
+vec3 surface_emission(bool front, vec4 uv, vec3 tint) {
+  if (is_unlit()) return draw.tint.w * surface_color(uv, tint);
   vec3 emission = draw.emission.rgb;
   if (draw.emission.a > 0.0) {
     emission *= srgb_decode(texture_mean(emissive_texture, texture_uv(kEmission, uv)).rgb);

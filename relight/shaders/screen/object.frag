@@ -3,4 +3,4 @@
 #include "screen/object_surface.glsl"
 layout(location = 3) out vec4 out_emission;
 
-void main() { out_emission = vec4(surface_emission(write_surface(), uv), 1.0); }
+void main() { out_emission = vec4(surface_emission(write_surface(), uv, tint), 1.0); }

@@ -152,6 +152,30 @@ TEST(GltfMaterials, TransmissionAndVolume) {
   EXPECT_EQ(loaded(file.gltf())->not_drawn, std::vector<std::string>{"transmissionTexture (material 0)"});
 }
 
+// Of an unlit material base colour and alpha count; all else is a fallback of the file's for other programs.
+TEST(GltfMaterials, Unlit) {
+  GltfFile file = with_textures();
+  EXPECT_FALSE(part_of(file).material.unlit);
+  material(file)["extensions"]["KHR_materials_unlit"] = nlohmann::json::object();
+  material(file)["extensions"]["KHR_materials_sheen"] = nlohmann::json::object();
+  material(file)["doubleSided"] = true;
+  material(file)["pbrMetallicRoughness"]["baseColorFactor"] = {0.5, 0.25, 1, 1};
+  const Model::Part part = part_of(file);
+  EXPECT_TRUE(part.material.unlit);
+  EXPECT_EQ(part.material.base_color, Vector3f(0.5f, 0.25f, 1));
+  EXPECT_NE(part.base_color_texture.picture, nullptr);
+  for (const Model::TextureSlot& slot : {part.metallic_roughness_texture, part.normal_texture, part.emissive_texture}) {
+    EXPECT_EQ(slot.picture, nullptr);
+  }
+  EXPECT_EQ(part.material.emission, Vector3f::Zero());
+  EXPECT_EQ(part.material.metallic, 0);
+  EXPECT_EQ(part.material.specular, 0);
+  file.json["extensionsRequired"] = {"KHR_materials_unlit"};
+  EXPECT_TRUE(loaded(file.gltf())->not_drawn.empty());
+  material(file)["alphaMode"] = "BLEND";
+  EXPECT_EQ(loaded(file.gltf())->not_drawn, std::vector<std::string>{"alphaMode BLEND (material 0)"});
+}
+
 TEST(GltfMaterials, PicturesInBufferViewsAndWebp) {
   GltfFile file = with_textures();
   const cv::Scalar orange(0, 128, 255);  // blue, green, red
