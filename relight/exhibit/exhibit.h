@@ -144,6 +144,12 @@ struct Model {
   std::vector<std::uint32_t> sources;  ///< per vertex: number of a vertex of the rig or, counted after these, of a mix
   std::vector<Mix> mixes;
   std::size_t unusable_triangles = 0;  ///< triangles of the file that were dropped
+  /// The same triangles in other materials of the file (KHR_materials_variants).
+  struct Variant {
+    std::string name;
+    std::shared_ptr<const Model> model;
+  };
+  std::vector<Variant> variants;       ///< of the model in its default materials
   std::vector<std::string> not_drawn;  ///< features that the file asks for, each with the first material that does
 };
 
@@ -170,7 +176,10 @@ struct ShownAnimation {
 
 struct VirtualObject {
   std::string name;
-  std::shared_ptr<const Model> model;
+  std::shared_ptr<const Model> model;  ///< in the materials that are shown
+  /// In the file's default materials, where it has variants, of which `model` is one; null: it has none.
+  std::shared_ptr<const Model> default_model;
+  std::optional<std::size_t> variant;                    ///< of default_model; nothing: `model` is that itself
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< tag frame
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
   double scale = 1.0;
@@ -184,7 +193,9 @@ struct VirtualObject {
 
   Eigen::Affine3d T_tag_model(double time_s) const;
   RigPose pose(double time_s) const;  ///< at rest if the model has no animation
-  bool drawn(double time_s) const;    ///< visible, with a model that its animation does not shrink to nothing
+  /// Shows the model in a variant, or in its default materials. Returns the error that says what is allowed, if any.
+  std::optional<std::string> show_variant(const std::optional<std::string>& name_of_variant);
+  bool drawn(double time_s) const;  ///< visible, with a model that its animation does not shrink to nothing
 };
 
 struct Exhibit {

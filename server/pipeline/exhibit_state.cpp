@@ -65,6 +65,14 @@ Json json_of(const relight::VirtualObject& object, double time_s) {
           {"length_s", length_s}};
 }
 
+Json variants_of(const relight::VirtualObject& object) {
+  if (!object.default_model) return nullptr;
+  const std::vector<relight::Model::Variant>& all = object.default_model->variants;
+  Json names = Json::array();
+  for (const relight::Model::Variant& variant : all) names.push_back(variant.name);
+  return {{"names", names}, {"name", object.variant ? Json(all[*object.variant].name) : Json()}};
+}
+
 template <typename T>
 Json json_or_null(const std::optional<T>& value) {
   return value ? Json(*value) : Json();
@@ -140,6 +148,9 @@ std::optional<std::string> ExhibitState::apply(const ObjectCommand& command) {
   if (command.animation) {
     if (auto error = change_animation(*command.animation, time_s_.value_or(0), object)) return error;
   }
+  if (command.variant) {
+    if (const auto error = object.show_variant(*command.variant)) return "variant: " + *error;
+  }
   if (command.position_m) object.position_m = *command.position_m;
   if (command.rotation) {
     object.rotation = *command.rotation;
@@ -171,6 +182,7 @@ std::string ExhibitState::objects_json() const {
                            {"yaw_degrees", yaw_degrees_[i]},
                            {"scale", o.scale},
                            {"material", json_of(o.material)},
+                           {"variants", variants_of(o)},
                            {"animation", json_of(o, time_s_.value_or(0))}});
   }
   return json_line(objects);

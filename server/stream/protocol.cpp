@@ -142,8 +142,13 @@ ObjectCommand object(const nlohmann::json& message) {
       command.material = material(value);
     } else if (key == "animation") {
       command.animation = animation(value);
+    } else if (key == "variant") {
+      if (!value.is_null() && !value.is_string()) throw Refused{"variant: a name, or null for the default materials"};
+      command.variant.emplace();
+      if (value.is_string()) *command.variant = name(value);
     } else {
-      throw Refused{"object: index or name, position_m, rotation_wxyz or yaw_degrees, visible, material, animation"};
+      throw Refused{
+          "object: index or name, position_m, rotation_wxyz or yaw_degrees, visible, material, animation, variant"};
     }
   }
   if (!named) throw Refused{"object: index or name must be there"};

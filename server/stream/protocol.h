@@ -78,6 +78,7 @@ struct ObjectCommand {
   std::optional<bool> visible;
   std::optional<MaterialChange> material;
   std::optional<AnimationChange> animation;
+  std::optional<std::optional<std::string>> variant;  ///< none: the default materials
 };
 struct RecordCommandOfViewer {
   bool on = false;

@@ -61,7 +61,19 @@ export class Controls {
       if (document.activeElement !== $(axis)) $(axis).value = object.position_m[i].toFixed(3);
     });
     $("material").value = nameOf(object.material);
+    this.showVariants(object.variants);
     this.showAnimation(object.animation);
+  }
+
+  showVariants(variants) {
+    $("variant-panel").hidden = !variants;
+    if (!variants) return;
+    const names = [...$("variant").options].slice(1).map((option) => option.text);
+    if ($("variant").options.length === 0 || names.join("\n") !== variants.names.join("\n")) {
+      const all = variants.names.map((name, i) => new Option(name, i));
+      $("variant").replaceChildren(new Option("The file's default", ""), ...all);
+    }
+    $("variant").selectedIndex = variants.name === null ? 0 : 1 + variants.names.indexOf(variants.name);
   }
 
   showAnimation(animation) {
@@ -134,6 +146,13 @@ export class Controls {
     $("material").onchange = () => {
       if ($("material").value in MATERIALS) this.change({ material: MATERIALS[$("material").value] });
     };
+    $("variant").onchange = () => {
+      const variants = this.current?.variants;
+      if (!variants) return;
+      variants.name = $("variant").value === "" ? null : variants.names[Number($("variant").value)];
+      this.flush(); // after what was changed before
+      this.send({ type: "object", index: this.current.index, variant: variants.name });
+    };
     $("animation").onchange = () => this.animate({ name: $("animation").value });
     $("animation-playing").onchange = () => this.animate({ playing: $("animation-playing").checked });
     $("animation-loop").onchange = () => this.animate({ loop: $("animation-loop").checked });
@@ -150,7 +169,8 @@ export class Controls {
     $("reset").onclick = () => {
       const first = this.first[this.index];
       if (first) {
-        this.change({ position_m: first.position_m, yaw_degrees: first.yaw_degrees, visible: first.visible, material: first.material });
+        this.change({ position_m: first.position_m, yaw_degrees: first.yaw_degrees, visible: first.visible, material: first.material,
+          ...(first.variants && { variant: first.variants.name }) });
       }
     };
     this.bindPicture($("picture"));

@@ -170,6 +170,27 @@ TEST_F(AnimatedState, AnotherAnimationBeginsWhereItBegins) {
   EXPECT_DOUBLE_EQ(moment_s(2), 0.5) << "it is shown already";
 }
 
+TEST(ExhibitState, ViewersChooseAVariantOfTheMaterials) {
+  relight::Exhibit exhibit = two_objects();
+  relight::VirtualObject& statue = exhibit.objects[0];
+  auto model = std::make_shared<relight::Model>(*statue.model);
+  for (const char* name : {"red", "blue"}) model->variants.push_back({name, std::make_shared<relight::Model>()});
+  statue.model = statue.default_model = model;
+  ExhibitState board(exhibit);
+  const auto variants = [&](std::size_t i) { return nlohmann::json::parse(board.objects_json())[i]["variants"]; };
+  EXPECT_EQ(variants(0), nlohmann::json::parse(R"({"names":["red","blue"],"name":null})"));
+  EXPECT_EQ(variants(1), nullptr);
+  EXPECT_EQ(apply(board, R"({"type":"object","index":0,"variant":"blue"})"), std::nullopt);
+  EXPECT_EQ(board.newest()->objects[0].model, model->variants[1].model);
+  EXPECT_EQ(variants(0)["name"], "blue");
+  EXPECT_EQ(apply(board, R"({"type":"object","index":0,"variant":"green"})"),
+            "variant: found \"green\", allowed: \"red\", \"blue\"");
+  EXPECT_EQ(board.newest()->objects[0].model, model->variants[1].model);
+  EXPECT_EQ(apply(board, R"({"type":"object","index":0,"variant":null})"), std::nullopt);
+  EXPECT_EQ(board.newest()->objects[0].model, model);
+  EXPECT_NE(apply(board, R"({"type":"object","index":1,"variant":"red"})"), std::nullopt);
+}
+
 TEST_F(AnimatedState, WhatTheObjectDoesNotHaveIsRefusedAndChangesNothing) {
   const auto before = board_.newest();
   EXPECT_NE(apply(board_, R"({"type":"object","index":0,"visible":false,"animation":{"name":"fly"}})"), std::nullopt);
