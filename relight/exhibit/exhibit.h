@@ -112,7 +112,7 @@ struct Model {
     Wrap wrap_u = Wrap::repeat, wrap_v = Wrap::repeat;
   };
   struct Part {
-    Material material;               ///< where a texture changes metallic and roughness: their mean
+    Material material;               ///< where a texture changes metallic, roughness, or transmission: their mean
     TextureSlot base_color_texture;  ///< sRGB
     /// Linear: roughness in green and metallic in blue, to be multiplied with the factors.
     TextureSlot metallic_roughness_texture;
@@ -122,7 +122,9 @@ struct Model {
     /// against the texture's v, and z along the interpolated normal.
     TextureSlot normal_texture;
     float normal_scale = 1;
-    TextureSlot emissive_texture;  ///< sRGB; multiplies material.emission
+    TextureSlot emissive_texture;      ///< sRGB; multiplies material.emission
+    TextureSlot transmission_texture;  ///< linear: its red multiplies the factor
+    float transmission_factor = 0;
     std::uint32_t first_index = 0, index_count = 0;
   };
   std::vector<Eigen::Vector3f> positions_m;

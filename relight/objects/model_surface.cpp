@@ -203,6 +203,10 @@ ModelSurface::Shading ModelSurface::at(const ModelPoint& point, const MaterialOv
       if (!material.metallic) s.material.metallic = part.metallic_factor * both->z();
     }
   }
+  if (!material.transmission) {
+    if (const auto passing = textured.texel(TextureUse::transmission))
+      s.material.transmission = part.transmission_factor * passing->x();
+  }
   if (const auto map = textured.texel(TextureUse::normals)) turn_normal(point, *map, &s);
   return s;
 }

@@ -21,7 +21,7 @@ shader::Glass glass_of(const PlacedObject& object) {
   const Material material = object.material.over(first->material);
   const float scale = object.material.attenuation_distance_m ? 1 : object.T_tag_model.linear().col(0).norm();
   shader::Glass glass;
-  glass.transmission_ior << material.transmission, material.ior, (material.thin_walled ? 0.0f : 1.0f), 0;
+  glass.ior_refracts << material.ior, (material.thin_walled ? 0.0f : 1.0f), 0, 0;
   glass.absorption << (material.thin_walled ? Eigen::Array3f::Zero().eval() : absorption_of(material) / scale).matrix(),
       0;
   return glass;
@@ -55,7 +55,7 @@ std::vector<int> glass_numbers(const std::vector<PlacedObject>& objects) {
 void describe_glass(const std::vector<PlacedObject>& objects, shader::FrameParams& params) {
   const std::vector<int> numbers = glass_numbers(objects);
   for (shader::Glass& glass : params.glass) {
-    glass.transmission_ior.setZero();
+    glass.ior_refracts.setZero();
     glass.absorption.setZero();
   }
   Eigen::Array3f passed_m2 = Eigen::Array3f::Zero();

@@ -24,9 +24,9 @@ float transmission_of(const GltfValue& material) {
   return static_cast<float>(unit_number(material.extension("KHR_materials_transmission"), "transmissionFactor", 0));
 }
 
-/// Without KHR_materials_volume, or with the thickness 0, a transmissive material is that of a sheet.
+/// Without KHR_materials_volume, or with the thickness 0, a transmissive material is that of a sheet. A texture of the
+/// thickness is for renderers that do not trace the volume.
 void read_volume(const GltfValue& material, Material* read) {
-  read->transmission = transmission_of(material);
   const GltfValue volume = material.extension("KHR_materials_volume");
   read->thin_walled = read->transmission > 0 && !(volume.number("thicknessFactor", 0, kAnyNumber, 0) > 0);
   read->attenuation_color = unit_color(volume, "attenuationColor", 3, 1);
@@ -92,6 +92,7 @@ Model::Part read_material(const GltfValue& material, GltfTextures& textures) {
   const GltfSpecular specular = specular_of(material);
   part.material.specular = specular.factor;
   part.material.ior = specular.ior;
+  part.transmission_factor = part.material.transmission = transmission_of(material);
   read_volume(material, &part.material);
   const double strength = std::min(
       material.extension("KHR_materials_emissive_strength").number("emissiveStrength", 0, kAnyNumber, 1), kMaxEmission);
@@ -106,8 +107,14 @@ Model::Part read_material(const GltfValue& material, GltfTextures& textures) {
   part.normal_texture = textures.slot(normal);
   part.normal_scale = std::clamp(static_cast<float>(normal.number("scale", -1e30, 1e30, 1)), -kGltf.max_normal_scale,
                                  kGltf.max_normal_scale);
-  // Black without the texture stays black with it.
+  // Black without the texture stays black with it, and opaque is opaque.
   if (!part.material.emission.isZero()) part.emissive_texture = textures.slot(material.member("emissiveTexture"));
+  if (part.transmission_factor > 0) {
+    part.transmission_texture =
+        textures.slot(material.extension("KHR_materials_transmission").member("transmissionTexture"));
+    if (const TexturePicture& picture = part.transmission_texture.picture)
+      part.material.transmission *= mean_of(*picture, 0);
+  }
   return part;
 }
 

@@ -53,11 +53,10 @@ std::vector<std::string> of_material(const GltfTextures& textures, const GltfVal
   if (material.flag("doubleSided", false) && emission && *std::max_element(emission->begin(), emission->end()) > 0)
     features.emplace_back("emission of the back");
   for (const GltfValue& info : {pbr.member("baseColorTexture"), pbr.member("metallicRoughnessTexture"),
-                                material.member("normalTexture"), material.member("emissiveTexture")}) {
+                                material.member("normalTexture"), material.member("emissiveTexture"),
+                                material.extension("KHR_materials_transmission").member("transmissionTexture")}) {
     add_of_texture(textures, info, features);
   }
-  if (material.extension("KHR_materials_transmission").member("transmissionTexture").exists())
-    features.emplace_back("transmissionTexture");
   for (const std::string& name : material.member("extensions").keys()) {
     const bool specular = name == "KHR_materials_specular", ior = name == "KHR_materials_ior";
     const bool drawn = is_read_of_gltf(name) && !(specular && has_specular_colors(material.extension(name))) &&

@@ -28,19 +28,20 @@ gpu::Wrap wrap_of(Wrap wrap) {
 }
 
 /// Slots of shaders/common/surface_material.glsl, in the order of TextureUse.
-constexpr PerTextureUse<int> kTextureSlots = {1, 3, 4, 5};
+constexpr PerTextureUse<int> kTextureSlots = {1, 3, 4, 5, 6};
 
 shader::DrawParams params_of(const StoredModel::Mesh::Part& part, const MaterialOverride& material,
                              float white_radiance, int number, int glass, const shader::DrawParams& view) {
   const Material combined = material.over(part.material);
   const bool own_color = !material.base_color, both = part.texture(TextureUse::metallic_roughness).texture;
   const bool rough_map = both && !material.roughness, metal_map = both && !material.metallic;
+  const bool passing_map = part.texture(TextureUse::transmission).texture && !material.transmission;
   const auto flag = [](bool set) { return set ? 1.0f : 0.0f; };
   shader::DrawParams p = view;
   p.base_color << combined.base_color, flag(part.texture(TextureUse::base_color).texture && own_color);
   const bool transmits = glass > 0 && combined.transmission > 0 && combined.metallic < 1;
-  p.tint << flag(own_color), (transmits ? static_cast<float>(glass) : 0.0f), combined.transmission,
-      (combined.unlit ? white_radiance : 0.0f);
+  p.tint << flag(own_color), (transmits ? static_cast<float>(glass) : 0.0f),
+      (passing_map ? part.transmission_factor : combined.transmission), (combined.unlit ? white_radiance : 0.0f);
   p.material << (rough_map ? part.roughness_factor : combined.roughness),
       (metal_map ? part.metallic_factor : combined.metallic),
       (transmits ? combined.specular : combined.layer_specular()), static_cast<float>(number + 1);
@@ -51,7 +52,8 @@ shader::DrawParams params_of(const StoredModel::Mesh::Part& part, const Material
   for (std::size_t use = 0; use < kTextureUses.size(); ++use) {
     const Model::TextureSlot& slot = part.textures[use].slot;
     p.texture_rows[2 * use] << slot.transform.row(0).transpose(), static_cast<float>(slot.texcoord_set);
-    p.texture_rows[2 * use + 1] << slot.transform.row(1).transpose(), 0;
+    const bool counts = kTextureUses[use] == TextureUse::transmission && passing_map;
+    p.texture_rows[2 * use + 1] << slot.transform.row(1).transpose(), flag(counts);
   }
   return p;
 }

@@ -6,10 +6,11 @@ layout(std140, binding = 0) uniform Draw { DrawParams draw; };
 layout(binding = 1) uniform sampler2D base_color_texture;          // 8-bit sRGB
 layout(binding = 3) uniform sampler2D metallic_roughness_texture;  // roughness in g, metallic in b
 layout(binding = 4) uniform sampler2D normal_texture;  // tangent frame, each component from -1 to 1; a: upload_model.h
-layout(binding = 5) uniform sampler2D emissive_texture;  // 8-bit sRGB
+layout(binding = 5) uniform sampler2D emissive_texture;      // 8-bit sRGB
+layout(binding = 6) uniform sampler2D transmission_texture;  // in r
 
 // TextureUse of objects/texture.h
-const int kBaseColor = 0, kMetallicRoughness = 1, kNormals = 2, kEmission = 3;
+const int kBaseColor = 0, kMetallicRoughness = 1, kNormals = 2, kEmission = 3, kTransmission = 4;
 
 // The tent of bilinear interpolation adds twice the variance of a texel's square.
 const float kSquareOverTent = 1.7320508;
@@ -24,6 +25,14 @@ vec2 texture_uv(int use, vec4 uv) {
   vec4 row = draw.texture_rows[2 * use];
   vec3 of_set = vec3(row.w > 0.0 ? uv.zw : uv.xy, 1.0);
   return vec2(dot(row.xyz, of_set), dot(draw.texture_rows[2 * use + 1].xyz, of_set));
+}
+
+bool has_texture(int use) { return draw.texture_rows[2 * use + 1].w > 0.0; }
+
+// Fraction of the light under the layer that passes the surface.
+float surface_transmission(vec4 uv) {
+  float factor = draw.tint.z;
+  return has_texture(kTransmission) ? factor * texture_mean(transmission_texture, texture_uv(kTransmission, uv)).r : factor;
 }
 
 vec3 surface_color(vec4 uv, vec3 tint) {

@@ -79,6 +79,8 @@ void main() {
   vec3 radiance = vec3(0);
   if (surface.y > 0.0) {
     ObjectPixel o = object_pixel(at);
+    vec4 emitted = imageLoad(object_emission, at);
+    if (o.glass > 0) transmit(o, emitted.a);
     Arriving a;
     Upsampling from_cells;
     if (frame.pass_i.x == 1) {
@@ -123,8 +125,8 @@ void main() {
       }
     }
     vec3 under = o.mirror ? under_layer_evenly(o.bsdf, dot(o.n, o.v)) : vec3(1);
-    radiance += o.bsdf.diffuse * under / kPi * a.irradiance + a.mirrored + imageLoad(object_emission, at).rgb;
-    if (o.glass > 0) radiance += passed(o);
+    radiance += o.bsdf.diffuse * under / kPi * a.irradiance + a.mirrored + emitted.rgb;
+    if (o.transmission > 0.0) radiance += passed(o);
   }
   imageStore(out_radiance, at, to_half(vec4(radiance, 1.0)));
 }

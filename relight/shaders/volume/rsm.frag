@@ -16,7 +16,7 @@ void main() {
   vec2 roughness_metallic = surface_roughness_metallic(uv);
   BsdfParams bsdf = bsdf_of(surface_color(uv, tint), roughness_metallic.x, roughness_metallic.y, draw.material.z);
   bsdf.gltf = draw.maps.w > 0.0;
-  bsdf.diffuse *= 1.0 - draw.tint.z;  // the rest passes
+  bsdf.diffuse *= 1.0 - surface_transmission(uv);  // the rest passes
   out_position = vec4(world, 1.0);
   out_normal = vec4(n, 0.0);
   // Specular reflection is stored as diffuse: metals keep their colour in the volumes.

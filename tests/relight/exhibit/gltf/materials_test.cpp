@@ -148,8 +148,15 @@ TEST(GltfMaterials, TransmissionAndVolume) {
   EXPECT_EQ(diamond.attenuation_color, Vector3f(0.5f, 0.25f, 1));
   EXPECT_EQ(diamond.attenuation_distance_m, 0.1f);
   EXPECT_TRUE(loaded(file.gltf())->not_drawn.empty()) << "a transmissive interface has the reflection of its index";
-  extensions["KHR_materials_transmission"]["transmissionTexture"]["index"] = 0;
-  EXPECT_EQ(loaded(file.gltf())->not_drawn, std::vector<std::string>{"transmissionTexture (material 0)"});
+  extensions["KHR_materials_transmission"]["transmissionTexture"]["index"] = 0;  // red 1 and 188 / 255
+  extensions["KHR_materials_volume"]["thicknessTexture"]["index"] = 0;           // the volume itself has a thickness
+  const Model::Part textured = part_of(file);
+  EXPECT_NE(textured.transmission_texture.picture, nullptr);
+  EXPECT_EQ(textured.transmission_factor, 0.75f);
+  EXPECT_NEAR(textured.material.transmission, 0.75 * (1 + 188 / 255.0) / 2, 1e-5);
+  EXPECT_TRUE(loaded(file.gltf())->not_drawn.empty());
+  extensions["KHR_materials_transmission"]["transmissionTexture"]["texCoord"] = 2;
+  EXPECT_EQ(loaded(file.gltf())->not_drawn, std::vector<std::string>{"TEXCOORD_2 (material 0)"});
 }
 
 // Of an unlit material base colour and alpha count; all else is a fallback of the file's for other programs.
