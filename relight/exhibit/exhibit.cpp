@@ -65,6 +65,8 @@ MaterialOverride read_material(const capture::ConfigTable& table) {
     material.attenuation_distance_m = static_cast<float>(
         table.number("attenuation_distance_m", kMinAttenuationDistance_m, kMaxAttenuationDistance_m));
   }
+  material.clearcoat = read_unit(table, "clearcoat");
+  material.clearcoat_roughness = read_unit(table, "clearcoat_roughness");
   return material;
 }
 

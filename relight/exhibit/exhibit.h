@@ -40,6 +40,9 @@ struct Material {
   /// The camera sees both sides of the surface in its base colour, as an emission of that, also mirrored and through
   /// glass; this lights nothing. In all other light it is as its other values say (KHR_materials_unlit).
   bool unlit = false;
+  /// A dielectric coat of the index 1.5 over all of it: its intensity, from 0 to 1, and roughness
+  /// (KHR_materials_clearcoat).
+  float clearcoat = 0.0f, clearcoat_roughness = 0.0f;
 
   /// Reflectance of a smooth boundary at normal incidence (Fresnel), without the specular factor.
   float normal_reflectance() const { return (ior - 1) * (ior - 1) / ((ior + 1) * (ior + 1)); }
@@ -63,6 +66,7 @@ struct MaterialOverride {
   std::optional<bool> thin_walled;
   std::optional<Eigen::Vector3f> attenuation_color;  ///< linear
   std::optional<float> attenuation_distance_m;       ///< tag frame, whatever the model's scale
+  std::optional<float> clearcoat, clearcoat_roughness;
 
   MaterialOverride() = default;
   MaterialOverride(const Material& all)  ///< replaces everything
@@ -75,7 +79,9 @@ struct MaterialOverride {
         ior(all.ior),
         thin_walled(all.thin_walled),
         attenuation_color(all.attenuation_color),
-        attenuation_distance_m(all.attenuation_distance_m) {}
+        attenuation_distance_m(all.attenuation_distance_m),
+        clearcoat(all.clearcoat),
+        clearcoat_roughness(all.clearcoat_roughness) {}
 
   bool empty() const { return *this == MaterialOverride(); }
   /// The resulting material of a part whose own is `part`.
@@ -91,7 +97,9 @@ struct MaterialOverride {
             thin_walled.value_or(part.thin_walled),
             attenuation_color.value_or(part.attenuation_color),
             attenuation_distance_m.value_or(part.attenuation_distance_m),
-            part.unlit && !(metallic || roughness || specular || emission || transmission)};
+            part.unlit && !(metallic || roughness || specular || emission || transmission || clearcoat),
+            clearcoat.value_or(part.clearcoat),
+            clearcoat_roughness.value_or(part.clearcoat_roughness)};
   }
   bool operator==(const MaterialOverride&) const = default;
 };
@@ -112,7 +120,7 @@ struct Model {
     Wrap wrap_u = Wrap::repeat, wrap_v = Wrap::repeat;
   };
   struct Part {
-    Material material;               ///< where a texture changes metallic, roughness, or transmission: their mean
+    Material material;               ///< where a texture changes a value from 0 to 1: its mean
     TextureSlot base_color_texture;  ///< sRGB
     /// Linear: roughness in green and metallic in blue, to be multiplied with the factors.
     TextureSlot metallic_roughness_texture;
@@ -125,6 +133,9 @@ struct Model {
     TextureSlot emissive_texture;      ///< sRGB; multiplies material.emission
     TextureSlot transmission_texture;  ///< linear: its red multiplies the factor
     float transmission_factor = 0;
+    /// Linear: red of the first and green of the second multiply the factors.
+    TextureSlot clearcoat_texture, clearcoat_roughness_texture;
+    float clearcoat_factor = 0, clearcoat_roughness_factor = 0;
     std::uint32_t first_index = 0, index_count = 0;
   };
   std::vector<Eigen::Vector3f> positions_m;

@@ -12,9 +12,10 @@ using Eigen::Vector3f;
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-Rgb diffuse_under(const BsdfParams& bsdf, float cos_v) {
+Rgb diffuse_under(const SurfaceHit& surface, const Vector3f& w) {
+  const BsdfParams& bsdf = surface.bsdf;
   if (!bsdf.mirrors()) return bsdf.diffuse;
-  return bsdf.diffuse * under_layer_evenly(bsdf, cos_v);
+  return bsdf.diffuse * under_layer_evenly(bsdf, -surface.normal.dot(w)) * (1 - coat_share(bsdf, -w));
 }
 
 SurfaceHit white_surface(SurfaceHit surface) {
@@ -295,9 +296,9 @@ Rgb DeltaLight::left_object(const SampledRay& ray, const MeshHit& hit, Sampler& 
   if (surface.unlit && ray.of_camera) return surface.emission;
   const RayObjects::Irradiance e = objects_.irradiance(hit, surface.face);
   const BsdfParams& bsdf = surface.bsdf;
-  const Rgb sum = diffuse_under(bsdf, -surface.normal.dot(ray.w)) / kPi * (e.direct + e.indirect);
+  const Rgb sum = diffuse_under(surface, ray.w) / kPi * (e.direct + e.indirect);
   if (bsdf.transmits()) return sum + by_interface(ray, surface, Lobes::interface, sampler, mirrors);
-  if (mirrors == 0) return sum + bsdf.f0 / kPi * (e.direct + e.indirect);
+  if (mirrors == 0) return sum + reflectance_ahead(bsdf) / kPi * (e.direct + e.indirect);
   return sum + mirrored_by_object(PathVertex(mirror_of(surface), ray.w), sampler, mirrors, ray.of_camera);
 }
 

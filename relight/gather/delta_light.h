@@ -144,9 +144,8 @@ class DeltaLight {
 
 /// The same point with a white Lambert material: its reflected radiance is irradiance over π.
 SurfaceHit white_surface(SurfaceHit surface);
-/// The Lambert part below the interface, viewed at the cosine `cos_v`: π times radiance per uniform incident
-/// irradiance.
-Rgb diffuse_under(const BsdfParams& bsdf, float cos_v);
+/// The Lambert part below the interface, viewed along w: π times radiance per uniform incident irradiance.
+Rgb diffuse_under(const SurfaceHit& surface, const Eigen::Vector3f& w);
 /// The same point with the specular part only.
 SurfaceHit mirror_of(SurfaceHit surface);
 

@@ -313,7 +313,7 @@ class ObjectView {
     const Rgb arriving =
         (light_.objects().irradiance(hit, surface.face).indirect + light_.caustic(surface.position_m, surface.face)) /
         kPi;
-    const Rgb sum = surface.emission + diffuse_under(surface.bsdf, -surface.normal.dot(w)) * (arriving + lamps);
+    const Rgb sum = surface.emission + diffuse_under(surface, w) * (arriving + lamps);
     if (!surface.bsdf.mirrors()) return sum;
     if (surface.bsdf.transmits()) return sum + by_interface(w, surface, sampler, mirror_rays);
     const PathVertex lobe(mirror_of(surface), w);

@@ -65,6 +65,8 @@ Texels texels_of(TextureUse use) {
   switch (use) {
     case TextureUse::metallic_roughness:
     case TextureUse::transmission:
+    case TextureUse::clearcoat:
+    case TextureUse::clearcoat_roughness:
       return Texels::linear;
     case TextureUse::normals:
       return Texels::normals;
@@ -85,6 +87,10 @@ const Model::TextureSlot& slot_of(const Model::Part& part, TextureUse use) {
       return part.emissive_texture;
     case TextureUse::transmission:
       return part.transmission_texture;
+    case TextureUse::clearcoat:
+      return part.clearcoat_texture;
+    case TextureUse::clearcoat_roughness:
+      return part.clearcoat_roughness_texture;
     case TextureUse::base_color:
       break;
   }

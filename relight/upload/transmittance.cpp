@@ -33,10 +33,12 @@ Eigen::Array3f transmittance_of(const Material& material, float chord_m) {
   if (!passes(material)) return Eigen::Array3f::Zero();
   const BsdfParams bsdf = bsdf_params_of(material.base_color.array(), material);
   const Eigen::Array3f mirrored = bsdf.f0 + (bsdf.f90 - bsdf.f0) / 21;  // cosine-weighted mean of Schlick's term
-  if (material.thin_walled) return bsdf.transmitted * (1 - mirrored);
+  const float under_coat = 1 - coat_share_evenly(bsdf.coat);
+  if (material.thin_walled) return bsdf.transmitted * ((1 - mirrored) * under_coat);
   const Eigen::Array3f left = (-absorption_of(material) * chord_m).exp();
   // The sum over reflections within.
-  return bsdf.transmitted * bsdf.transmitted * (1 - mirrored) * (1 - mirrored) * left / (1 - mirrored * left);
+  return bsdf.transmitted * bsdf.transmitted * (1 - mirrored) * (1 - mirrored) * left * under_coat /
+         (1 - mirrored * left);
 }
 
 bool transmits(const PlacedObject& object) {

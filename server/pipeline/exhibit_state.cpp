@@ -24,6 +24,8 @@ relight::MaterialOverride changed(relight::MaterialOverride material, const Mate
   material.thin_walled = change.thin_walled.value_or(material.thin_walled);
   material.attenuation_color = change.attenuation_color.value_or(material.attenuation_color);
   material.attenuation_distance_m = change.attenuation_distance_m.value_or(material.attenuation_distance_m);
+  material.clearcoat = change.clearcoat.value_or(material.clearcoat);
+  material.clearcoat_roughness = change.clearcoat_roughness.value_or(material.clearcoat_roughness);
   return material;
 }
 
@@ -92,7 +94,9 @@ Json json_of(const relight::MaterialOverride& material) {
           {"ior", json_or_null(material.ior)},
           {"thin_walled", json_or_null(material.thin_walled)},
           {"attenuation_color", color_or_null(material.attenuation_color)},
-          {"attenuation_distance_m", json_or_null(material.attenuation_distance_m)}};
+          {"attenuation_distance_m", json_or_null(material.attenuation_distance_m)},
+          {"clearcoat", json_or_null(material.clearcoat)},
+          {"clearcoat_roughness", json_or_null(material.clearcoat_roughness)}};
 }
 
 }  // namespace

@@ -82,10 +82,14 @@ MaterialChange material(const nlohmann::json& value) {
     } else if (key == "attenuation_distance_m") {
       change.attenuation_distance_m =
           number_or_null(v, key, relight::kMinAttenuationDistance_m, relight::kMaxAttenuationDistance_m);
+    } else if (key == "clearcoat") {
+      change.clearcoat = unit_or_null(v, key);
+    } else if (key == "clearcoat_roughness") {
+      change.clearcoat_roughness = unit_or_null(v, key);
     } else {
       throw Refused{
           "material: base_color, metallic, roughness, specular, emission, transmission, ior, thin_walled, "
-          "attenuation_color, attenuation_distance_m"};
+          "attenuation_color, attenuation_distance_m, clearcoat, clearcoat_roughness"};
     }
   }
   return change;

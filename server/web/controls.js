@@ -1,7 +1,8 @@
 // Controls of the objects: the panel, and dragging in the picture.
 import { pointOnPlane } from "./camera.js";
 
-const OPAQUE = { emission: [0, 0, 0], transmission: 0, ior: 1.5, thin_walled: false, attenuation_color: [1, 1, 1], attenuation_distance_m: 1 };
+const OPAQUE = { emission: [0, 0, 0], transmission: 0, ior: 1.5, thin_walled: false, attenuation_color: [1, 1, 1], attenuation_distance_m: 1,
+  clearcoat: 0, clearcoat_roughness: 0 };
 const MATERIALS = {
   own: null,
   plaster: { ...OPAQUE, base_color: [0.78, 0.76, 0.72], metallic: 0, roughness: 1, specular: 0 },
@@ -222,7 +223,7 @@ function nameOf(material) {
   if (material !== null && Object.values(material).includes(null)) return "set"; // partly the model's own
   const same = (a, b) => a.every((value, i) => Math.abs(value - b[i]) < 1e-4);
   const list = (m) => [...m.base_color, m.metallic, m.roughness, m.specular, ...m.emission, m.transmission, m.ior,
-    Number(m.thin_walled), ...m.attenuation_color, m.attenuation_distance_m];
+    Number(m.thin_walled), ...m.attenuation_color, m.attenuation_distance_m, m.clearcoat, m.clearcoat_roughness];
   const found = Object.entries(MATERIALS).find(([, m]) => (m === null ? material === null : material !== null && same(list(m), list(material))));
   return found ? found[0] : "set";
 }

@@ -43,6 +43,20 @@ float mean_of(const capture::Image<std::uint8_t>& picture, std::size_t channel) 
   return static_cast<float>(static_cast<double>(sum) / (255.0 * picture.width * picture.height));
 }
 
+/// The coat has the normals of the geometry: clearcoatNormalTexture is not read.
+void read_clearcoat(const GltfValue& coat, GltfTextures& textures, Model::Part* part) {
+  Material& read = part->material;
+  part->clearcoat_factor = read.clearcoat = static_cast<float>(unit_number(coat, "clearcoatFactor", 0));
+  if (!(read.clearcoat > 0)) return;
+  part->clearcoat_roughness_factor = read.clearcoat_roughness =
+      static_cast<float>(unit_number(coat, "clearcoatRoughnessFactor", 0));
+  part->clearcoat_texture = textures.slot(coat.member("clearcoatTexture"));
+  part->clearcoat_roughness_texture = textures.slot(coat.member("clearcoatRoughnessTexture"));
+  if (const TexturePicture& picture = part->clearcoat_texture.picture) read.clearcoat *= mean_of(*picture, 0);
+  if (const TexturePicture& picture = part->clearcoat_roughness_texture.picture)
+    read.clearcoat_roughness *= mean_of(*picture, 1);
+}
+
 }  // namespace
 
 GltfSpecular specular_of(const GltfValue& material) {
@@ -115,6 +129,7 @@ Model::Part read_material(const GltfValue& material, GltfTextures& textures) {
     if (const TexturePicture& picture = part.transmission_texture.picture)
       part.material.transmission *= mean_of(*picture, 0);
   }
+  read_clearcoat(material.extension("KHR_materials_clearcoat"), textures, &part);
   return part;
 }
 

@@ -52,9 +52,12 @@ std::vector<std::string> of_material(const GltfTextures& textures, const GltfVal
   const auto emission = material.numbers("emissiveFactor", 3, -kAnyNumber, kAnyNumber);
   if (material.flag("doubleSided", false) && emission && *std::max_element(emission->begin(), emission->end()) > 0)
     features.emplace_back("emission of the back");
+  const GltfValue coat = material.extension("KHR_materials_clearcoat");
+  if (coat.member("clearcoatNormalTexture").exists()) features.emplace_back("clearcoatNormalTexture");
   for (const GltfValue& info : {pbr.member("baseColorTexture"), pbr.member("metallicRoughnessTexture"),
                                 material.member("normalTexture"), material.member("emissiveTexture"),
-                                material.extension("KHR_materials_transmission").member("transmissionTexture")}) {
+                                material.extension("KHR_materials_transmission").member("transmissionTexture"),
+                                coat.member("clearcoatTexture"), coat.member("clearcoatRoughnessTexture")}) {
     add_of_texture(textures, info, features);
   }
   for (const std::string& name : material.member("extensions").keys()) {

@@ -8,9 +8,12 @@ layout(binding = 3) uniform sampler2D metallic_roughness_texture;  // roughness 
 layout(binding = 4) uniform sampler2D normal_texture;  // tangent frame, each component from -1 to 1; a: upload_model.h
 layout(binding = 5) uniform sampler2D emissive_texture;      // 8-bit sRGB
 layout(binding = 6) uniform sampler2D transmission_texture;  // in r
+layout(binding = 7) uniform sampler2D clearcoat_texture;     // in r
+layout(binding = 8) uniform sampler2D clearcoat_roughness_texture;  // in g
 
 // TextureUse of objects/texture.h
-const int kBaseColor = 0, kMetallicRoughness = 1, kNormals = 2, kEmission = 3, kTransmission = 4;
+const int kBaseColor = 0, kMetallicRoughness = 1, kNormals = 2, kEmission = 3, kTransmission = 4, kClearcoat = 5,
+          kClearcoatRoughness = 6;
 
 // The tent of bilinear interpolation adds twice the variance of a texel's square.
 const float kSquareOverTent = 1.7320508;
@@ -33,6 +36,15 @@ bool has_texture(int use) { return draw.texture_rows[2 * use + 1].w > 0.0; }
 float surface_transmission(vec4 uv) {
   float factor = draw.tint.z;
   return has_texture(kTransmission) ? factor * texture_mean(transmission_texture, texture_uv(kTransmission, uv)).r : factor;
+}
+
+// Intensity and roughness.
+vec2 surface_coat(vec4 uv) {
+  vec2 coat = draw.coat.xy;
+  if (has_texture(kClearcoat)) coat.x *= texture_mean(clearcoat_texture, texture_uv(kClearcoat, uv)).r;
+  if (has_texture(kClearcoatRoughness))
+    coat.y *= texture_mean(clearcoat_roughness_texture, texture_uv(kClearcoatRoughness, uv)).g;
+  return coat;
 }
 
 vec3 surface_color(vec4 uv, vec3 tint) {

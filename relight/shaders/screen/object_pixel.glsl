@@ -3,6 +3,7 @@
 #define OBJECT_PIXEL_GLSL
 #include "volume/gather.glsl"
 #include "common/brdf.glsl"
+#include "common/clearcoat.glsl"
 layout(binding = 12) uniform sampler2D object_normal;
 layout(binding = 13) uniform sampler2D object_base;
 layout(binding = 14) uniform sampler2D object_surface;

@@ -66,6 +66,16 @@ TEST_F(ReadExhibit, AVariantIsChosenByName) {
   EXPECT_NE(none.find("variant: found \"red\", allowed: none"), std::string::npos) << none;
 }
 
+TEST_F(ReadExhibit, ACoatOfTheMaterial) {
+  const std::string object = "[[object]]\nmodel = \"square.ply\"\n[object.material]\n";
+  const MaterialOverride lacquer = read(object + "clearcoat = 0.75\nclearcoat_roughness = 0.25").objects[0].material;
+  EXPECT_EQ(lacquer.clearcoat, 0.75f);
+  EXPECT_EQ(lacquer.clearcoat_roughness, 0.25f);
+  EXPECT_EQ(lacquer.over({}).clearcoat, 0.75f);
+  EXPECT_EQ(read(object).objects[0].material.clearcoat, std::nullopt);
+  EXPECT_NE(error_of(object + "clearcoat = 2").find("clearcoat: "), std::string::npos);
+}
+
 TEST_F(ReadExhibit, AllKeys) {
   const Exhibit exhibit = read(R"(
 [[object]]

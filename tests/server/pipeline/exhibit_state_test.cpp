@@ -88,10 +88,13 @@ TEST(ExhibitState, WhatIsNotSetStaysTheModelsOwn) {
                              {"ior", nullptr},
                              {"thin_walled", nullptr},
                              {"attenuation_color", nullptr},
-                             {"attenuation_distance_m", nullptr}};
+                             {"attenuation_distance_m", nullptr},
+                             {"clearcoat", nullptr},
+                             {"clearcoat_roughness", nullptr}};
   EXPECT_EQ(material(), expected);
   apply(board, R"({"type":"object","index":0,"material":{"base_color":[1,0,0],"specular":0.25,"transmission":1,
-                   "ior":1.25,"thin_walled":true,"attenuation_color":[1,0,0.5],"attenuation_distance_m":0.5}})");
+                   "ior":1.25,"thin_walled":true,"attenuation_color":[1,0,0.5],"attenuation_distance_m":0.5,
+                   "clearcoat":0.75,"clearcoat_roughness":0.5}})");
   apply(board, R"({"type":"object","index":0,"material":{"base_color":null,"roughness":null}})");
   expected.update({{"roughness", nullptr},
                    {"specular", 0.25},
@@ -99,7 +102,9 @@ TEST(ExhibitState, WhatIsNotSetStaysTheModelsOwn) {
                    {"ior", 1.25},
                    {"thin_walled", true},
                    {"attenuation_color", {1.0, 0.0, 0.5}},
-                   {"attenuation_distance_m", 0.5}});
+                   {"attenuation_distance_m", 0.5},
+                   {"clearcoat", 0.75},
+                   {"clearcoat_roughness", 0.5}});
   EXPECT_EQ(material(), expected);
 }
 

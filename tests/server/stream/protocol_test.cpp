@@ -128,6 +128,7 @@ TEST(Protocol, EverythingElseIsRefusedWithAReason) {
                            R"({"type":"object","index":0,"visible":1})",
                            R"({"type":"object","index":0,"material":{"ior":0.5}})",
                            R"({"type":"object","index":0,"material":{"thin_walled":1}})",
+                           R"({"type":"object","index":0,"material":{"clearcoat":1.5}})",
                            R"({"type":"object","index":0,"material":{"attenuation_distance_m":0}})",
                            R"({"type":"object","index":0,"rotation_wxyz":[0,0,0,0]})",
                            R"({"type":"object","index":0,"rotation_wxyz":[1,0,0,0],"yaw_degrees":1})",

@@ -159,6 +159,27 @@ TEST(GltfMaterials, TransmissionAndVolume) {
   EXPECT_EQ(loaded(file.gltf())->not_drawn, std::vector<std::string>{"TEXCOORD_2 (material 0)"});
 }
 
+TEST(GltfMaterials, Clearcoat) {
+  GltfFile file = with_textures();
+  EXPECT_EQ(part_of(file).material.clearcoat, 0);
+  auto& coat = material(file)["extensions"]["KHR_materials_clearcoat"];
+  coat = {{"clearcoatFactor", 0.75}, {"clearcoatRoughnessFactor", 0.5}};
+  EXPECT_EQ(part_of(file).material.clearcoat, 0.75f);
+  EXPECT_EQ(part_of(file).material.clearcoat_roughness, 0.5f);
+  coat["clearcoatTexture"]["index"] = 0;           // red 1 and 188 / 255
+  coat["clearcoatRoughnessTexture"]["index"] = 1;  // green 1 and 0
+  const Model::Part textured = part_of(file);
+  EXPECT_NE(textured.clearcoat_texture.picture, nullptr);
+  EXPECT_NE(textured.clearcoat_roughness_texture.picture, nullptr);
+  EXPECT_EQ(textured.clearcoat_factor, 0.75f);
+  EXPECT_EQ(textured.clearcoat_roughness_factor, 0.5f);
+  EXPECT_NEAR(textured.material.clearcoat, 0.75 * (1 + 188 / 255.0) / 2, 1e-5);
+  EXPECT_NEAR(textured.material.clearcoat_roughness, 0.25, 1e-5);
+  EXPECT_TRUE(loaded(file.gltf())->not_drawn.empty());
+  coat["clearcoatNormalTexture"]["index"] = 0;
+  EXPECT_EQ(loaded(file.gltf())->not_drawn, std::vector<std::string>{"clearcoatNormalTexture (material 0)"});
+}
+
 // Of an unlit material base colour and alpha count; all else is a fallback of the file's for other programs.
 TEST(GltfMaterials, Unlit) {
   GltfFile file = with_textures();
