@@ -298,6 +298,11 @@ Rgb DeltaLight::left_object(const SampledRay& ray, const MeshHit& hit, Sampler& 
   const BsdfParams& bsdf = surface.bsdf;
   const Rgb sum = diffuse_under(surface, ray.w) / kPi * (e.direct + e.indirect);
   if (bsdf.transmits()) return sum + by_interface(ray, surface, Lobes::interface, sampler, mirrors);
+  if (photons_ && !(ray.pdf > 0) && objects_.reflects_photons(hit)) {
+    // Of a matt surface's ray: photons bring it the lamps' light.
+    if (mirrors == 0) return sum + reflectance_ahead(bsdf) / kPi * e.indirect;
+    return sum + by_interface(ray, mirror_of(surface), Lobes::interface, sampler, mirrors - 1);
+  }
   if (mirrors == 0) return sum + reflectance_ahead(bsdf) / kPi * (e.direct + e.indirect);
   return sum + mirrored_by_object(PathVertex(mirror_of(surface), ray.w), sampler, mirrors, ray.of_camera);
 }

@@ -1,7 +1,7 @@
 #pragma once
 // Radiance along rays with and without the objects. Rays end at the first surface, in the radiance that cameras
 // measured of the room or in the cached light of objects and cells; only specular and transmissive surfaces continue
-// them. Light of lamps that reaches matt surfaces by transmissive objects is a density of photons
+// them. Light of lamps that reaches matt surfaces by transmissive objects and smooth metals is a density of photons
 // (tracing/photon_tracing.h).
 // L_ρ: with the objects; L_μ: without; L_Δ = L_ρ - L_μ (Franke 2015, eq. 3.11).
 #include <limits>
@@ -33,11 +33,11 @@ struct SampledRay {
   /// To the normal of a matt surface that gathers light over its hemisphere: what an object on the ray emits is
   /// weighted against sample points of it (EmitterSampleSet). 0: as lamps.
   float cosine = 0;
-  /// From a matt surface by interfaces of transmissive objects: lamps are excluded, as photons bring their light, and
+  /// From a matt surface by interfaces that photons leave, too: lamps are excluded, as photons bring their light, and
   /// what an object emits counts, as its sample points are hidden.
   bool by_interface = false;
   bool of_camera = false;              ///< by nothing but mirrors and interfaces: unlit objects show their colour
-  int interfaces = 0;                  ///< of transmissive objects on the path so far
+  int interfaces = 0;                  ///< of such objects on the path so far
   Rgb absorption = Rgb::Zero();        ///< of the medium that the ray is in, 1/m
   const SeenRadiance* seen = nullptr;  ///< where the camera shows the room at the ray's end; null: as it was fused
 };
@@ -60,7 +60,7 @@ class DeltaLight {
   /// Radiance that leaves a transmissive object's surface by its interface, or by one of its lobes, towards the origin
   /// of the ray, with that of lamps unless the ray excludes them.
   Rgb by_interface(const SampledRay& ray, SurfaceHit surface, Lobes lobes, Sampler& sampler, int mirrors) const;
-  /// Irradiance of a matt surface by lamps through transmissive objects, and reflected by them.
+  /// Irradiance of a matt surface by lamps through transmissive objects, and reflected by them and by smooth metals.
   Rgb caustic(const Eigen::Vector3f& p_m, const Eigen::Vector3f& normal) const {
     return photons_ ? photons_->irradiance(p_m, normal) : Rgb::Zero();
   }
@@ -90,7 +90,7 @@ class DeltaLight {
   }
   /// Shadows that the colour frame shows; null: none.
   void set_shadows(std::shared_ptr<const reconstruct::LampShadows> shadows);
-  /// None is set without transmissive objects.
+  /// None is set without objects that they reach.
   void set_photons(std::shared_ptr<const PhotonMap> photons);
   /// At most this fraction of a lamp's light reaches a point, as the shadows show.
   float open(std::size_t lamp, const Eigen::Vector3f& p_m) const {
