@@ -9,6 +9,7 @@ constexpr float kMinAlpha = 2e-3f;  // at smaller alpha the lobe is narrower tha
 // With a smaller index light is bent by less than 0.01 tan of its angle, and the refracting microfacet of two given
 // directions is not determined in single precision.
 constexpr float kMinBend = 1.01f;
+constexpr float kCoatF0 = 0.04f;          // of the index 1.5 (KHR_materials_clearcoat)
 constexpr float kMinAttenuation = 1e-6f;  // at less than a millionth of the light, more would not be seen
 
 BsdfParams bsdf_params_of(const Eigen::Array3f& base, const Material& m, bool front) {
@@ -18,12 +19,17 @@ BsdfParams bsdf_params_of(const Eigen::Array3f& base, const Material& m, bool fr
                   .f90 = m.layer_specular() * dielectric + m.metallic,
                   .alpha = std::max(m.roughness * m.roughness, kMinAlpha),
                   .gltf = m.gltf};
+  if (m.clearcoat > 0) {
+    bsdf.coat = m.clearcoat;
+    bsdf.coat_alpha = std::max(m.clearcoat_roughness * m.clearcoat_roughness, kMinAlpha);
+  }
   if (!(m.transmission > 0 && dielectric > 0)) return bsdf;
   bsdf.transmitted = base * (dielectric * m.transmission);
   bsdf.f0 = m.specular * m.normal_reflectance() * dielectric + base * m.metallic;
   bsdf.f90 = m.specular * dielectric + m.metallic;
   bsdf.eta = m.thin_walled || front ? m.ior : 1 / m.ior;
   bsdf.bends = !m.thin_walled && m.ior >= kMinBend;
+  if (!m.thin_walled && !front) bsdf.coat = 0;                // it is on the outside of a volume
   if (!m.thin_walled && !bsdf.bends) bsdf.alpha = kMinAlpha;  // what does not bend light does not scatter it either
   return bsdf;
 }
@@ -69,11 +75,25 @@ Eigen::Array3f under_layer_evenly(const BsdfParams& bsdf, float cos_out) {
   return in * (1 - fresnel(bsdf, cos_out));
 }
 
+float coat_share(float coat, float cos_out) {
+  const float m = 1 - std::clamp(cos_out, 0.0f, 1.0f), m2 = m * m;
+  return coat * (kCoatF0 + (1 - kCoatF0) * (m2 * m2 * m));
+}
+
+float coat_share_evenly(float coat) { return coat * (kCoatF0 + (1 - kCoatF0) / 21); }
+
+Eigen::Array3f reflectance_ahead(const BsdfParams& bsdf) {
+  const float share = coat_share(bsdf.coat, 1);
+  return share + (1 - share) * bsdf.f0;
+}
+
 Eigen::Array3f reflectance_evenly(const BsdfParams& bsdf) {
   const Eigen::Array3f layer = bsdf.f0 + (bsdf.f90 - bsdf.f0) / 21;
-  if (bsdf.gltf)
-    return layer + bsdf.diffuse * (1 - bsdf.f0 - (bsdf.f90 - bsdf.f0) * 0.0036f);  // as above, of all angles
-  return layer + bsdf.diffuse * (1 - layer) * (1 - layer);
+  const Eigen::Array3f body =
+      bsdf.gltf ? (bsdf.diffuse * (1 - bsdf.f0 - (bsdf.f90 - bsdf.f0) * 0.0036f)).eval()  // as above, of all angles
+                : (bsdf.diffuse * (1 - layer) * (1 - layer)).eval();
+  const float share = coat_share_evenly(bsdf.coat);
+  return share + (1 - share) * (layer + body);
 }
 
 }  // namespace lumigraft::relight

@@ -1,7 +1,8 @@
 #pragma once
 // BSDF parameters: a Lambert body under a specular layer (glTF 2.0 metallic-roughness with KHR_materials_specular), and
 // the energy split between them, as in shaders/common/bsdf_params.glsl. KHR_materials_transmission: a part of the light
-// under the layer passes the surface.
+// under the layer passes the surface. KHR_materials_clearcoat: a coat reflects a share of the light, by Fresnel at the
+// coat's normal, and all of the above has the rest.
 #include <Eigen/Core>
 
 #include "relight/exhibit/exhibit.h"
@@ -21,9 +22,11 @@ struct BsdfParams {
   Eigen::Array3f transmitted = Eigen::Array3f::Zero();
   float eta = 1;       ///< of a transmissive surface: index of refraction beyond it over that on the ray's side
   bool bends = false;  ///< whether transmitted light is refracted; else it passes straight
+  float coat = 0, coat_alpha = 1;                          ///< intensity of the coat; its GGX roughness
+  Eigen::Vector3f coat_normal = Eigen::Vector3f::UnitZ();  ///< unit, shading frame; of a SurfaceHit: tag frame
   Lobes lobes = Lobes::all;
 
-  bool mirrors() const { return f90 > 0 || f0.maxCoeff() > 0 || transmits(); }
+  bool mirrors() const { return f90 > 0 || f0.maxCoeff() > 0 || transmits() || coat > 0; }
   bool transmits() const { return transmitted.maxCoeff() > 0; }
   bool has_body() const { return lobes == Lobes::all || lobes == Lobes::body; }
   bool has_reflection() const { return lobes != Lobes::body && lobes != Lobes::transmission; }
@@ -51,8 +54,19 @@ Eigen::Array3f under_layer(const BsdfParams& bsdf, float cos_in, float cos_out, 
 /// Its mean over uniform incident light from the hemisphere, weighted by the cosine.
 Eigen::Array3f under_layer_evenly(const BsdfParams& bsdf, float cos_out);
 
-/// Reflectance for uniform incident light, layer and body together. Energy that a rough layer loses by masking is not
-/// subtracted.
+/// Share of the light that a coat of this intensity reflects to a direction, by its cosine with the coat's normal
+/// (Schlick 1994), or to all of them in the mean, weighted by the cosine.
+float coat_share(float coat, float cos_out);
+inline float coat_share(const BsdfParams& bsdf, const Eigen::Vector3f& v) {
+  return bsdf.coat > 0 ? coat_share(bsdf.coat, v.dot(bsdf.coat_normal)) : 0;
+}
+float coat_share_evenly(float coat);
+
+/// Reflectance at normal incidence, without the body.
+Eigen::Array3f reflectance_ahead(const BsdfParams& bsdf);
+
+/// Reflectance for uniform incident light, coat, layer and body together. Energy that a rough layer loses by masking is
+/// not subtracted.
 Eigen::Array3f reflectance_evenly(const BsdfParams& bsdf);
 
 }  // namespace lumigraft::relight

@@ -65,6 +65,8 @@ MaterialOverride read_material(const capture::ConfigTable& table) {
     material.attenuation_distance_m = static_cast<float>(
         table.number("attenuation_distance_m", kMinAttenuationDistance_m, kMaxAttenuationDistance_m));
   }
+  material.clearcoat = read_unit(table, "clearcoat");
+  material.clearcoat_roughness = read_unit(table, "clearcoat_roughness");
   return material;
 }
 
@@ -146,8 +148,12 @@ VirtualObject read_object(const capture::ConfigTable& table, ModelCache* cache) 
     table.fail("model", error.what());
   }
   object.model = model;
+  if (!model->variants.empty()) object.default_model = model;
   object.animation = read_animation(table, *model);
   if (size_m > 0) place_by_size(size_m, object);
+  if (table.has("variant")) {
+    if (const auto error = object.show_variant(table.text("variant"))) table.fail("variant", *error);
+  }
   if (const auto material = table.optional_table("material")) object.material = read_material(*material);
   return object;
 }
@@ -180,6 +186,23 @@ RigPose VirtualObject::pose(double time_s) const {
   if (!animation || !model || !model->rig) return {};
   const Rig& rig = *model->rig;
   return pose_at(rig, animation->index, animation->moment_s(rig.animations[animation->index].length_s, time_s));
+}
+
+std::optional<std::string> VirtualObject::show_variant(const std::optional<std::string>& name_of_variant) {
+  if (!default_model && !name_of_variant) return std::nullopt;
+  if (!default_model)
+    return "found \"" + *name_of_variant + "\", allowed: none, as the model has no variants of its materials";
+  const std::vector<Model::Variant>& all = default_model->variants;
+  const auto found = name_of_variant ? std::ranges::find(all, *name_of_variant, &Model::Variant::name) : all.end();
+  if (name_of_variant && found == all.end()) {
+    std::vector<std::string> names;
+    for (const Model::Variant& allowed : all) names.push_back("\"" + allowed.name + "\"");
+    return "found \"" + *name_of_variant + "\", allowed: " + capture::listed(names);
+  }
+  variant.reset();
+  if (name_of_variant) variant = static_cast<std::size_t>(found - all.begin());
+  model = variant ? all[*variant].model : default_model;
+  return std::nullopt;
 }
 
 bool VirtualObject::drawn(double time_s) const { return visible && model && has_extent(pose(time_s)); }

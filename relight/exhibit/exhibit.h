@@ -37,6 +37,12 @@ struct Material {
   bool thin_walled = false;
   Eigen::Vector3f attenuation_color = Eigen::Vector3f::Ones();            ///< linear
   float attenuation_distance_m = std::numeric_limits<float>::infinity();  ///< of the model
+  /// The camera sees both sides of the surface in its base colour, as an emission of that, also mirrored and through
+  /// glass; this lights nothing. In all other light it is as its other values say (KHR_materials_unlit).
+  bool unlit = false;
+  /// A dielectric coat of the index 1.5 over all of it: its intensity, from 0 to 1, and roughness
+  /// (KHR_materials_clearcoat).
+  float clearcoat = 0.0f, clearcoat_roughness = 0.0f;
 
   /// Reflectance of a smooth boundary at normal incidence (Fresnel), without the specular factor.
   float normal_reflectance() const { return (ior - 1) * (ior - 1) / ((ior + 1) * (ior + 1)); }
@@ -50,7 +56,8 @@ inline constexpr double kMaxIor = 10, kMinAttenuationDistance_m = 1e-6, kMaxAtte
 inline constexpr double kMaxEmission = 100000;  ///< about the radiance of the sun over that of white paper in its light
 
 /// Overrides for a model's own materials, which keep the way in which they are mixed. Unset values keep each part's
-/// own; a base colour also replaces textures and vertex colours, and emission its texture.
+/// own; a base colour also replaces textures and vertex colours, and emission its texture. An unlit part stays so
+/// unless the way in which it treats light is set.
 struct MaterialOverride {
   std::optional<Eigen::Vector3f> base_color;  ///< linear
   std::optional<float> metallic, roughness, specular;
@@ -59,6 +66,7 @@ struct MaterialOverride {
   std::optional<bool> thin_walled;
   std::optional<Eigen::Vector3f> attenuation_color;  ///< linear
   std::optional<float> attenuation_distance_m;       ///< tag frame, whatever the model's scale
+  std::optional<float> clearcoat, clearcoat_roughness;
 
   MaterialOverride() = default;
   MaterialOverride(const Material& all)  ///< replaces everything
@@ -71,7 +79,9 @@ struct MaterialOverride {
         ior(all.ior),
         thin_walled(all.thin_walled),
         attenuation_color(all.attenuation_color),
-        attenuation_distance_m(all.attenuation_distance_m) {}
+        attenuation_distance_m(all.attenuation_distance_m),
+        clearcoat(all.clearcoat),
+        clearcoat_roughness(all.clearcoat_roughness) {}
 
   bool empty() const { return *this == MaterialOverride(); }
   /// The resulting material of a part whose own is `part`.
@@ -86,7 +96,10 @@ struct MaterialOverride {
             ior.value_or(part.ior),
             thin_walled.value_or(part.thin_walled),
             attenuation_color.value_or(part.attenuation_color),
-            attenuation_distance_m.value_or(part.attenuation_distance_m)};
+            attenuation_distance_m.value_or(part.attenuation_distance_m),
+            part.unlit && !(metallic || roughness || specular || emission || transmission || clearcoat),
+            clearcoat.value_or(part.clearcoat),
+            clearcoat_roughness.value_or(part.clearcoat_roughness)};
   }
   bool operator==(const MaterialOverride&) const = default;
 };
@@ -107,7 +120,7 @@ struct Model {
     Wrap wrap_u = Wrap::repeat, wrap_v = Wrap::repeat;
   };
   struct Part {
-    Material material;               ///< where a texture changes metallic and roughness: their mean
+    Material material;               ///< where a texture changes a value from 0 to 1: its mean
     TextureSlot base_color_texture;  ///< sRGB
     /// Linear: roughness in green and metallic in blue, to be multiplied with the factors.
     TextureSlot metallic_roughness_texture;
@@ -117,7 +130,12 @@ struct Model {
     /// against the texture's v, and z along the interpolated normal.
     TextureSlot normal_texture;
     float normal_scale = 1;
-    TextureSlot emissive_texture;  ///< sRGB; multiplies material.emission
+    TextureSlot emissive_texture;      ///< sRGB; multiplies material.emission
+    TextureSlot transmission_texture;  ///< linear: its red multiplies the factor
+    float transmission_factor = 0;
+    /// Linear: red of the first and green of the second multiply the factors.
+    TextureSlot clearcoat_texture, clearcoat_roughness_texture;
+    float clearcoat_factor = 0, clearcoat_roughness_factor = 0;
     std::uint32_t first_index = 0, index_count = 0;
   };
   std::vector<Eigen::Vector3f> positions_m;
@@ -139,6 +157,12 @@ struct Model {
   std::vector<std::uint32_t> sources;  ///< per vertex: number of a vertex of the rig or, counted after these, of a mix
   std::vector<Mix> mixes;
   std::size_t unusable_triangles = 0;  ///< triangles of the file that were dropped
+  /// The same triangles in other materials of the file (KHR_materials_variants).
+  struct Variant {
+    std::string name;
+    std::shared_ptr<const Model> model;
+  };
+  std::vector<Variant> variants;       ///< of the model in its default materials
   std::vector<std::string> not_drawn;  ///< features that the file asks for, each with the first material that does
 };
 
@@ -165,7 +189,10 @@ struct ShownAnimation {
 
 struct VirtualObject {
   std::string name;
-  std::shared_ptr<const Model> model;
+  std::shared_ptr<const Model> model;  ///< in the materials that are shown
+  /// In the file's default materials, where it has variants, of which `model` is one; null: it has none.
+  std::shared_ptr<const Model> default_model;
+  std::optional<std::size_t> variant;                    ///< of default_model; nothing: `model` is that itself
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< tag frame
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
   double scale = 1.0;
@@ -179,7 +206,9 @@ struct VirtualObject {
 
   Eigen::Affine3d T_tag_model(double time_s) const;
   RigPose pose(double time_s) const;  ///< at rest if the model has no animation
-  bool drawn(double time_s) const;    ///< visible, with a model that its animation does not shrink to nothing
+  /// Shows the model in a variant, or in its default materials. Returns the error that says what is allowed, if any.
+  std::optional<std::string> show_variant(const std::optional<std::string>& name_of_variant);
+  bool drawn(double time_s) const;  ///< visible, with a model that its animation does not shrink to nothing
 };
 
 struct Exhibit {

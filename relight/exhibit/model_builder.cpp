@@ -40,7 +40,9 @@ void join(const std::vector<Corner>& corners, Model* model) {
 
 bool reads_second_texcoords(const Model::Part& part) {
   return part.base_color_texture.texcoord_set == 1 || part.metallic_roughness_texture.texcoord_set == 1 ||
-         part.normal_texture.texcoord_set == 1 || part.emissive_texture.texcoord_set == 1;
+         part.normal_texture.texcoord_set == 1 || part.emissive_texture.texcoord_set == 1 ||
+         part.transmission_texture.texcoord_set == 1 || part.clearcoat_texture.texcoord_set == 1 ||
+         part.clearcoat_roughness_texture.texcoord_set == 1;
 }
 
 Eigen::Matrix3f up_to_z(char up) {

@@ -12,9 +12,10 @@ using Eigen::Vector3f;
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-Rgb diffuse_under(const BsdfParams& bsdf, float cos_v) {
+Rgb diffuse_under(const SurfaceHit& surface, const Vector3f& w) {
+  const BsdfParams& bsdf = surface.bsdf;
   if (!bsdf.mirrors()) return bsdf.diffuse;
-  return bsdf.diffuse * under_layer_evenly(bsdf, cos_v);
+  return bsdf.diffuse * under_layer_evenly(bsdf, -surface.normal.dot(w)) * (1 - coat_share(bsdf, -w));
 }
 
 SurfaceHit white_surface(SurfaceHit surface) {
@@ -129,11 +130,13 @@ Rgb DeltaLight::lit_by_points(const SurfaceHit& surface, int set) const {
 Rgb DeltaLight::emitted(const SampledRay& ray, const MeshHit& hit) const {
   const Emitters& emitters = objects_.emitters();
   if (emitters.empty() || !emitters.emits(hit.mesh)) return Rgb::Zero();
-  if (ray.by_interface) return objects_.meshes().surface(hit, ray.w).emission;
-  if (!(ray.pdf > 0 || ray.cosine > 0)) return Rgb::Zero();
+  if (!ray.by_interface && !(ray.pdf > 0 || ray.cosine > 0)) return Rgb::Zero();
+  const SurfaceHit surface = objects_.meshes().surface(hit, ray.w);
+  if (surface.unlit) return Rgb::Zero();
+  if (ray.by_interface) return surface.emission;
   const float fraction = ray.cosine > 0 ? EmitterSampleSet::fraction_of_ray(ray.cosine, emitters.point_pdf(hit, ray.w))
                                         : balanced(ray.pdf, emitters.pdf(hit, ray.w));
-  return fraction * objects_.meshes().surface(hit, ray.w).emission;
+  return fraction * surface.emission;
 }
 
 std::uint32_t DeltaLight::behind_room(const RayFan& fan, std::size_t lamp) const {
@@ -181,9 +184,10 @@ Rgb DeltaLight::hidden_from(const Vector3f& p_m, const Vector3f& normal, Sampler
   return sum;
 }
 
-Rgb DeltaLight::mirrored_by_object(const PathVertex& lobe, Sampler& sampler, int mirrors) const {
+Rgb DeltaLight::mirrored_by_object(const PathVertex& lobe, Sampler& sampler, int mirrors, bool of_camera) const {
   Rgb sum = lit(lobe, sampler), throughput;
-  if (const auto next = sent_on(lobe, sampler, &throughput)) {
+  if (auto next = sent_on(lobe, sampler, &throughput)) {
+    next->of_camera = of_camera;
     sum += throughput * with_objects(*next, sampler, mirrors - 1);
   }
   return sum;
@@ -207,6 +211,7 @@ Rgb DeltaLight::by_interface(const SampledRay& ray, SurfaceHit surface, Lobes lo
   next->interfaces = ray.interfaces + 1;
   next->absorption = vertex.absorption(next->w, ray.absorption);
   next->seen = ray.seen;
+  next->of_camera = ray.of_camera;
   return sum + throughput * within_medium(*next, sampler, mirrors);
 }
 
@@ -273,21 +278,33 @@ Rgb DeltaLight::left_change(const SampledRay& ray, const MeshHit& hit, Sampler& 
   }
   Rgb throughput;
   if (mirrors > 0) {
-    if (const auto next = sent_on(vertex, sampler, &throughput))
+    if (auto next = sent_on(vertex, sampler, &throughput)) {
+      next->of_camera = ray.of_camera;
       sum += throughput * change(*next, sampler, mirrors - 1);
+    }
   }
   return sum;
 }
 
+const Rgb* DeltaLight::even_radiance(const SampledRay& ray, const MeshHit& hit) const {
+  return ray.of_camera && objects_.is_unlit(hit) ? nullptr : objects_.even_radiance(hit, ray.w);
+}
+
 Rgb DeltaLight::left_object(const SampledRay& ray, const MeshHit& hit, Sampler& sampler, int mirrors) const {
-  if (const Rgb* even = objects_.even_radiance(hit, ray.w)) return *even;
+  if (const Rgb* even = even_radiance(ray, hit)) return *even;
   const SurfaceHit surface = objects_.meshes().surface_within(hit, ray.w, ray.solid_angle_sr);
+  if (surface.unlit && ray.of_camera) return surface.emission;
   const RayObjects::Irradiance e = objects_.irradiance(hit, surface.face);
   const BsdfParams& bsdf = surface.bsdf;
-  const Rgb sum = diffuse_under(bsdf, -surface.normal.dot(ray.w)) / kPi * (e.direct + e.indirect);
+  const Rgb sum = diffuse_under(surface, ray.w) / kPi * (e.direct + e.indirect);
   if (bsdf.transmits()) return sum + by_interface(ray, surface, Lobes::interface, sampler, mirrors);
-  if (mirrors == 0) return sum + bsdf.f0 / kPi * (e.direct + e.indirect);
-  return sum + mirrored_by_object(PathVertex(mirror_of(surface), ray.w), sampler, mirrors);
+  if (photons_ && !(ray.pdf > 0) && objects_.reflects_photons(hit)) {
+    // Of a matt surface's ray: photons bring it the lamps' light.
+    if (mirrors == 0) return sum + reflectance_ahead(bsdf) / kPi * e.indirect;
+    return sum + by_interface(ray, mirror_of(surface), Lobes::interface, sampler, mirrors - 1);
+  }
+  if (mirrors == 0) return sum + reflectance_ahead(bsdf) / kPi * (e.direct + e.indirect);
+  return sum + mirrored_by_object(PathVertex(mirror_of(surface), ray.w), sampler, mirrors, ray.of_camera);
 }
 
 Rgb DeltaLight::before(const SampledRay& ray, Sampler& sampler, int mirrors) const {
@@ -308,7 +325,7 @@ Rgb DeltaLight::change(const SampledRay& ray, Sampler& sampler, int mirrors, flo
 Rgb DeltaLight::with_objects_unless(const SampledRay& ray, Sampler& sampler, int mirrors, const Rgb** end) const {
   const std::optional<MeshHit> room = in_room(ray);
   if (const auto object = on_objects(ray, room)) {
-    *end = objects_.even_radiance(*object, ray.w);
+    *end = even_radiance(ray, *object);
     const Rgb nearer = lamps_along(ray, 0, object->t_m) + emitted(ray, *object);
     return *end ? nearer : (nearer + left_object(ray, *object, sampler, mirrors)).eval();
   }

@@ -1,7 +1,7 @@
 #pragma once
 // Radiance along rays with and without the objects. Rays end at the first surface, in the radiance that cameras
 // measured of the room or in the cached light of objects and cells; only specular and transmissive surfaces continue
-// them. Light of lamps that reaches matt surfaces by transmissive objects is a density of photons
+// them. Light of lamps that reaches matt surfaces by transmissive objects and smooth metals is a density of photons
 // (tracing/photon_tracing.h).
 // L_ρ: with the objects; L_μ: without; L_Δ = L_ρ - L_μ (Franke 2015, eq. 3.11).
 #include <limits>
@@ -33,10 +33,11 @@ struct SampledRay {
   /// To the normal of a matt surface that gathers light over its hemisphere: what an object on the ray emits is
   /// weighted against sample points of it (EmitterSampleSet). 0: as lamps.
   float cosine = 0;
-  /// From a matt surface by interfaces of transmissive objects: lamps are excluded, as photons bring their light, and
+  /// From a matt surface by interfaces that photons leave, too: lamps are excluded, as photons bring their light, and
   /// what an object emits counts, as its sample points are hidden.
   bool by_interface = false;
-  int interfaces = 0;                  ///< of transmissive objects on the path so far
+  bool of_camera = false;              ///< by nothing but mirrors and interfaces: unlit objects show their colour
+  int interfaces = 0;                  ///< of such objects on the path so far
   Rgb absorption = Rgb::Zero();        ///< of the medium that the ray is in, 1/m
   const SeenRadiance* seen = nullptr;  ///< where the camera shows the room at the ray's end; null: as it was fused
 };
@@ -59,15 +60,16 @@ class DeltaLight {
   /// Radiance that leaves a transmissive object's surface by its interface, or by one of its lobes, towards the origin
   /// of the ray, with that of lamps unless the ray excludes them.
   Rgb by_interface(const SampledRay& ray, SurfaceHit surface, Lobes lobes, Sampler& sampler, int mirrors) const;
-  /// Irradiance of a matt surface by lamps through transmissive objects, and reflected by them.
+  /// Irradiance of a matt surface by lamps through transmissive objects, and reflected by them and by smooth metals.
   Rgb caustic(const Eigen::Vector3f& p_m, const Eigen::Vector3f& normal) const {
     return photons_ ? photons_->irradiance(p_m, normal) : Rgb::Zero();
   }
   /// Fraction of a lamp's light that the room lets pass to a point; w: unit, to a point of the lamp at this distance.
   float open_from(std::size_t lamp, const Eigen::Vector3f& p_m, const Eigen::Vector3f& w, float distance_m) const;
 
-  /// Radiance that an object's specular lobe reflects to the viewer, including lamps. `mirrors` is at least 1.
-  Rgb mirrored_by_object(const PathVertex& lobe, Sampler& sampler, int mirrors) const;
+  /// Radiance that an object's specular lobe reflects to the viewer, including lamps. `mirrors` is at least 1;
+  /// `of_camera`: as in SampledRay, of the ray that sees it.
+  Rgb mirrored_by_object(const PathVertex& lobe, Sampler& sampler, int mirrors, bool of_camera) const;
   /// lit: light of lamps at the vertex that objects do not occlude. change_of_lamps: less the light from before that
   /// they occlude. If the vertex is specular both include objects that emit.
   Rgb lit(const PathVertex& vertex, Sampler& sampler) const;
@@ -88,7 +90,7 @@ class DeltaLight {
   }
   /// Shadows that the colour frame shows; null: none.
   void set_shadows(std::shared_ptr<const reconstruct::LampShadows> shadows);
-  /// None is set without transmissive objects.
+  /// None is set without objects that they reach.
   void set_photons(std::shared_ptr<const PhotonMap> photons);
   /// At most this fraction of a lamp's light reaches a point, as the shadows show.
   float open(std::size_t lamp, const Eigen::Vector3f& p_m) const {
@@ -112,6 +114,8 @@ class DeltaLight {
   /// Change of the irradiance of a facet without the light of lamps that objects occlude.
   Rgb change_in_cell(const SampledRay& ray, const Eigen::Vector3f& p_m, const Eigen::Vector3f& normal) const;
   Rgb left_change(const SampledRay& ray, const MeshHit& hit, Sampler& sampler, int mirrors) const;
+  /// As RayObjects::even_radiance; null where the ray sees an unlit object in its colour.
+  const Rgb* even_radiance(const SampledRay& ray, const MeshHit& hit) const;
   Rgb left_object(const SampledRay& ray, const MeshHit& hit, Sampler& sampler, int mirrors) const;
   /// Irradiance of lamps, from one sample per lamp, that the objects occlude at a point of the room.
   Rgb hidden_from(const Eigen::Vector3f& p_m, const Eigen::Vector3f& normal, Sampler& sampler) const;
@@ -140,9 +144,8 @@ class DeltaLight {
 
 /// The same point with a white Lambert material: its reflected radiance is irradiance over π.
 SurfaceHit white_surface(SurfaceHit surface);
-/// The Lambert part below the interface, viewed at the cosine `cos_v`: π times radiance per uniform incident
-/// irradiance.
-Rgb diffuse_under(const BsdfParams& bsdf, float cos_v);
+/// The Lambert part below the interface, viewed along w: π times radiance per uniform incident irradiance.
+Rgb diffuse_under(const SurfaceHit& surface, const Eigen::Vector3f& w);
 /// The same point with the specular part only.
 SurfaceHit mirror_of(SurfaceHit surface);
 

@@ -13,7 +13,7 @@ struct GatherQuality {
   int inside = 4;         ///< rays per pixel in the interior of an object
   int at_edges = 16;      ///< rays per pixel at its edge
   int mirrored = 4;       ///< reflected rays of a glossy object per interior ray
-  int photons = 1 << 17;  ///< from lamps to transmissive objects
+  int photons = 1 << 17;  ///< from lamps to transmissive objects and smooth metals
   int rounds = 1;         ///< frames over which all camera-independent light is updated while things move
 
   bool operator==(const GatherQuality&) const = default;

@@ -249,6 +249,10 @@ class ObjectView {
       if (!(traced.some >> k & 1)) continue;
       const auto i = static_cast<std::size_t>(k);
       Sampler sampler(kLightSeed, static_cast<std::uint32_t>(index(found.u, v)), static_cast<std::uint32_t>(k));
+      if (traced.surfaces[i].unlit) {
+        sum += traced.surfaces[i].emission;
+        continue;
+      }
       sum += radiance(traced.w[i], traced.hits[i], traced.surfaces[i],
                       lit(traced.surfaces[i], found.u, v, k, goes_on(first, traced.surfaces[i])), sampler,
                       edge ? 1 : detail_.mirrored);
@@ -309,12 +313,12 @@ class ObjectView {
     const Rgb arriving =
         (light_.objects().irradiance(hit, surface.face).indirect + light_.caustic(surface.position_m, surface.face)) /
         kPi;
-    const Rgb sum = surface.emission + diffuse_under(surface.bsdf, -surface.normal.dot(w)) * (arriving + lamps);
+    const Rgb sum = surface.emission + diffuse_under(surface, w) * (arriving + lamps);
     if (!surface.bsdf.mirrors()) return sum;
     if (surface.bsdf.transmits()) return sum + by_interface(w, surface, sampler, mirror_rays);
     const PathVertex lobe(mirror_of(surface), w);
     Rgb mirrored = Rgb::Zero();
-    for (int k = 0; k < mirror_rays; ++k) mirrored += light_.mirrored_by_object(lobe, sampler, kGather.mirrors);
+    for (int k = 0; k < mirror_rays; ++k) mirrored += light_.mirrored_by_object(lobe, sampler, kGather.mirrors, true);
     return sum + mirrored / static_cast<float>(mirror_rays);
   }
 
@@ -325,6 +329,7 @@ class ObjectView {
     ray.w = w;
     ray.pdf = std::numeric_limits<float>::infinity();  // of a camera's ray, which no lamp sample competes with
     ray.seen = &seen_;
+    ray.of_camera = true;
     // Of a narrow lobe the pixel's own rays are enough.
     if (surface.bsdf.alpha < kGather.narrow_alpha) rays = std::min(rays, kMaxInside / detail_.inside);
     Rgb sum = Rgb::Zero();

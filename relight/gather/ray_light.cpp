@@ -136,10 +136,14 @@ void RayLight::follow(std::shared_ptr<const RayRoom> room, const std::vector<Ref
 
 void RayLight::send_photons(const Plan& plan, const std::function<void(const char*)>& done) {
   const DeltaLight& light = world_->light;
-  const PhotonScene scene{world_->room->meshes(), world_->objects.meshes(), world_->room->lamps(),
+  const PhotonScene scene{world_->room->meshes(),
+                          world_->objects.meshes(),
+                          world_->room->lamps(),
                           [&light](std::size_t lamp, const auto& p_m, const auto& w, float distance_m) {
                             return light.open_from(lamp, p_m, w, distance_m);
-                          }};
+                          },
+                          [&light](const MeshHit& hit) { return light.objects().reflects_photons(hit); },
+                          [&light](std::uint32_t mesh) { return light.objects().any_reflects_photons(mesh); }};
   if (!has_photons(scene)) return;
   world_->light.set_shadows(shadows_);
   const int count = gather_quality_of(plan.trace_scale).photons;

@@ -46,7 +46,9 @@ std::vector<ObjectFacet> find_facets(const IrradianceProbes& places, const Mater
     const auto edge = [&](int k) { return Vector3f(model.positions_m[corner[k]] - model.positions_m[corner[0]]); };
     const float width_m = std::sqrt(edge(1).cross(edge(2)).norm() / 2);
     const SurfaceHit s = meshes.surface({width_m, 0, t, 1 / 3.0f, 1 / 3.0f}, -out, /*pixel_rad=*/1);
-    facets.push_back({s.face, s.bsdf.diffuse, s.bsdf.mirrors()});
+    const bool is_metal = !s.bsdf.transmits() && luminance(s.bsdf.f0) > luminance(s.bsdf.diffuse);
+    facets.push_back({s.face, s.bsdf.diffuse, s.bsdf.mirrors(), s.unlit,
+                      /*reflects_photons=*/is_metal && s.bsdf.alpha <= kGather.photon_alpha});
   }
   return facets;
 }

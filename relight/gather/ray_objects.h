@@ -17,7 +17,8 @@ namespace lumigraft::relight {
 struct ObjectFacet {
   Eigen::Vector3f normal;  ///< geometric normal, model frame, on the side of its vertices' normals
   Rgb albedo;              ///< mean around its centre
-  bool mirrors;
+  bool mirrors, unlit;
+  bool reflects_photons;  ///< an opaque one whose interface is narrow and reflects more than its body
 };
 std::vector<ObjectFacet> find_facets(const IrradianceProbes& places, const MaterialOverride& material);
 /// Those of another pose of the same model.
@@ -56,11 +57,15 @@ class RayObjects {
   void set_indirect(std::vector<Rgb> by_place);
   const std::vector<Rgb>& direct() const { return direct_; }
   const std::vector<Rgb>& indirect() const { return indirect_; }
+  bool is_unlit(const MeshHit& hit) const { return facet(hit).unlit; }
+  bool reflects_photons(const MeshHit& hit) const { return facet(hit).reflects_photons; }
+  bool any_reflects_photons(std::uint32_t mesh) const {
+    return std::ranges::any_of(*objects_[mesh].facets, &ObjectFacet::reflects_photons);
+  }
   /// L_ρ leaving a triangle of a matt object on the side that w hits, W/sr/m²; null on objects with a specular part.
   const Rgb* even_radiance(const MeshHit& hit, const Eigen::Vector3f& w) const {
-    const ObjectFacet& facet = (*objects_[hit.mesh].facets)[hit.triangle];
-    if (facet.mirrors) return nullptr;
-    return &radiance_[hit.mesh][hit.triangle][(normals_[hit.mesh] * facet.normal).dot(w) < 0 ? 0 : 1];
+    if (facet(hit).mirrors) return nullptr;
+    return &radiance_[hit.mesh][hit.triangle][(normals_[hit.mesh] * facet(hit).normal).dot(w) < 0 ? 0 : 1];
   }
   /// Copies the indirect light of other objects with the same models, at any place and pose; takes effect with the next
   /// set. Of several with the same model, the nearest.
@@ -75,6 +80,7 @@ class RayObjects {
   Irradiance irradiance(const MeshHit& hit, const Eigen::Vector3f& face) const;
 
  private:
+  const ObjectFacet& facet(const MeshHit& hit) const { return (*objects_[hit.mesh].facets)[hit.triangle]; }
   void spread();
 
   std::vector<PlacedModel> objects_;

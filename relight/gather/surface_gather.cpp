@@ -101,7 +101,8 @@ Rgb changed_radiance(const DeltaLight& light, const PathVertex& vertex, Sampler&
     const float pdf = vertex.pdf(w) + vertex.aim_pdf(w);
     const Rgb response = vertex.response(w);
     if (!(response.maxCoeff() > 0 && pdf > 0)) return Rgb::Zero();
-    return light.change({vertex.leave(w), w, pdf}, sampler, kGather.mirrors, to_object_m) * response / pdf;
+    const SampledRay ray{.from_m = vertex.leave(w), .w = w, .pdf = pdf, .of_camera = true};
+    return light.change(ray, sampler, kGather.mirrors, to_object_m) * response / pdf;
   };
   Rgb sum = towards(vertex.sample(sampler)) + light.change_of_lamps(vertex, sampler);
   if (vertex.has_aim()) sum += towards(vertex.aim(sampler));

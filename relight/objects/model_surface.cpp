@@ -203,6 +203,18 @@ ModelSurface::Shading ModelSurface::at(const ModelPoint& point, const MaterialOv
       if (!material.metallic) s.material.metallic = part.metallic_factor * both->z();
     }
   }
+  if (!material.transmission) {
+    if (const auto passing = textured.texel(TextureUse::transmission))
+      s.material.transmission = part.transmission_factor * passing->x();
+  }
+  if (!material.clearcoat) {
+    if (const auto coat = textured.texel(TextureUse::clearcoat))
+      s.material.clearcoat = part.clearcoat_factor * coat->x();
+  }
+  if (!material.clearcoat_roughness) {
+    if (const auto coat = textured.texel(TextureUse::clearcoat_roughness))
+      s.material.clearcoat_roughness = part.clearcoat_roughness_factor * coat->y();
+  }
   if (const auto map = textured.texel(TextureUse::normals)) turn_normal(point, *map, &s);
   return s;
 }

@@ -64,6 +64,9 @@ Vector3f bilinear(const capture::Image<T>& image, const Eigen::Vector2f& uv, Wra
 Texels texels_of(TextureUse use) {
   switch (use) {
     case TextureUse::metallic_roughness:
+    case TextureUse::transmission:
+    case TextureUse::clearcoat:
+    case TextureUse::clearcoat_roughness:
       return Texels::linear;
     case TextureUse::normals:
       return Texels::normals;
@@ -82,6 +85,12 @@ const Model::TextureSlot& slot_of(const Model::Part& part, TextureUse use) {
       return part.normal_texture;
     case TextureUse::emission:
       return part.emissive_texture;
+    case TextureUse::transmission:
+      return part.transmission_texture;
+    case TextureUse::clearcoat:
+      return part.clearcoat_texture;
+    case TextureUse::clearcoat_roughness:
+      return part.clearcoat_roughness_texture;
     case TextureUse::base_color:
       break;
   }

@@ -16,9 +16,19 @@ enum class Texels {
 };
 
 /// The textures of a part.
-enum class TextureUse { base_color, metallic_roughness, normals, emission };
-constexpr std::array kTextureUses = {TextureUse::base_color, TextureUse::metallic_roughness, TextureUse::normals,
-                                     TextureUse::emission};
+enum class TextureUse {
+  base_color,
+  metallic_roughness,
+  normals,
+  emission,
+  transmission,
+  clearcoat,
+  clearcoat_roughness
+};
+constexpr std::array kTextureUses = {
+    TextureUse::base_color,         TextureUse::metallic_roughness, TextureUse::normals,
+    TextureUse::emission,           TextureUse::transmission,       TextureUse::clearcoat,
+    TextureUse::clearcoat_roughness};
 Texels texels_of(TextureUse use);
 const Model::TextureSlot& slot_of(const Model::Part& part, TextureUse use);
 inline bool has_picture(const Model::TextureSlot& slot) { return slot.picture && !slot.picture->empty(); }

@@ -89,6 +89,7 @@ Rgb Paths::direct(const PathVertex& vertex, bool of_lamps, Counts counts) {
 }
 
 Rgb Paths::emitted_by_object(const MeshHit& hit, const SurfaceHit& surface, const Vector3f& w, float pdf) const {
+  if (surface.unlit) return Rgb::Zero();
   if (!(pdf > 0) || surface.emission.maxCoeff() <= 0) return surface.emission;
   return surface.emission * balanced(pdf, world_.emitters.pdf(hit, w));
 }
@@ -120,7 +121,7 @@ bool Paths::lives(Past& past, float chance) {
 
 Paths::Vertex Paths::vertex_of(SurfaceHit surface, const Vector3f& w, bool of_object, Past& past) {
   BsdfParams& bsdf = surface.bsdf;
-  if (photons_ && bsdf.mirrors()) {
+  if ((photons_ || world_.any_unlit) && bsdf.mirrors()) {
     const float of_interface = bsdf.diffuse.maxCoeff() > 0 ? interface_probability(bsdf, {0, 0, 1}) : 1;
     const bool chosen = of_interface >= 1 || sampler_.one() < of_interface;
     past.throughput /= chosen ? of_interface : 1 - of_interface;
@@ -129,6 +130,7 @@ Paths::Vertex Paths::vertex_of(SurfaceHit surface, const Vector3f& w, bool of_ob
   const bool interface = of_object && bsdf.transmits() && bsdf.lobes != Lobes::body;
   const bool receives = photons_ && (!bsdf.mirrors() || bsdf.lobes == Lobes::body);
   past.by_interface = interface;
+  past.of_camera = past.of_camera && bsdf.lobes == Lobes::interface;
   if (!interface) past.from_receiver = receives;
   return {PathVertex(surface, w), receives};
 }
@@ -163,6 +165,7 @@ Rgb Paths::followed(PathRay ray, Past past, bool with_objects) {
     if (a.at == Arrival::At::lamp) return sum;
     const bool of_object = a.at == Arrival::At::object;
     const SurfaceHit surface = (of_object ? world_.objects : world_.real).surface(a.hit, ray.w);
+    if (surface.unlit && past.of_camera) return sum + past.throughput * surface.emission;
     if (of_object) sum += past.throughput * emitted_by_object(a.hit, surface, ray.w, past.pdf);
     const Vertex vertex = vertex_of(surface, ray.w, of_object, past);
     const auto open = [&](const Vector3f& from, const Vector3f& w, float limit, std::size_t lamp) {

@@ -36,6 +36,8 @@ class Paths {
     /// The last vertex that is not an interface of a transmissive object received photons; there was such an interface
     /// since.
     bool from_receiver = false, by_interface = false;
+    /// From the camera, by nothing but interfaces so far: unlit objects show their colour.
+    bool of_camera = true;
 
     float chance_to_go_on() const;
     /// Whether photons bring the light of lamps that the path meets.
@@ -63,7 +65,8 @@ class Paths {
   Rgb emitted_by_object(const MeshHit& hit, const SurfaceHit& surface, const Eigen::Vector3f& w, float pdf) const;
   /// Direct light of objects that emit, at the vertex.
   Rgb lit_by_objects(const PathVertex& vertex);
-  /// With photons, a surface with interface and body is one of both, as only the body receives them.
+  /// With photons or unlit objects, a surface with interface and body is one of both, as only the body receives photons
+  /// and only the interface mirrors the colour of unlit objects.
   Vertex vertex_of(SurfaceHit surface, const Eigen::Vector3f& w, bool of_object, Past& past);
   Rgb photons_at(const Vertex& vertex, const SurfaceHit& surface) const;
   /// Changes the path to one that leaves the vertex along w.

@@ -4,11 +4,47 @@
 #include <cmath>
 
 #include "relight/tracing/dielectric.h"
+#include "relight/tracing/lamps.h"
 
 namespace lumigraft::relight {
 namespace {
 
 using Eigen::Vector3f;
+
+/// The shading frame's axes with z along the coat's normal.
+Eigen::Matrix3f coat_axes(const BsdfParams& bsdf) {
+  Vector3f x, y;
+  basis(bsdf.coat_normal, x, y);
+  Eigen::Matrix3f axes;
+  axes << x, y, bsdf.coat_normal;
+  return axes;
+}
+
+/// A GGX lobe without Fresnel: the density with which microfacets that v sees reflect it to w, 1/sr; directions as in
+/// bsdf.h.
+float mirrored_pdf(float alpha, const Vector3f& v, const Vector3f& w) {
+  return normals_density(alpha, (v + w).normalized()) / (4 * v.z() * (1 + smith_lambda(alpha, v.z())));
+}
+
+/// The coat's part of `reflected`, without its share.
+float reflected_by_coat(const BsdfParams& bsdf, const Vector3f& seen_from, const Vector3f& w) {
+  const Eigen::Matrix3f axes = coat_axes(bsdf);
+  const Vector3f v = lifted(axes.transpose() * seen_from), to = axes.transpose() * w;
+  if (to.z() <= 0) return 0;
+  const float masking = 1 / (1 + smith_lambda(bsdf.coat_alpha, v.z()) + smith_lambda(bsdf.coat_alpha, to.z()));
+  // Over the irradiance of the base, whose cosine is another.
+  return normals_density(bsdf.coat_alpha, (v + to).normalized()) * masking / (4 * v.z() * w.z());
+}
+
+/// Luminance of what the layer reflects and transmits, by its Fresnel reflectance.
+float layer_luminance(const BsdfParams& bsdf, const Rgb& f) { return luminance(f + bsdf.transmitted * (1 - f)); }
+
+/// Probability of the coat if the interface is chosen.
+float coat_probability(const BsdfParams& bsdf, const Vector3f& v) {
+  if (!(bsdf.coat > 0 && bsdf.has_reflection())) return 0;
+  const float share = coat_share(bsdf, v), layer = (1 - share) * layer_luminance(bsdf, fresnel(bsdf, v.z()));
+  return layer > 0 ? std::clamp(share / (share + layer), 0.1f, 0.9f) : 1;
+}
 
 }  // namespace
 
@@ -16,7 +52,9 @@ float interface_probability(const BsdfParams& bsdf, const Vector3f& seen_from) {
   if (!bsdf.mirrors() || bsdf.lobes == Lobes::body) return 0;
   if (bsdf.lobes != Lobes::all) return 1;
   const Rgb f = fresnel(bsdf, std::max(seen_from.z(), kMinCosine));
-  const float layer = luminance(f + bsdf.transmitted * (1 - f)), body = luminance(bsdf.diffuse * (1 - f));
+  const float share = coat_share(bsdf, seen_from);
+  const float layer = share + (1 - share) * layer_luminance(bsdf, f),
+              body = (1 - share) * luminance(bsdf.diffuse * (1 - f));
   if (body <= 0) return 1;
   return std::clamp(layer / (layer + body), 0.1f, 0.9f);
 }
@@ -31,12 +69,23 @@ Rgb reflected(const BsdfParams& bsdf, const Vector3f& seen_from, const Vector3f&
     const float masking = 1 / (1 + smith_lambda(bsdf.alpha, v.z()) + smith_lambda(bsdf.alpha, w.z()));
     sum += fresnel(bsdf, v.dot(h)) * (normals_density(bsdf.alpha, h) * masking / (4 * v.z() * w.z()));
   }
+  if (bsdf.coat > 0) {
+    const float share = coat_share(bsdf, seen_from);
+    sum *= 1 - share;
+    if (bsdf.has_reflection()) sum += share * reflected_by_coat(bsdf, seen_from, w);
+  }
   return sum;
 }
 
 Vector3f sample_direction(const BsdfParams& bsdf, const Vector3f& seen_from, Sampler& sampler) {
   const Vector3f v = lifted(seen_from);
   const bool mirror = sampler.one() < interface_probability(bsdf, v);
+  if (mirror && bsdf.coat > 0 && sampler.one() < coat_probability(bsdf, v)) {
+    const Eigen::Matrix3f axes = coat_axes(bsdf);
+    const Vector3f from = lifted(axes.transpose() * seen_from),
+                   h = sample_microfacet(bsdf.coat_alpha, from, sampler.two());
+    return (axes * (2 * from.dot(h) * h - from)).normalized();
+  }
   if (mirror && bsdf.transmits()) return sample_interface(bsdf, v, sampler);
   const Eigen::Vector2f u = sampler.two();
   if (mirror) {
@@ -49,14 +98,16 @@ Vector3f sample_direction(const BsdfParams& bsdf, const Vector3f& seen_from, Sam
 
 float direction_pdf(const BsdfParams& bsdf, const Vector3f& seen_from, const Vector3f& w) {
   const Vector3f v = lifted(seen_from);
-  const float probability = interface_probability(bsdf, v);
+  const float of_interface = interface_probability(bsdf, v), of_coat = coat_probability(bsdf, v);
+  const float probability = of_interface * (1 - of_coat);
   if (w.z() <= 0) return bsdf.transmits() && probability > 0 ? probability * interface_pdf(bsdf, v, w) : 0;
-  float pdf = (1 - probability) * w.z() / kPi;
-  if (probability > 0 && bsdf.transmits()) {
-    pdf += probability * interface_pdf(bsdf, v, w);
-  } else if (probability > 0) {
-    const Vector3f h = (v + w).normalized();
-    pdf += probability * normals_density(bsdf.alpha, h) / (4 * v.z() * (1 + smith_lambda(bsdf.alpha, v.z())));
+  float pdf = (1 - of_interface) * w.z() / kPi;
+  if (probability > 0)
+    pdf += probability * (bsdf.transmits() ? interface_pdf(bsdf, v, w) : mirrored_pdf(bsdf.alpha, v, w));
+  if (of_interface * of_coat > 0) {
+    const Eigen::Matrix3f axes = coat_axes(bsdf);
+    const Vector3f from = lifted(axes.transpose() * seen_from), to = axes.transpose() * w;
+    if (to.z() > 0) pdf += of_interface * of_coat * mirrored_pdf(bsdf.coat_alpha, from, to);
   }
   return pdf;
 }

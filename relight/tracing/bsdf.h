@@ -5,6 +5,9 @@
 // layer: light of the Lambert part passes it twice, diffuse / π · (1 - F(n·l)) (1 - F(n·v)), and internal reflection
 // counts as lost. At grazing angles glTF's is brighter, and in the mean 8 % for a dielectric.
 //
+// A coat (KHR_materials_clearcoat) reflects by GGX at a normal of its own; all else is weighted by what it leaves for
+// v: f = (1 - s) f_base + s f_coat, s = coat · F(v·n_coat). So it takes no energy, but is not reciprocal.
+//
 // Transmissive materials also have what passes the interface (dielectric.h), with the exact Fresnel curve.
 //
 // All directions are in the shading frame: unit, away from the surface, z along the normal; v towards the outgoing

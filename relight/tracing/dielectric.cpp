@@ -58,7 +58,7 @@ Array3f transmitted(const BsdfParams& bsdf, const Vector3f& seen_from, const Vec
   const float masking = 1 / (1 + smith_lambda(bsdf.alpha, w.z()));
   const float facets = visible_normals_density(bsdf.alpha, v, *h) * masking;
   const float squeezed = bsdf.bends ? bsdf.eta * bsdf.eta : 1;
-  return bsdf.transmitted * (1 - fresnel(bsdf, v.dot(*h))) *
+  return bsdf.transmitted * (1 - fresnel(bsdf, v.dot(*h))) * (1 - coat_share(bsdf, seen_from)) *
          (facets * density_of_transmission(bsdf, v, w, *h) / (squeezed * -w.z()));
 }
 

@@ -97,7 +97,8 @@ EmissiveSurface::EmissiveSurface(const Model& model, const MaterialOverride& mat
       const Point p = sample({(static_cast<float>(i) + u.x()) / kPatches, u.y()});
       patch.position_m += p.position_m / static_cast<float>(kTracing.emission_patch_points);
       patch.normal += p.normal / static_cast<float>(kTracing.emission_patch_points);
-      patch.emission += p.emission / p.pdf / static_cast<float>(kTracing.emission_patch_points);
+      patch.emission += (1 - coat_share_evenly(p.clearcoat)) * p.emission / p.pdf /
+                        static_cast<float>(kTracing.emission_patch_points);
       patch.pdf += 1 / p.pdf / static_cast<float>(kTracing.emission_patch_points);
     }
     patch.emission /= patch.pdf;
@@ -131,6 +132,7 @@ EmissiveSurface::Point EmissiveSurface::sample(const Vector2f& u) const {
   point.normal = a.cross(b).stableNormalized();
   if (point.normal.dot(shading.interpolated) < 0) point.normal = -point.normal;
   point.emission = shading.material.emission;
+  point.clearcoat = shading.material.clearcoat;
   return point;
 }
 

@@ -20,6 +20,7 @@ class EmissiveSurface {
     Eigen::Vector3f position_m, normal;                ///< geometric, on the side that emits
     Eigen::Array3f emission = Eigen::Array3f::Zero();  ///< as in Material
     float pdf = 0;                                     ///< 1/m² of the model
+    float clearcoat = 0;                               ///< as in Material: it takes its share of the emission
   };
   /// Stratified if `u` is.
   Point sample(const Eigen::Vector2f& u) const;
@@ -29,8 +30,8 @@ class EmissiveSurface {
   static constexpr std::size_t kPatches = 256;
   struct Patch {
     Eigen::Vector3f position_m = Eigen::Vector3f::Zero(), normal = Eigen::Vector3f::Zero();  ///< means; normal <= 1
-    Eigen::Array3f emission = Eigen::Array3f::Zero();
-    float pdf = 0;  ///< as in Point
+    Eigen::Array3f emission = Eigen::Array3f::Zero();  ///< under a coat, the mean of all directions
+    float pdf = 0;                                     ///< as in Point
   };
   const std::vector<Patch>& patches() const { return patches_; }
 

@@ -57,7 +57,9 @@ EmitterPoint Emitters::Placed::placed(const Vector3f& position_m, const Vector3f
 
 EmitterPoint Emitters::point(std::size_t mesh, const Eigen::Vector2f& u) const {
   const EmissiveSurface::Point p = of_mesh_[mesh].surface->sample(u);
-  return of_mesh_[mesh].placed(p.position_m, p.normal, p.emission, p.pdf);
+  EmitterPoint placed = of_mesh_[mesh].placed(p.position_m, p.normal, p.emission, p.pdf);
+  placed.clearcoat = p.clearcoat;
+  return placed;
 }
 
 std::vector<EmitterPoint> Emitters::patches(std::size_t mesh) const {
@@ -80,7 +82,7 @@ LightSample Emitters::sample(const Vector3f& from_m, Eigen::Vector2f u) const {
   s.w = to / s.distance_m;
   const float cosine = -p.normal.dot(s.w);
   if (!(cosine > 0)) return s;
-  s.radiance = p.radiance;
+  s.radiance = p.radiance * (1 - coat_share(p.clearcoat, cosine));
   s.pdf = placed.fraction * p.pdf * s.distance_m * s.distance_m / cosine;
   return s;
 }

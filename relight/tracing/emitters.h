@@ -12,8 +12,9 @@ namespace lumigraft::relight {
 /// A point of an object, tag frame; or a patch, with means of these.
 struct EmitterPoint {
   Eigen::Vector3f position_m, normal;  ///< geometric, on the side that emits; unit, of a patch shorter
-  Rgb radiance;                        ///< W/sr/m²
+  Rgb radiance;                        ///< W/sr/m², without what the coat of a point takes
   float pdf;                           ///< 1/m²
+  float clearcoat = 0;                 ///< of a point
 };
 
 class Emitters {

@@ -192,6 +192,12 @@ bool Meshes::transmits(std::uint32_t mesh) const {
     return material.transmission > 0 && material.metallic < 1;
   });
 }
+bool Meshes::any_unlit() const {
+  return std::ranges::any_of(state_->placed, [](const Placed& placed) {
+    return std::ranges::any_of(placed.mesh.model->parts,
+                               [&](const Model::Part& part) { return placed.mesh.material.over(part.material).unlit; });
+  });
+}
 const std::vector<Eigen::Vector4f>& Meshes::spheres() const { return state_->spheres; }
 
 std::optional<MeshHit> Meshes::hit(const Vector3f& from_m, const Vector3f& w, float limit_m) const {
@@ -273,7 +279,9 @@ SurfaceHit Meshes::surface(const MeshHit& hit, const Vector3f& w, float pixel_ra
   const Vector3f interpolated = (placed.normals * shading.interpolated).stableNormalized();
   s.normal = interpolated;
   const bool front = interpolated.dot(s.face) * s.face.dot(w) < 0;
-  if (front) s.emission = placed.mesh.white_radiance * shading.material.emission;
+  s.unlit = shading.material.unlit;
+  if (front || s.unlit)
+    s.emission = placed.mesh.white_radiance * (s.unlit ? shading.material.base_color : shading.material.emission);
   s.face_ray(w);
   if (shading.normal != shading.interpolated) {
     Vector3f turned = (placed.normals * shading.normal).stableNormalized();
@@ -287,6 +295,12 @@ SurfaceHit Meshes::surface(const MeshHit& hit, const Vector3f& w, float pixel_ra
     }
   }
   s.bsdf = bsdf_params_of(shading.material.base_color, shading.material, front);
+  if (s.bsdf.coat > 0) {
+    // A normal map is that of the base.
+    s.bsdf.coat_normal = interpolated.dot(s.face) < 0 ? -interpolated : interpolated;
+    if (!(s.bsdf.coat_normal.dot(w) < 0)) s.bsdf.coat_normal = s.face;
+    s.emission *= 1 - coat_share(s.bsdf.coat, -s.face.dot(w));  // as Emitters::sample
+  }
   s.bounds_volume = s.bsdf.transmits() && !shading.material.thin_walled;
   if (s.bounds_volume && front) {
     // Of the model's own materials, the distance is the model's.
@@ -301,9 +315,14 @@ SurfaceHit Meshes::surface_within(const MeshHit& hit, const Vector3f& w, float s
   const float pixel_rad = std::sqrt(solid_angle_sr);
   SurfaceHit s = surface(hit, w, pixel_rad);
   const float edge_m = footprint_m(hit, s.face.dot(w), pixel_rad) / placed.scale;
-  s.bsdf.alpha = alpha_with(s.bsdf.alpha, edge_m * edge_m * placed.surface->normal_variance(hit.triangle));
-  // A lobe of GGX reflects into about 4π α² sr: half of its normals are within tan θ = α, reflections within 2 θ.
-  s.bsdf.alpha = std::clamp(std::sqrt(solid_angle_sr / (4 * kPi)), s.bsdf.alpha, 1.0f);
+  const float variance = edge_m * edge_m * placed.surface->normal_variance(hit.triangle);
+  const auto widen = [&](float& alpha) {
+    alpha = alpha_with(alpha, variance);
+    // A lobe of GGX reflects into about 4π α² sr: half of its normals are within tan θ = α, reflections within 2 θ.
+    alpha = std::clamp(std::sqrt(solid_angle_sr / (4 * kPi)), alpha, 1.0f);
+  };
+  widen(s.bsdf.alpha);
+  if (s.bsdf.coat > 0) widen(s.bsdf.coat_alpha);
   return s;
 }
 

@@ -22,6 +22,7 @@ struct SurfaceHit {
   Eigen::Vector3f normal = Eigen::Vector3f::UnitZ();  ///< unit, interpolated and by the normal map, on the same side
   BsdfParams bsdf;
   Rgb emission = Rgb::Zero();  ///< radiance that leaves the point on the side of the ray's origin, W/sr/m²
+  bool unlit = false;          ///< the camera sees `emission` alone, and that lights nothing (Material::unlit)
   /// Whether a transmissive material bounds a volume here, and what the medium beyond the surface absorbs, 1/m.
   bool bounds_volume = false;
   Rgb absorption_beyond = Rgb::Zero();
@@ -87,6 +88,8 @@ class Meshes {
   bool hides(const MeshHit& hit) const;
   /// Whether light passes any of the mesh's materials.
   bool transmits(std::uint32_t mesh) const;
+  /// Whether any of the materials is unlit.
+  bool any_unlit() const;
   /// Whether an occluding mesh is nearer than `limit_m`.
   bool blocked(const Eigen::Vector3f& from_m, const Eigen::Vector3f& w, float limit_m) const;
   /// Bit mask of the rays that hit a triangle before their limit; their nearest hits are in `found`.

@@ -61,13 +61,17 @@ Emitted emitted(const ReferenceLamp& lamp, const Eigen::Vector4f& sphere, Sample
   return e;
 }
 
+bool is_target(const PhotonScene& scene, std::uint32_t mesh) {
+  return scene.objects.transmits(mesh) || (scene.any_reflects && scene.any_reflects(mesh));
+}
+
 std::vector<Beam> beams_of(const PhotonScene& scene, int count) {
   std::vector<Beam> beams;
   float all = 0;
   const std::vector<Eigen::Vector4f>& spheres = scene.objects.spheres();
   for (std::size_t lamp = 0; lamp < scene.lamps.size(); ++lamp) {
     for (std::uint32_t mesh = 0; mesh < spheres.size(); ++mesh) {
-      if (!scene.objects.transmits(mesh)) continue;
+      if (!is_target(scene, mesh)) continue;
       Beam beam{lamp, mesh, spheres[mesh]};
       for (int k = 0; k < kTracing.beam_pilots; ++k) {
         Sampler sampler(0, static_cast<std::uint32_t>(lamp), static_cast<std::uint32_t>(k));
@@ -100,7 +104,7 @@ class PhotonPath {
     const auto hit = scene_.objects.hit(from_m_, w_, kFar);
     if (!hit || hit->mesh != beam.mesh) return;
     const SurfaceHit surface = scene_.objects.surface(*hit, w_);
-    if (!surface.bsdf.transmits()) return;
+    if (!sends_on(*hit, surface)) return;
     const float open = scene_.open(beam.lamp, ray_origin(surface, -w_), -w_, hit->t_m);
     if (!(open > 0)) return;
     power_W_ *= open;
@@ -125,10 +129,14 @@ class PhotonPath {
     const SurfaceHit surface = object ? scene_.objects.surface(*object, w_) : scene_.real.surface(*room, w_);
     if (surface.bsdf.diffuse.maxCoeff() > 0 || !object)
       landed_.push_back({.position_m = surface.position_m, .normal = surface.face, .w = w_, .power_W = power_W_});
-    return object && surface.bsdf.transmits() && leave(surface);
+    return object && sends_on(*object, surface) && leave(surface);
   }
 
-  /// By the interface of a transmissive surface.
+  bool sends_on(const MeshHit& object, const SurfaceHit& surface) const {
+    return surface.bsdf.transmits() || (scene_.reflects && scene_.reflects(object));
+  }
+
+  /// By the interface of a surface that sends photons on.
   bool leave(SurfaceHit surface) {
     surface.bsdf.lobes = Lobes::interface;
     const PathVertex vertex(surface, w_);
@@ -166,7 +174,7 @@ class PhotonPath {
 bool has_photons(const PhotonScene& scene) {
   if (scene.lamps.empty()) return false;
   for (std::uint32_t mesh = 0; mesh < scene.objects.spheres().size(); ++mesh) {
-    if (scene.objects.transmits(mesh)) return true;
+    if (is_target(scene, mesh)) return true;
   }
   return false;
 }

@@ -22,6 +22,7 @@ class PathVertex {
     basis(surface.normal, x, y);
     frame_ << x, y, surface.normal;
     v_ = frame_.transpose() * -arriving_along;
+    if (surface.bsdf.coat > 0) surface_.bsdf.coat_normal = frame_.transpose() * surface.bsdf.coat_normal;
   }
 
   /// BSDF times cosine: outgoing radiance per radiance and solid angle arriving from w.

@@ -75,6 +75,7 @@ TraceWorld::TraceWorld(std::shared_ptr<const ReferenceScene> the_scene)
     : scene(posed(std::move(the_scene))),
       real(scene->real, scene->seen.get()),
       objects(scene->objects, nullptr),
+      any_unlit(objects.any_unlit()),
       emitters(scene->objects),
       sky(*scene),
       places(change_regions(scene->lamps, real, objects)) {}

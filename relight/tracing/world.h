@@ -24,6 +24,7 @@ struct TraceWorld {
 
   std::shared_ptr<const ReferenceScene> scene;
   Meshes real, objects;
+  bool any_unlit;     ///< of the objects
   Emitters emitters;  ///< of the objects
   Sky sky;
   /// Used for importance sampling only: affects noise, not the expected result.

@@ -130,6 +130,9 @@ StoredModel::Mesh ObjectStore::upload_mesh(const Model& model) {
     p.metallic_factor = part.metallic_factor;
     p.roughness_factor = part.roughness_factor;
     p.normal_scale = part.normal_scale;
+    p.transmission_factor = part.transmission_factor;
+    p.clearcoat_factor = part.clearcoat_factor;
+    p.clearcoat_roughness_factor = part.clearcoat_roughness_factor;
     for (const TextureUse use : kTextureUses) p.textures[static_cast<std::size_t>(use)].slot = slot_of(part, use);
     if (part.index_count == 0) continue;
     p.indices = device_.create_buffer(part.index_count * sizeof(std::uint32_t), "indices");

@@ -25,7 +25,8 @@ struct StoredModel {
       std::shared_ptr<gpu::Buffer> indices;  ///< of all poses
       std::uint32_t index_count = 0;
       Material material;
-      float metallic_factor = 1, roughness_factor = 1, normal_scale = 1;  ///< of the textures
+      float metallic_factor = 1, roughness_factor = 1, normal_scale = 1;  ///< of the textures, and so are these
+      float transmission_factor = 0, clearcoat_factor = 0, clearcoat_roughness_factor = 0;
       struct PlacedTexture {
         const gpu::Texture* texture = nullptr;  ///< null: none, or not uploaded yet
         Model::TextureSlot slot;

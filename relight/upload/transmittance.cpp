@@ -21,7 +21,7 @@ shader::Glass glass_of(const PlacedObject& object) {
   const Material material = object.material.over(first->material);
   const float scale = object.material.attenuation_distance_m ? 1 : object.T_tag_model.linear().col(0).norm();
   shader::Glass glass;
-  glass.transmission_ior << material.transmission, material.ior, (material.thin_walled ? 0.0f : 1.0f), 0;
+  glass.ior_refracts << material.ior, (material.thin_walled ? 0.0f : 1.0f), 0, 0;
   glass.absorption << (material.thin_walled ? Eigen::Array3f::Zero().eval() : absorption_of(material) / scale).matrix(),
       0;
   return glass;
@@ -33,10 +33,12 @@ Eigen::Array3f transmittance_of(const Material& material, float chord_m) {
   if (!passes(material)) return Eigen::Array3f::Zero();
   const BsdfParams bsdf = bsdf_params_of(material.base_color.array(), material);
   const Eigen::Array3f mirrored = bsdf.f0 + (bsdf.f90 - bsdf.f0) / 21;  // cosine-weighted mean of Schlick's term
-  if (material.thin_walled) return bsdf.transmitted * (1 - mirrored);
+  const float under_coat = 1 - coat_share_evenly(bsdf.coat);
+  if (material.thin_walled) return bsdf.transmitted * ((1 - mirrored) * under_coat);
   const Eigen::Array3f left = (-absorption_of(material) * chord_m).exp();
   // The sum over reflections within.
-  return bsdf.transmitted * bsdf.transmitted * (1 - mirrored) * (1 - mirrored) * left / (1 - mirrored * left);
+  return bsdf.transmitted * bsdf.transmitted * (1 - mirrored) * (1 - mirrored) * left * under_coat /
+         (1 - mirrored * left);
 }
 
 bool transmits(const PlacedObject& object) {
@@ -55,7 +57,7 @@ std::vector<int> glass_numbers(const std::vector<PlacedObject>& objects) {
 void describe_glass(const std::vector<PlacedObject>& objects, shader::FrameParams& params) {
   const std::vector<int> numbers = glass_numbers(objects);
   for (shader::Glass& glass : params.glass) {
-    glass.transmission_ior.setZero();
+    glass.ior_refracts.setZero();
     glass.absorption.setZero();
   }
   Eigen::Array3f passed_m2 = Eigen::Array3f::Zero();

@@ -38,7 +38,11 @@ std::vector<float> surface_samples(const Model& model, double sample_area_m2) {
         const Eigen::Vector3f p = a + u * (b - a) + w * (c - a);
         const Eigen::Vector3f n = (1 - u - w) * model.normals[v[0]] + u * model.normals[v[1]] + w * model.normals[v[2]];
         const ModelPoint point{static_cast<std::uint32_t>(t / 3), {1 - u - w, u, w}, 0};
-        const Eigen::Vector3f e = emits ? surface.at(point, {}).material.emission : Eigen::Vector3f(0, 0, 0);
+        Eigen::Vector3f e = Eigen::Vector3f::Zero();
+        if (emits) {
+          const Material material = surface.at(point, {}).material;
+          e = (1 - coat_share_evenly(material.clearcoat)) * material.emission;
+        }
         samples.insert(samples.end(), {p.x(), p.y(), p.z(), area / static_cast<float>(k * k), n.x(), n.y(), n.z(), 0,
                                        e.x(), e.y(), e.z(), 0});
       }

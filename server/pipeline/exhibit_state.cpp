@@ -24,6 +24,8 @@ relight::MaterialOverride changed(relight::MaterialOverride material, const Mate
   material.thin_walled = change.thin_walled.value_or(material.thin_walled);
   material.attenuation_color = change.attenuation_color.value_or(material.attenuation_color);
   material.attenuation_distance_m = change.attenuation_distance_m.value_or(material.attenuation_distance_m);
+  material.clearcoat = change.clearcoat.value_or(material.clearcoat);
+  material.clearcoat_roughness = change.clearcoat_roughness.value_or(material.clearcoat_roughness);
   return material;
 }
 
@@ -65,6 +67,14 @@ Json json_of(const relight::VirtualObject& object, double time_s) {
           {"length_s", length_s}};
 }
 
+Json variants_of(const relight::VirtualObject& object) {
+  if (!object.default_model) return nullptr;
+  const std::vector<relight::Model::Variant>& all = object.default_model->variants;
+  Json names = Json::array();
+  for (const relight::Model::Variant& variant : all) names.push_back(variant.name);
+  return {{"names", names}, {"name", object.variant ? Json(all[*object.variant].name) : Json()}};
+}
+
 template <typename T>
 Json json_or_null(const std::optional<T>& value) {
   return value ? Json(*value) : Json();
@@ -84,7 +94,9 @@ Json json_of(const relight::MaterialOverride& material) {
           {"ior", json_or_null(material.ior)},
           {"thin_walled", json_or_null(material.thin_walled)},
           {"attenuation_color", color_or_null(material.attenuation_color)},
-          {"attenuation_distance_m", json_or_null(material.attenuation_distance_m)}};
+          {"attenuation_distance_m", json_or_null(material.attenuation_distance_m)},
+          {"clearcoat", json_or_null(material.clearcoat)},
+          {"clearcoat_roughness", json_or_null(material.clearcoat_roughness)}};
 }
 
 }  // namespace
@@ -140,6 +152,9 @@ std::optional<std::string> ExhibitState::apply(const ObjectCommand& command) {
   if (command.animation) {
     if (auto error = change_animation(*command.animation, time_s_.value_or(0), object)) return error;
   }
+  if (command.variant) {
+    if (const auto error = object.show_variant(*command.variant)) return "variant: " + *error;
+  }
   if (command.position_m) object.position_m = *command.position_m;
   if (command.rotation) {
     object.rotation = *command.rotation;
@@ -171,6 +186,7 @@ std::string ExhibitState::objects_json() const {
                            {"yaw_degrees", yaw_degrees_[i]},
                            {"scale", o.scale},
                            {"material", json_of(o.material)},
+                           {"variants", variants_of(o)},
                            {"animation", json_of(o, time_s_.value_or(0))}});
   }
   return json_line(objects);

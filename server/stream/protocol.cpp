@@ -82,10 +82,14 @@ MaterialChange material(const nlohmann::json& value) {
     } else if (key == "attenuation_distance_m") {
       change.attenuation_distance_m =
           number_or_null(v, key, relight::kMinAttenuationDistance_m, relight::kMaxAttenuationDistance_m);
+    } else if (key == "clearcoat") {
+      change.clearcoat = unit_or_null(v, key);
+    } else if (key == "clearcoat_roughness") {
+      change.clearcoat_roughness = unit_or_null(v, key);
     } else {
       throw Refused{
           "material: base_color, metallic, roughness, specular, emission, transmission, ior, thin_walled, "
-          "attenuation_color, attenuation_distance_m"};
+          "attenuation_color, attenuation_distance_m, clearcoat, clearcoat_roughness"};
     }
   }
   return change;
@@ -142,8 +146,13 @@ ObjectCommand object(const nlohmann::json& message) {
       command.material = material(value);
     } else if (key == "animation") {
       command.animation = animation(value);
+    } else if (key == "variant") {
+      if (!value.is_null() && !value.is_string()) throw Refused{"variant: a name, or null for the default materials"};
+      command.variant.emplace();
+      if (value.is_string()) *command.variant = name(value);
     } else {
-      throw Refused{"object: index or name, position_m, rotation_wxyz or yaw_degrees, visible, material, animation"};
+      throw Refused{
+          "object: index or name, position_m, rotation_wxyz or yaw_degrees, visible, material, animation, variant"};
     }
   }
   if (!named) throw Refused{"object: index or name must be there"};

@@ -52,7 +52,8 @@ struct EncoderDemand {
 struct MaterialChange {
   bool models_own = false;  ///< restores all properties
   std::optional<std::optional<Eigen::Vector3f>> base_color, emission, attenuation_color;
-  std::optional<std::optional<float>> metallic, roughness, specular, transmission, ior, attenuation_distance_m;
+  std::optional<std::optional<float>> metallic, roughness, specular, transmission, ior, attenuation_distance_m,
+      clearcoat, clearcoat_roughness;
   std::optional<std::optional<bool>> thin_walled;
 };
 
@@ -78,6 +79,7 @@ struct ObjectCommand {
   std::optional<bool> visible;
   std::optional<MaterialChange> material;
   std::optional<AnimationChange> animation;
+  std::optional<std::optional<std::string>> variant;  ///< none: the default materials
 };
 struct RecordCommandOfViewer {
   bool on = false;

@@ -1,7 +1,8 @@
 // Controls of the objects: the panel, and dragging in the picture.
 import { pointOnPlane } from "./camera.js";
 
-const OPAQUE = { emission: [0, 0, 0], transmission: 0, ior: 1.5, thin_walled: false, attenuation_color: [1, 1, 1], attenuation_distance_m: 1 };
+const OPAQUE = { emission: [0, 0, 0], transmission: 0, ior: 1.5, thin_walled: false, attenuation_color: [1, 1, 1], attenuation_distance_m: 1,
+  clearcoat: 0, clearcoat_roughness: 0 };
 const MATERIALS = {
   own: null,
   plaster: { ...OPAQUE, base_color: [0.78, 0.76, 0.72], metallic: 0, roughness: 1, specular: 0 },
@@ -61,7 +62,19 @@ export class Controls {
       if (document.activeElement !== $(axis)) $(axis).value = object.position_m[i].toFixed(3);
     });
     $("material").value = nameOf(object.material);
+    this.showVariants(object.variants);
     this.showAnimation(object.animation);
+  }
+
+  showVariants(variants) {
+    $("variant-panel").hidden = !variants;
+    if (!variants) return;
+    const names = [...$("variant").options].slice(1).map((option) => option.text);
+    if ($("variant").options.length === 0 || names.join("\n") !== variants.names.join("\n")) {
+      const all = variants.names.map((name, i) => new Option(name, i));
+      $("variant").replaceChildren(new Option("The file's default", ""), ...all);
+    }
+    $("variant").selectedIndex = variants.name === null ? 0 : 1 + variants.names.indexOf(variants.name);
   }
 
   showAnimation(animation) {
@@ -134,6 +147,13 @@ export class Controls {
     $("material").onchange = () => {
       if ($("material").value in MATERIALS) this.change({ material: MATERIALS[$("material").value] });
     };
+    $("variant").onchange = () => {
+      const variants = this.current?.variants;
+      if (!variants) return;
+      variants.name = $("variant").value === "" ? null : variants.names[Number($("variant").value)];
+      this.flush(); // after what was changed before
+      this.send({ type: "object", index: this.current.index, variant: variants.name });
+    };
     $("animation").onchange = () => this.animate({ name: $("animation").value });
     $("animation-playing").onchange = () => this.animate({ playing: $("animation-playing").checked });
     $("animation-loop").onchange = () => this.animate({ loop: $("animation-loop").checked });
@@ -150,7 +170,8 @@ export class Controls {
     $("reset").onclick = () => {
       const first = this.first[this.index];
       if (first) {
-        this.change({ position_m: first.position_m, yaw_degrees: first.yaw_degrees, visible: first.visible, material: first.material });
+        this.change({ position_m: first.position_m, yaw_degrees: first.yaw_degrees, visible: first.visible, material: first.material,
+          ...(first.variants && { variant: first.variants.name }) });
       }
     };
     this.bindPicture($("picture"));
@@ -202,7 +223,7 @@ function nameOf(material) {
   if (material !== null && Object.values(material).includes(null)) return "set"; // partly the model's own
   const same = (a, b) => a.every((value, i) => Math.abs(value - b[i]) < 1e-4);
   const list = (m) => [...m.base_color, m.metallic, m.roughness, m.specular, ...m.emission, m.transmission, m.ior,
-    Number(m.thin_walled), ...m.attenuation_color, m.attenuation_distance_m];
+    Number(m.thin_walled), ...m.attenuation_color, m.attenuation_distance_m, m.clearcoat, m.clearcoat_roughness];
   const found = Object.entries(MATERIALS).find(([, m]) => (m === null ? material === null : material !== null && same(list(m), list(material))));
   return found ? found[0] : "set";
 }

@@ -1,6 +1,7 @@
 #include "relight/exhibit/load_gltf.h"
 
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -12,6 +13,7 @@
 #include "relight/exhibit/gltf/parameters.h"
 #include "relight/exhibit/gltf/primitive.h"
 #include "relight/exhibit/gltf/rig_reader.h"
+#include "relight/exhibit/gltf/variants.h"
 #include "relight/exhibit/model_builder.h"
 
 namespace lumigraft::relight {
@@ -25,29 +27,33 @@ class GltfLoader {
         accessors_(document_, buffers_),
         textures_(document_, buffers_),
         up_(up_to_z(up)),
-        scene_(read_scene(document_.root())),
-        rig_(document_, accessors_, scene_, up_) {}
+        scene_(read_scene(document_.root())) {}
 
   std::shared_ptr<const Model> load() {
-    for (const GltfInstance& instance : scene_.instances) add(instance);
-    SourceMixes mixes(static_cast<std::uint32_t>(rig_.vertices()));
-    builder_.cut_out(masks_, mixes);
-    const std::size_t material_count = document_.root().member("materials").size();
-    const std::shared_ptr<Model> model = builder_.build([&](std::size_t material) { return parts_.at(material); });
-    std::set<std::size_t> used;
-    for (const auto& [material, part] : parts_) {
-      if (material < material_count) used.insert(material);
-    }
-    model->rig = rig_.take();
-    model->mixes = mixes.take();
-    model->not_drawn = gltf_not_drawn(document_, textures_, used);
+    const std::vector<std::string> variants = read_variants(document_.root());
+    const std::shared_ptr<Model> model = in_variant(std::nullopt);
+    for (std::size_t i = 0; i < variants.size(); ++i) model->variants.push_back({variants[i], in_variant(i)});
     return model;
   }
 
  private:
-  struct MaterialPrimitive {
+  /// With the materials of a variant, or the default ones.
+  std::shared_ptr<Model> in_variant(std::optional<std::size_t> variant) {
+    variant_ = variant;
+    rig_.emplace(document_, accessors_, scene_, up_);
+    used_.clear();
+    for (const GltfInstance& instance : scene_.instances) add(instance);
+    SourceMixes mixes(static_cast<std::uint32_t>(rig_->vertices()));
+    builder_.cut_out(masks_, mixes);
+    const std::shared_ptr<Model> model = builder_.build([&](std::size_t material) { return parts_.at(material); });
+    model->rig = rig_->take();
+    model->mixes = mixes.take();
+    model->not_drawn = gltf_not_drawn(document_, textures_, used_);
+    return model;
+  }
+
+  struct MeshPrimitive {
     GltfValue of;
-    std::size_t material = 0;
     GltfPrimitive triangles;
   };
 
@@ -55,7 +61,7 @@ class GltfLoader {
     auto [found, is_new] = meshes_.try_emplace(instance.mesh);
     const GltfValue mesh = document_.root().member("meshes")[instance.mesh];
     if (is_new) found->second = read_mesh(mesh);
-    for (const auto& [of, material, primitive] : found->second) {
+    for (const auto& [of, primitive] : found->second) {
       vertices_ += primitive.vertices.size();
       if (vertices_ > kGltf.max_elements)
         mesh.fail("found more than " + std::to_string(kGltf.max_elements) + " vertices up to here, allowed: as many");
@@ -63,40 +69,45 @@ class GltfLoader {
       if (triangles_ > kGltf.max_triangles) {
         mesh.fail("found more than " + std::to_string(kGltf.max_triangles) + " triangles up to here, allowed: as many");
       }
+      const GltfValue reference = material_in_variant(of, variant_);
+      const std::size_t material = read(reference);
+      if (reference.exists()) used_.insert(material);
       ModelBuilder::Mesh to = mesh_of(instance, of, material, primitive);
       for (std::size_t i = 0; i < primitive.indices.size(); i += 3)
         to.add(primitive.indices[i], primitive.indices[i + 1], primitive.indices[i + 2]);
-      rig_.add_normals(to.finish());
+      rig_->add_normals(to.finish());
     }
   }
 
   ModelBuilder::Mesh mesh_of(const GltfInstance& instance, const GltfValue& of, std::size_t material,
                              const GltfPrimitive& primitive) {
     const std::size_t triangles = primitive.indices.size() / 3;
-    if (!rig_.used())
+    if (!rig_->used())
       return builder_.mesh(material, primitive.vertices, triangles, Eigen::Affine3f(up_) * instance.T_file_mesh);
-    GltfRig::AtRest at_rest = rig_.add(instance, of, primitive);
+    GltfRig::AtRest at_rest = rig_->add(instance, of, primitive);
     return builder_.mesh_at_rest(material, std::move(at_rest.vertices), triangles, at_rest.mirrors);
   }
 
-  std::vector<MaterialPrimitive> read_mesh(const GltfValue& mesh) {
-    std::vector<MaterialPrimitive> all;
+  /// With what the materials of any variant need.
+  std::vector<MeshPrimitive> read_mesh(const GltfValue& mesh) {
+    std::vector<MeshPrimitive> all;
     const GltfValue primitives = mesh.member("primitives");
     for (std::size_t i = 0; i < primitives.size(); ++i) {
       if (!has_triangles(primitives[i])) continue;
-      const std::size_t material = material_of(primitives[i]);
-      const Model::Part& part = parts_.at(material);
-      const GltfNeeds needs{.second_texcoords = reads_second_texcoords(part),
-                            .tangents = part.normal_texture.picture != nullptr,
-                            .rig = rig_.used()};
-      all.push_back({primitives[i], material, read_primitive(document_, buffers_, accessors_, primitives[i], needs)});
+      GltfNeeds needs{.rig = rig_->used()};
+      for (const GltfValue& reference : materials_of(primitives[i])) {
+        const Model::Part& part = parts_.at(read(reference));
+        needs.second_texcoords = needs.second_texcoords || reads_second_texcoords(part);
+        needs.tangents = needs.tangents || part.normal_texture.picture;
+      }
+      all.push_back({primitives[i], read_primitive(document_, buffers_, accessors_, primitives[i], needs)});
     }
     return all;
   }
 
-  /// Its number, that of no material being the highest.
-  std::size_t material_of(const GltfValue& primitive) {
-    const GltfValue materials = document_.root().member("materials"), reference = primitive.member("material");
+  /// The number of a material, that of no material being the highest.
+  std::size_t read(const GltfValue& reference) {
+    const GltfValue materials = document_.root().member("materials");
     const std::size_t count = materials.size(),
                       material = reference.exists() ? reference.index(count, "materials") : count;
     if (!parts_.contains(material)) {
@@ -113,12 +124,15 @@ class GltfLoader {
   GltfTextures textures_;
   Eigen::Matrix3f up_;
   GltfScene scene_;
-  GltfRig rig_;
-  std::map<std::size_t, std::vector<MaterialPrimitive>> meshes_;  // by index of the mesh
-  std::map<std::size_t, Model::Part> parts_;                      // by number of the material
-  std::map<std::size_t, AlphaMask> masks_;                        // likewise
+  std::map<std::size_t, std::vector<MeshPrimitive>> meshes_;  // by index of the mesh
+  std::map<std::size_t, Model::Part> parts_;                  // by number of the material
+  std::map<std::size_t, AlphaMask> masks_;                    // likewise
+  std::size_t triangles_ = 0, vertices_ = 0;                  // of all instances in all variants
+  // Of one variant.
+  std::optional<std::size_t> variant_;
+  std::optional<GltfRig> rig_;
   ModelBuilder builder_;
-  std::size_t triangles_ = 0, vertices_ = 0;  // of all instances
+  std::set<std::size_t> used_;  // materials, by number
 };
 
 }  // namespace

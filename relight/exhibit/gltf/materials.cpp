@@ -24,9 +24,9 @@ float transmission_of(const GltfValue& material) {
   return static_cast<float>(unit_number(material.extension("KHR_materials_transmission"), "transmissionFactor", 0));
 }
 
-/// Without KHR_materials_volume, or with the thickness 0, a transmissive material is that of a sheet.
+/// Without KHR_materials_volume, or with the thickness 0, a transmissive material is that of a sheet. A texture of the
+/// thickness is for renderers that do not trace the volume.
 void read_volume(const GltfValue& material, Material* read) {
-  read->transmission = transmission_of(material);
   const GltfValue volume = material.extension("KHR_materials_volume");
   read->thin_walled = read->transmission > 0 && !(volume.number("thicknessFactor", 0, kAnyNumber, 0) > 0);
   read->attenuation_color = unit_color(volume, "attenuationColor", 3, 1);
@@ -41,6 +41,20 @@ float mean_of(const capture::Image<std::uint8_t>& picture, std::size_t channel) 
   std::uint64_t sum = 0;
   for (std::size_t i = channel; i < picture.data.size(); i += 3) sum += picture.data[i];
   return static_cast<float>(static_cast<double>(sum) / (255.0 * picture.width * picture.height));
+}
+
+/// The coat has the normals of the geometry: clearcoatNormalTexture is not read.
+void read_clearcoat(const GltfValue& coat, GltfTextures& textures, Model::Part* part) {
+  Material& read = part->material;
+  part->clearcoat_factor = read.clearcoat = static_cast<float>(unit_number(coat, "clearcoatFactor", 0));
+  if (!(read.clearcoat > 0)) return;
+  part->clearcoat_roughness_factor = read.clearcoat_roughness =
+      static_cast<float>(unit_number(coat, "clearcoatRoughnessFactor", 0));
+  part->clearcoat_texture = textures.slot(coat.member("clearcoatTexture"));
+  part->clearcoat_roughness_texture = textures.slot(coat.member("clearcoatRoughnessTexture"));
+  if (const TexturePicture& picture = part->clearcoat_texture.picture) read.clearcoat *= mean_of(*picture, 0);
+  if (const TexturePicture& picture = part->clearcoat_roughness_texture.picture)
+    read.clearcoat_roughness *= mean_of(*picture, 1);
 }
 
 }  // namespace
@@ -72,11 +86,19 @@ std::optional<AlphaMask> read_alpha(const GltfValue& material, const Model::Part
   return mask;
 }
 
+bool is_unlit(const GltfValue& material) { return material.extension("KHR_materials_unlit").exists(); }
+
 Model::Part read_material(const GltfValue& material, GltfTextures& textures) {
   Model::Part part;
   const GltfValue pbr = material.member("pbrMetallicRoughness");
   part.material.gltf = true;
   part.material.base_color = unit_color(pbr, "baseColorFactor", 4, 1);
+  part.base_color_texture = textures.slot(pbr.member("baseColorTexture"));
+  if (is_unlit(material)) {
+    part.material.unlit = true;
+    part.material.specular = 0;
+    return part;
+  }
   part.metallic_factor = static_cast<float>(unit_number(pbr, "metallicFactor", 1));
   part.roughness_factor = static_cast<float>(unit_number(pbr, "roughnessFactor", 1));
   part.material.metallic = part.metallic_factor;
@@ -84,12 +106,12 @@ Model::Part read_material(const GltfValue& material, GltfTextures& textures) {
   const GltfSpecular specular = specular_of(material);
   part.material.specular = specular.factor;
   part.material.ior = specular.ior;
+  part.transmission_factor = part.material.transmission = transmission_of(material);
   read_volume(material, &part.material);
   const double strength = std::min(
       material.extension("KHR_materials_emissive_strength").number("emissiveStrength", 0, kAnyNumber, 1), kMaxEmission);
   part.material.emission = unit_color(material, "emissiveFactor", 3, 0) * static_cast<float>(strength);
 
-  part.base_color_texture = textures.slot(pbr.member("baseColorTexture"));
   part.metallic_roughness_texture = textures.slot(pbr.member("metallicRoughnessTexture"));
   if (const TexturePicture& both = part.metallic_roughness_texture.picture) {
     part.material.roughness *= mean_of(*both, 1);
@@ -99,8 +121,15 @@ Model::Part read_material(const GltfValue& material, GltfTextures& textures) {
   part.normal_texture = textures.slot(normal);
   part.normal_scale = std::clamp(static_cast<float>(normal.number("scale", -1e30, 1e30, 1)), -kGltf.max_normal_scale,
                                  kGltf.max_normal_scale);
-  // Black without the texture stays black with it.
+  // Black without the texture stays black with it, and opaque is opaque.
   if (!part.material.emission.isZero()) part.emissive_texture = textures.slot(material.member("emissiveTexture"));
+  if (part.transmission_factor > 0) {
+    part.transmission_texture =
+        textures.slot(material.extension("KHR_materials_transmission").member("transmissionTexture"));
+    if (const TexturePicture& picture = part.transmission_texture.picture)
+      part.material.transmission *= mean_of(*picture, 0);
+  }
+  read_clearcoat(material.extension("KHR_materials_clearcoat"), textures, &part);
   return part;
 }
 

@@ -21,6 +21,9 @@ GltfSpecular specular_of(const GltfValue& material);
 /// half. `part`: what `read_material` gives of it. Throws InputError.
 std::optional<AlphaMask> read_alpha(const GltfValue& material, const Model::Part& part, GltfTextures& textures);
 
+/// Whether a material has KHR_materials_unlit: nothing but its base colour and alpha counts.
+bool is_unlit(const GltfValue& material);
+
 /// A part without triangles; `material` may not exist: the default of the specification. Throws InputError.
 Model::Part read_material(const GltfValue& material, GltfTextures& textures);
 

@@ -44,16 +44,22 @@ void add_of_texture(const GltfTextures& textures, const GltfValue& info, std::ve
 std::vector<std::string> of_material(const GltfTextures& textures, const GltfValue& material) {
   std::vector<std::string> features;
   if (material.text("alphaMode", "OPAQUE") == "BLEND") features.emplace_back("alphaMode BLEND");
+  const GltfValue pbr = material.member("pbrMetallicRoughness");
+  if (is_unlit(material)) {
+    add_of_texture(textures, pbr.member("baseColorTexture"), features);
+    return features;
+  }
   const auto emission = material.numbers("emissiveFactor", 3, -kAnyNumber, kAnyNumber);
   if (material.flag("doubleSided", false) && emission && *std::max_element(emission->begin(), emission->end()) > 0)
     features.emplace_back("emission of the back");
-  const GltfValue pbr = material.member("pbrMetallicRoughness");
+  const GltfValue coat = material.extension("KHR_materials_clearcoat");
+  if (coat.member("clearcoatNormalTexture").exists()) features.emplace_back("clearcoatNormalTexture");
   for (const GltfValue& info : {pbr.member("baseColorTexture"), pbr.member("metallicRoughnessTexture"),
-                                material.member("normalTexture"), material.member("emissiveTexture")}) {
+                                material.member("normalTexture"), material.member("emissiveTexture"),
+                                material.extension("KHR_materials_transmission").member("transmissionTexture"),
+                                coat.member("clearcoatTexture"), coat.member("clearcoatRoughnessTexture")}) {
     add_of_texture(textures, info, features);
   }
-  if (material.extension("KHR_materials_transmission").member("transmissionTexture").exists())
-    features.emplace_back("transmissionTexture");
   for (const std::string& name : material.member("extensions").keys()) {
     const bool specular = name == "KHR_materials_specular", ior = name == "KHR_materials_ior";
     const bool drawn = is_read_of_gltf(name) && !(specular && has_specular_colors(material.extension(name))) &&

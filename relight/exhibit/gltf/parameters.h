@@ -10,11 +10,12 @@ inline constexpr double kAnyNumber = std::numeric_limits<double>::max();
 struct GltfParameters {
   std::size_t max_file_bytes = std::size_t{1} << 31;  ///< of the file, and of all of its buffers together
   std::size_t max_elements =
-      50'000'000;  ///< of all accessors that are read, and vertices of all instances: a second or two
+      50'000'000;  ///< of all accessors that are read, and vertices of all instances and variants: a second or two
   std::size_t max_picture_bytes = std::size_t{1} << 28;  ///< of a picture in a file of its own
   std::size_t max_zeros = 1'000'000;                     ///< elements of an accessor that no data follow
   std::size_t max_nodes = 100'000;                       ///< those of large scenes have some thousands
-  std::size_t max_triangles = 5'000'000;                 ///< of all instances: 1 GB while it is read
+  std::size_t max_triangles = 5'000'000;                 ///< of all instances and variants: 1 GB while it is read
+  std::size_t max_variants = 100;                        ///< those of shops have some
   std::size_t max_expansion = 128;                       ///< of EXT_meshopt_compression; the codec's own limit is 64
   std::size_t max_morph_weights = 100'000;               ///< of all nodes: one of each is in every pose
   std::size_t max_morphs = 10'000'000;                   ///< vertices that morph targets move: 400 MB

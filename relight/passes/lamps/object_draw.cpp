@@ -28,18 +28,25 @@ gpu::Wrap wrap_of(Wrap wrap) {
 }
 
 /// Slots of shaders/common/surface_material.glsl, in the order of TextureUse.
-constexpr PerTextureUse<int> kTextureSlots = {1, 3, 4, 5};
+constexpr PerTextureUse<int> kTextureSlots = {1, 3, 4, 5, 6, 7, 8};
 
 shader::DrawParams params_of(const StoredModel::Mesh::Part& part, const MaterialOverride& material,
                              float white_radiance, int number, int glass, const shader::DrawParams& view) {
   const Material combined = material.over(part.material);
   const bool own_color = !material.base_color, both = part.texture(TextureUse::metallic_roughness).texture;
   const bool rough_map = both && !material.roughness, metal_map = both && !material.metallic;
+  const auto counts = [&](TextureUse use, const std::optional<float>& replaced) {
+    return part.texture(use).texture && !replaced;
+  };
+  const bool passing_map = counts(TextureUse::transmission, material.transmission),
+             coat_map = counts(TextureUse::clearcoat, material.clearcoat),
+             coat_rough_map = counts(TextureUse::clearcoat_roughness, material.clearcoat_roughness);
   const auto flag = [](bool set) { return set ? 1.0f : 0.0f; };
   shader::DrawParams p = view;
   p.base_color << combined.base_color, flag(part.texture(TextureUse::base_color).texture && own_color);
   const bool transmits = glass > 0 && combined.transmission > 0 && combined.metallic < 1;
-  p.tint << flag(own_color), (transmits ? static_cast<float>(glass) : 0.0f), combined.transmission, 0;
+  p.tint << flag(own_color), (transmits ? static_cast<float>(glass) : 0.0f),
+      (passing_map ? part.transmission_factor : combined.transmission), (combined.unlit ? white_radiance : 0.0f);
   p.material << (rough_map ? part.roughness_factor : combined.roughness),
       (metal_map ? part.metallic_factor : combined.metallic),
       (transmits ? combined.specular : combined.layer_specular()), static_cast<float>(number + 1);
@@ -47,10 +54,13 @@ shader::DrawParams params_of(const StoredModel::Mesh::Part& part, const Material
       flag(combined.gltf);
   p.emission << white_radiance * combined.emission,
       flag(part.texture(TextureUse::emission).texture && !material.emission);
+  p.coat << (coat_map ? part.clearcoat_factor : combined.clearcoat),
+      (coat_rough_map ? part.clearcoat_roughness_factor : combined.clearcoat_roughness), 0, 0;
+  const PerTextureUse<bool> counted = {false, false, false, false, passing_map, coat_map, coat_rough_map};
   for (std::size_t use = 0; use < kTextureUses.size(); ++use) {
     const Model::TextureSlot& slot = part.textures[use].slot;
     p.texture_rows[2 * use] << slot.transform.row(0).transpose(), static_cast<float>(slot.texcoord_set);
-    p.texture_rows[2 * use + 1] << slot.transform.row(1).transpose(), 0;
+    p.texture_rows[2 * use + 1] << slot.transform.row(1).transpose(), flag(counted[use]);
   }
   return p;
 }

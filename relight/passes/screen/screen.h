@@ -22,12 +22,12 @@ struct Screen {
   std::unique_ptr<gpu::Texture> depth;  ///< metres along z, 0: none
   // Virtual surfaces.
   std::unique_ptr<gpu::Texture> sample_normal, sample_base, sample_depth, sample_emission, sample_z;  ///< supersampled
-  std::unique_ptr<gpu::Texture> lit_samples;     ///< radiance; camera z
-  std::unique_ptr<gpu::Texture> object_normal;   ///< tag frame; roughness
-  std::unique_ptr<gpu::Texture> object_base;     ///< base colour; metallic
-  std::unique_ptr<gpu::Texture> object_surface;  ///< z, coverage, specular, share of another surface
-  std::unique_ptr<gpu::Texture> object_other;    ///< that surface: normal, tag frame; z
-  std::unique_ptr<gpu::Texture> object_emission;
+  std::unique_ptr<gpu::Texture> lit_samples;        ///< radiance; camera z
+  std::unique_ptr<gpu::Texture> object_normal;      ///< tag frame; roughness
+  std::unique_ptr<gpu::Texture> object_base;        ///< base colour; metallic
+  std::unique_ptr<gpu::Texture> object_surface;     ///< z, coverage, specular, share of another surface
+  std::unique_ptr<gpu::Texture> object_other;       ///< that surface: normal, tag frame; z
+  std::unique_ptr<gpu::Texture> object_emission;    ///< fraction that passes; opaque: pack_coat (clearcoat.glsl)
   std::unique_ptr<gpu::Texture> object_irradiance;  ///< without lamps, at 1/ambient_scale
   std::unique_ptr<gpu::Texture> object_mirrored;    ///< radiance of the specular part without lamps, at 1/ambient_scale
   std::unique_ptr<gpu::Texture> object_open;        ///< visible fraction of lamps 0-3; below it of 4-7, ...

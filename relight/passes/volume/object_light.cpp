@@ -14,7 +14,7 @@ constexpr int kVerticesAGroup = 64;
 bool is_matt(const StoredModel::Mesh::Part& part, const MaterialOverride& material) {
   const Material combined = material.over(part.material);
   return combined.layer_specular() == 0 && combined.metallic == 0 && combined.transmission == 0 &&
-         !part.texture(TextureUse::normals).texture;
+         combined.clearcoat == 0 && !part.texture(TextureUse::normals).texture;
 }
 
 }  // namespace

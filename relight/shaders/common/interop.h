@@ -52,9 +52,8 @@ struct Surface {
 
 // Transmissive parts of an object.
 struct Glass {
-  vec4
-      transmission_ior;  // x: fraction of the light under the layer that passes; y: index of refraction; z: 1: refracts
-  vec4 absorption;       // of its volume, 1/m
+  vec4 ior_refracts;  // index of refraction; y: 1: it refracts
+  vec4 absorption;    // of its volume, 1/m
 };
 
 // A flat piece of a surface with known material.
@@ -120,14 +119,17 @@ struct DrawParams {
   vec4 lens;        // as in FrameParams
   vec4 base_color;  // rgb; a: 1 when there is a texture
   vec4 tint;        // x: weight of the vertex colours; y: number of its Glass + 1, 0: opaque;
-                    // z: fraction of the light under the layer that passes the surface
-  vec4 material;    // roughness, metallic, specular, object's number + 1
-  vec4 emission;    // rgb: radiance of the front, W/sr/m²; a: 1 when a texture multiplies it
-  vec4 maps;        // 1: a texture multiplies roughness (x), metallic (y); scale of the normal map (z), 0: none;
-                    // 1: layer and body mixed as in glTF (w)
+              // z: fraction of the light under the layer that passes the surface, or the factor of its texture; w:
+              // radiance of the base colour 1 of an unlit surface, W/sr/m², 0: it is lit
+  vec4 material;  // roughness, metallic, specular, object's number + 1
+  vec4 emission;  // rgb: radiance of the front, W/sr/m²; a: 1 when a texture multiplies it
+  vec4 maps;      // 1: a texture multiplies roughness (x), metallic (y); scale of the normal map (z), 0: none;
+                  // 1: layer and body mixed as in glTF (w)
+  vec4 coat;      // intensity and roughness of the clearcoat, or the factors of their textures
   // The transform of each texture's coordinates, two rows of three each, in the order of TextureUse
-  // (objects/texture.h); a of the first row: the set of coordinates.
-  vec4 texture_rows[8];
+  // (objects/texture.h); a of the first row: the set of coordinates; a of the second: 1 when the texture counts, for
+  // those without a flag above.
+  vec4 texture_rows[14];
 };
 
 #ifdef __cplusplus

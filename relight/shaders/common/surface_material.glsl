@@ -6,10 +6,14 @@ layout(std140, binding = 0) uniform Draw { DrawParams draw; };
 layout(binding = 1) uniform sampler2D base_color_texture;          // 8-bit sRGB
 layout(binding = 3) uniform sampler2D metallic_roughness_texture;  // roughness in g, metallic in b
 layout(binding = 4) uniform sampler2D normal_texture;  // tangent frame, each component from -1 to 1; a: upload_model.h
-layout(binding = 5) uniform sampler2D emissive_texture;  // 8-bit sRGB
+layout(binding = 5) uniform sampler2D emissive_texture;      // 8-bit sRGB
+layout(binding = 6) uniform sampler2D transmission_texture;  // in r
+layout(binding = 7) uniform sampler2D clearcoat_texture;     // in r
+layout(binding = 8) uniform sampler2D clearcoat_roughness_texture;  // in g
 
 // TextureUse of objects/texture.h
-const int kBaseColor = 0, kMetallicRoughness = 1, kNormals = 2, kEmission = 3;
+const int kBaseColor = 0, kMetallicRoughness = 1, kNormals = 2, kEmission = 3, kTransmission = 4, kClearcoat = 5,
+          kClearcoatRoughness = 6;
 
 // The tent of bilinear interpolation adds twice the variance of a texel's square.
 const float kSquareOverTent = 1.7320508;
@@ -26,14 +30,34 @@ vec2 texture_uv(int use, vec4 uv) {
   return vec2(dot(row.xyz, of_set), dot(draw.texture_rows[2 * use + 1].xyz, of_set));
 }
 
+bool has_texture(int use) { return draw.texture_rows[2 * use + 1].w > 0.0; }
+
+// Fraction of the light under the layer that passes the surface.
+float surface_transmission(vec4 uv) {
+  float factor = draw.tint.z;
+  return has_texture(kTransmission) ? factor * texture_mean(transmission_texture, texture_uv(kTransmission, uv)).r : factor;
+}
+
+// Intensity and roughness.
+vec2 surface_coat(vec4 uv) {
+  vec2 coat = draw.coat.xy;
+  if (has_texture(kClearcoat)) coat.x *= texture_mean(clearcoat_texture, texture_uv(kClearcoat, uv)).r;
+  if (has_texture(kClearcoatRoughness))
+    coat.y *= texture_mean(clearcoat_roughness_texture, texture_uv(kClearcoatRoughness, uv)).g;
+  return coat;
+}
+
 vec3 surface_color(vec4 uv, vec3 tint) {
   vec3 base = draw.base_color.rgb * mix(vec3(1), tint, draw.tint.x);
   if (draw.base_color.a > 0.0) base *= srgb_decode(texture_mean(base_color_texture, texture_uv(kBaseColor, uv)).rgb);
   return base;
 }
 
-// Radiance that leaves a side of the surface, W/sr/m².
-vec3 surface_emission(bool front, vec4 uv) {
+// Radiance that a camera sees of a side of the surface besides reflected light, W/sr/m². `tint`: colour
+// of the vertices.
+bool is_unlit() { return draw.tint.w > 0.0; }
+vec3 surface_emission(bool front, vec4 uv, vec3 tint) {
+  if (is_unlit()) return draw.tint.w * surface_color(uv, tint);
   vec3 emission = draw.emission.rgb;
   if (draw.emission.a > 0.0) {
     emission *= srgb_decode(texture_mean(emissive_texture, texture_uv(kEmission, uv)).rgb);

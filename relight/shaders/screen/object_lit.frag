@@ -15,5 +15,6 @@ void main() {
   vec3 eye = -(transpose(mat3(draw.T_view_tag)) * draw.T_view_tag[3].xyz);
   bool behind = dot(world_normal, eye - world) < 0.0 && !gl_FrontFacing;
   const float kPi = 3.14159265358979;
-  out_sample = vec4(surface_color(uv, tint) / kPi * (behind ? back : front) + surface_emission(!behind, uv), depth_m);
+  vec3 reflected = is_unlit() ? vec3(0) : surface_color(uv, tint) / kPi * (behind ? back : front);
+  out_sample = vec4(reflected + surface_emission(!behind, uv, tint), depth_m);
 }

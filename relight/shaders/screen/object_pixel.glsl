@@ -3,6 +3,7 @@
 #define OBJECT_PIXEL_GLSL
 #include "volume/gather.glsl"
 #include "common/brdf.glsl"
+#include "common/clearcoat.glsl"
 layout(binding = 12) uniform sampler2D object_normal;
 layout(binding = 13) uniform sampler2D object_base;
 layout(binding = 14) uniform sampler2D object_surface;
@@ -11,7 +12,8 @@ layout(binding = 15) uniform sampler2D rays;
 struct ObjectPixel {
   vec3 p, n, v;  // position, normal, unit vector to the camera; tag frame
   float metallic;
-  vec3 passes;  // colour of what passes the surface, without the layer's share
+  float transmission;  // fraction of the light under the layer that passes the surface
+  vec3 passes;         // its colour, without the layer's share
   int glass;    // number of its Glass + 1; 0: opaque
   BsdfParams bsdf;
   bool mirror;
@@ -32,18 +34,23 @@ ObjectPixel object_pixel(ivec2 at) {
   o.metallic = clamp(gltf ? base.a - 2.0 : base.a, 0.0, 1.0);
   o.bsdf = bsdf_of(base.rgb, normal.a, o.metallic, surface.z);
   o.bsdf.gltf = gltf;
+  o.transmission = 0.0;
   o.passes = vec3(0);
   if (o.glass > 0) {
-    vec4 glass = frame.glass[o.glass - 1].transmission_ior;
-    o.passes = glass.x * o.bsdf.diffuse;
-    o.bsdf.diffuse *= 1.0 - glass.x;
-    float root = (glass.y - 1.0) / (glass.y + 1.0);
+    float ior = frame.glass[o.glass - 1].ior_refracts.x;
+    float root = (ior - 1.0) / (ior + 1.0);
     o.bsdf.f0 = mix(vec3(surface.z * root * root), base.rgb, o.metallic);
   }
   o.mirror = o.bsdf.f90 + o.metallic > 0.0;
   o.from_real = o.p + 0.25 * frame.field.x * o.n;
   o.from_virtual = o.p + frame.virtual_grid.w * o.n;
   return o;
+}
+
+void transmit(inout ObjectPixel o, float fraction) {
+  o.transmission = fraction;
+  o.passes = fraction * o.bsdf.diffuse;
+  o.bsdf.diffuse *= 1.0 - fraction;
 }
 
 // Radiance of the specular part, by cones along its lobe.
@@ -62,12 +69,12 @@ vec3 mirrored(ObjectPixel o, float turn) {
   return sum / float(count);
 }
 
-// Radiance that passes a transmissive object: by a cone that is refracted where it enters and, where the distance
+// Radiance that passes a transmissive surface: by a cone that is refracted where it enters and, where the distance
 // field ends, where it leaves. Reflection within the object is left out: what it takes from this cone others bring.
 vec3 passed(ObjectPixel o) {
   Glass glass = frame.glass[o.glass - 1];
-  bool refracts = glass.transmission_ior.z > 0.0;
-  float ior = glass.transmission_ior.y, voxel = frame.virtual_grid.w;
+  bool refracts = glass.ior_refracts.y > 0.0;
+  float ior = glass.ior_refracts.x, voxel = frame.virtual_grid.w;
   vec3 w = refracts ? refract(-o.v, o.n, 1.0 / ior) : -o.v, weight = o.passes * (1.0 - fresnel(o.bsdf, dot(o.n, o.v)));
   float t = 1.5 * voxel;
   for (int i = 0; i < kMaxSteps; ++i) {
@@ -78,7 +85,7 @@ vec3 passed(ObjectPixel o) {
   vec3 out_at = o.p + t * w, n = virtual_normal(out_at);
   if (refracts) {
     // The second surface colours, too.
-    weight *= exp(-glass.absorption.rgb * t) * o.passes / max(glass.transmission_ior.x, 1e-3);
+    weight *= exp(-glass.absorption.rgb * t) * o.passes / max(o.transmission, 1e-3);
     vec3 out_w = refract(w, dot(w, n) > 0.0 ? -n : n, ior);
     w = out_w == vec3(0) ? -o.v : out_w;  // total reflection: where it leaves at last is not followed
   }

@@ -2,6 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 // Resolves the supersampled object buffer to one surface and its coverage per pixel, and a second surface where an edge
 // runs through the pixel; hidden samples are ignored.
+#include "common/clearcoat.glsl"
 #include "common/frame.glsl"
 #include "common/half.glsl"
 #include "common/tiles.glsl"
@@ -17,7 +18,7 @@ layout(binding = 12, rgba16f) uniform writeonly image2D object_normal;   // a: r
 layout(binding = 13, rgba16f) uniform writeonly image2D object_base;     // a: metallic; + 2: glTF; + 4 · Glass
 layout(binding = 14, rgba32f) uniform writeonly image2D object_surface;  // z, coverage, specular, other's share
 layout(binding = 15, rgba16f) uniform writeonly image2D object_other;    // that surface's normal; z
-layout(binding = 16, rgba16f) uniform writeonly image2D object_emission;
+layout(binding = 16, rgba16f) uniform writeonly image2D object_emission;  // a: fraction that passes; opaque: pack_coat
 
 // Samples with one normal at one depth are one surface, whose material is their mean. Of colours the mean is right for all
 // light; where metal borders on a dielectric it is not, but nearer than one of both.
@@ -26,11 +27,13 @@ const float kSameNormal = 0.8, kSameDepth = 0.02;
 struct Sum {
   vec4 normal, base;
   vec3 emission;
+  float transmission;
+  vec2 coat;  // intensity; that times roughness
   float z, specular;
   int count, gltf, glass;
 };
 
-const Sum kNone = Sum(vec4(0), vec4(0), vec3(0), 0.0, 0.0, 0, 0, 0);
+const Sum kNone = Sum(vec4(0), vec4(0), vec3(0), 0.0, vec2(0), 0.0, 0.0, 0, 0, 0);
 
 vec3 direction(vec3 sum) {
   float l = length(sum);
@@ -66,7 +69,14 @@ void main() {
     bool gltf = base.a > 1.5;
     sums[which].base += vec4(base.rgb, gltf ? base.a - 2.0 : base.a);
     sums[which].gltf += int(gltf);
-    sums[which].emission += texelFetch(sample_emission, q, 0).rgb;
+    vec4 emission = texelFetch(sample_emission, q, 0);
+    sums[which].emission += emission.rgb;
+    if (glass > 0) {
+      sums[which].transmission += emission.a;
+    } else if (emission.a > 0.0) {
+      vec2 coat = unpack_coat(emission.a);
+      sums[which].coat += coat.x * vec2(1.0, coat.y);
+    }
     sums[which].z += found.x;
     sums[which].specular += mod(found.y, 2.0);
     ++sums[which].count;
@@ -82,6 +92,8 @@ void main() {
   imageStore(object_base, at, to_half(base));
   imageStore(object_surface, at, vec4(largest.z * k, float(covered) / float(s * s), largest.specular * k,
                                       float(other.count) / all));
-  imageStore(object_emission, at, to_half(vec4(largest.emission * k, 1.0)));
+  float layers = largest.glass > 0 ? largest.transmission * k
+                                   : pack_coat(vec2(largest.coat.x * k, largest.coat.y / max(largest.coat.x, 1e-6)));
+  imageStore(object_emission, at, to_half(vec4(largest.emission * k, layers)));
   imageStore(object_other, at, to_half(vec4(direction(other.normal.xyz), other.z / max(float(other.count), 1.0))));
 }

@@ -24,7 +24,8 @@ bool write_surface() {
   if (dot(shading, eye - world) <= 0.0) shading = n;
   vec2 roughness_metallic = surface_roughness_metallic(uv);
   out_normal = vec4(shading, roughness_metallic.x);
-  out_base = vec4(surface_color(uv, tint), roughness_metallic.y + 2.0 * draw.maps.w + 4.0 * draw.tint.y);
+  vec3 color = is_unlit() ? vec3(0) : surface_color(uv, tint);  // what is unlit shows no reflected light
+  out_base = vec4(color, roughness_metallic.y + 2.0 * draw.maps.w + 4.0 * draw.tint.y);
   out_depth = vec2(depth_m, draw.material.z + 2.0 * draw.material.w);
   return front;
 }

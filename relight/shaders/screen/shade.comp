@@ -72,6 +72,13 @@ vec4 open_of(int group, ivec2 at, Upsampling from_cells) {
   return from_cells.scale * sum;
 }
 
+// Reflected radiance over irradiance. `share`, `coat`: of the clearcoat.
+vec3 reflects(ObjectPixel o, float share, BsdfParams coat, vec3 w, float tan_half) {
+  vec3 under = o.mirror ? under_layer(o.bsdf, o.n, o.v, w) : vec3(1);
+  vec3 f = o.bsdf.diffuse * under / kPi + (o.mirror ? ggx_wide(o.bsdf, o.n, o.v, w, tan_half) : vec3(0));
+  return share > 0.0 ? mix(f, ggx_wide(coat, o.n, o.v, w, tan_half), share) : f;
+}
+
 void main() {
   ivec2 at = tile_texel();
   if (any(greaterThanEqual(at, frame.picture.xy))) return;
@@ -79,6 +86,11 @@ void main() {
   vec3 radiance = vec3(0);
   if (surface.y > 0.0) {
     ObjectPixel o = object_pixel(at);
+    vec4 emitted = imageLoad(object_emission, at);
+    if (o.glass > 0) transmit(o, emitted.a);
+    vec2 coat = o.glass > 0 ? vec2(0) : unpack_coat(emitted.a);
+    float share = coat_share(coat.x, dot(o.n, o.v));
+    BsdfParams lobe = coat_lobe(coat.y);
     Arriving a;
     Upsampling from_cells;
     if (frame.pass_i.x == 1) {
@@ -96,9 +108,7 @@ void main() {
         LampSample s = lamp_sample(frame.lamps[l], o.p, i, frame.counts.w);
         float cosine = dot(o.n, s.w);
         if (cosine <= 0.0) continue;
-        vec3 under = o.mirror ? under_layer(o.bsdf, o.n, o.v, s.w) : vec3(1);
-        vec3 f = o.bsdf.diffuse * under / kPi + (o.mirror ? ggx_wide(o.bsdf, o.n, o.v, s.w, s.tan_half) : vec3(0));
-        reflected += s.irradiance * f * cosine;
+        reflected += s.irradiance * reflects(o, share, lobe, s.w, s.tan_half) * cosine;
       }
       float open = open_group[l & 3];
       int maps = int(frame.lamps[l].intensity.a);
@@ -115,16 +125,20 @@ void main() {
         MirrorSample s = mirror_sample(image.x, image.y, image.z, o.p, i, frame.counts.w, 0.0);
         float cosine = dot(o.n, s.w);
         if (cosine <= 0.0 || s.irradiance == vec3(0)) continue;
-        vec3 under = o.mirror ? under_layer(o.bsdf, o.n, o.v, s.w) : vec3(1);
-        vec3 f = o.bsdf.diffuse * under / kPi + (o.mirror ? ggx_wide(o.bsdf, o.n, o.v, s.w, s.tan_half) : vec3(0));
+        vec3 f = reflects(o, share, lobe, s.w, s.tan_half);
         MirrorWays ways = mirror_ways(image.x, s, k);
         float passed = 1.0 - mirror_hidden(s, ways);
         radiance += s.irradiance * f * (cosine * passed * mirror_open(ways, passed > 0.005));
       }
     }
     vec3 under = o.mirror ? under_layer_evenly(o.bsdf, dot(o.n, o.v)) : vec3(1);
-    radiance += o.bsdf.diffuse * under / kPi * a.irradiance + a.mirrored + imageLoad(object_emission, at).rgb;
-    if (o.glass > 0) radiance += passed(o);
+    radiance += (1.0 - share) * (o.bsdf.diffuse * under / kPi * a.irradiance + a.mirrored + emitted.rgb);
+    if (share > 0.0) {
+      ObjectPixel coated = o;
+      coated.bsdf = lobe;
+      radiance += share * mirrored(coated, pixel_turn(at));
+    }
+    if (o.transmission > 0.0) radiance += passed(o);
   }
   imageStore(out_radiance, at, to_half(vec4(radiance, 1.0)));
 }

@@ -108,6 +108,39 @@ struct EvenLight {
   }
 };
 
+/// A tinted ball of which a part of the light under its layer passes: by its texture, or by a factor alone.
+ClosedScene half_transmissive(bool textured) {
+  ClosedScene scene = ball_in_even_light(0);
+  relight::VirtualObject& ball = scene.exhibit.objects[0];
+  auto model = std::make_shared<relight::Model>(*ball.model);
+  for (relight::Model::Part& part : model->parts) {
+    part.material = clear_glass();
+    part.material.base_color = {0.8f, 0.4f, 0.2f};
+    part.material.transmission = 102.0f / 255;
+    if (!textured) continue;
+    part.transmission_factor = 0.8f;
+    auto red = std::make_shared<capture::Image<std::uint8_t>>(2, 2, 3);
+    for (std::size_t i = 0; i < red->data.size(); i += 3) red->data[i] = 255 / 2 + 1;  // 0.8 of it is 102.4
+    part.transmission_texture.picture = red;
+  }
+  ball.model = model;
+  ball.material = {};
+  return scene;
+}
+
+void expect_alike(const relight::RelitPicture& a, const relight::RelitPicture& b) {
+  for (std::size_t i = 0; i < a.srgb.data.size(); ++i) ASSERT_NEAR(a.srgb.data[i], b.srgb.data[i], 1) << i;
+}
+
+TEST(RaysGlass, ATextureOfTransmissionMultipliesIt) {
+  const ClosedScene textured = half_transmissive(true), plain = half_transmissive(false);
+  relight::RayRenderer renderer(textured.session()), other(plain.session());
+  const relight::RelitPicture picture = textured.relit(renderer, rays_plan(2));
+  expect_alike(picture, plain.relit(other, rays_plan(2)));
+  const std::size_t at = picture.srgb.index(textured.width / 2, textured.height / 2);
+  EXPECT_GT(picture.srgb.data[at], picture.srgb.data[at + 2] + 20) << "it is tinted";
+}
+
 // Even light from everywhere passes a ball unchanged, to the camera and to the floor, where a black ball takes a tenth
 // of the light.
 TEST(RaysGlass, ALosslessBallInEvenLightIsInvisible) {
@@ -196,6 +229,11 @@ TEST_P(ClosedGlass, ALosslessBallInEvenLightIsInvisible) {
     EXPECT_NEAR(found.object, 1, 0.1) << plan.trace_scale;
     EXPECT_NEAR(found.change, 0, 0.02) << plan.trace_scale;
   }
+}
+
+TEST_P(ClosedGlass, ATextureOfTransmissionMultipliesIt) {
+  const relight::Plan plan = careful_plan(32, 1);
+  expect_alike(relit(half_transmissive(true), plan), relit(half_transmissive(false), plan));
 }
 
 // The ball's shadow is the light that it reflects, which arrives elsewhere.

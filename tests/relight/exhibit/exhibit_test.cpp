@@ -7,6 +7,7 @@
 #include "capture/error.h"
 #include "relight/animation/pose.h"
 #include "tests/relight/exhibit/gltf/animated_files.h"
+#include "tests/relight/exhibit/gltf/variant_files.h"
 #include "tests/relight/exhibit/model_files.h"
 
 namespace lumigraft::relight {
@@ -22,6 +23,7 @@ class ReadExhibit : public ::testing::Test {
     test::GltfFile moving = test::moving_triangle();
     moving.json["animations"].push_back(test::channel_animation(moving, "scale", {0, 4}, {1, 1, 1, 2, 2, 2}, "VEC3"));
     folder_.write("moving.gltf", moving.gltf());
+    folder_.write("variants.gltf", test::grey_red_or_blue().gltf());
     folder_.write("no_triangles.ply",
                   "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
                   "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n2 0 0\n3 0 1 2\n");
@@ -47,6 +49,32 @@ class ReadExhibit : public ::testing::Test {
 
   TemporaryFolder folder_;
 };
+
+TEST_F(ReadExhibit, AVariantIsChosenByName) {
+  const std::string object = "[[object]]\nmodel = \"variants.gltf\"\nsize_m = 0.5\n";
+  const VirtualObject own = read(object).objects[0], blue = read(object + "variant = \"blue\"").objects[0];
+  ASSERT_NE(own.default_model, nullptr);
+  EXPECT_EQ(own.model, own.default_model);
+  EXPECT_EQ(own.variant, std::nullopt);
+  EXPECT_EQ(blue.variant, 1u);
+  EXPECT_EQ(blue.model, blue.default_model->variants[1].model);
+  EXPECT_EQ(blue.scale, own.scale);
+  const std::string unknown = error_of(object + "variant = \"green\"");
+  EXPECT_NE(unknown.find(":4: object.0.variant: found \"green\", allowed: \"red\", \"blue\""), std::string::npos)
+      << unknown;
+  const std::string none = error_of("[[object]]\nmodel = \"triangle.gltf\"\nvariant = \"red\"");
+  EXPECT_NE(none.find("variant: found \"red\", allowed: none"), std::string::npos) << none;
+}
+
+TEST_F(ReadExhibit, ACoatOfTheMaterial) {
+  const std::string object = "[[object]]\nmodel = \"square.ply\"\n[object.material]\n";
+  const MaterialOverride lacquer = read(object + "clearcoat = 0.75\nclearcoat_roughness = 0.25").objects[0].material;
+  EXPECT_EQ(lacquer.clearcoat, 0.75f);
+  EXPECT_EQ(lacquer.clearcoat_roughness, 0.25f);
+  EXPECT_EQ(lacquer.over({}).clearcoat, 0.75f);
+  EXPECT_EQ(read(object).objects[0].material.clearcoat, std::nullopt);
+  EXPECT_NE(error_of(object + "clearcoat = 2").find("clearcoat: "), std::string::npos);
+}
 
 TEST_F(ReadExhibit, AllKeys) {
   const Exhibit exhibit = read(R"(

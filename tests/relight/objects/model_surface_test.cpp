@@ -73,6 +73,42 @@ TEST(ModelSurface, RoughnessAndMetallicAtTheirTexel) {
   EXPECT_NEAR(surface.at(point_at(0.25f, 0.1f), metal).material.roughness, 0.2f, 1e-5);
 }
 
+TEST(ModelSurface, TransmissionAtItsTexel) {
+  Model model = square(Eigen::Matrix2f::Identity());
+  Model::Part& part = model.parts[0];
+  part.transmission_factor = 0.5f;
+  part.material.transmission = 0.35f;
+  part.transmission_texture.picture = picture(2, [](int u, int) {
+    return u ? std::array<std::uint8_t, 3>{255, 7, 9} : std::array<std::uint8_t, 3>{102, 255, 255};
+  });
+  const ModelSurface surface(model, true);
+  EXPECT_NEAR(surface.at(point_at(0.25f, 0.1f), {}).material.transmission, 0.2f, 1e-5);
+  EXPECT_NEAR(surface.at(point_at(0.75f, 0.1f), {}).material.transmission, 0.5f, 1e-5);
+  MaterialOverride clear;
+  clear.transmission = 1.0f;
+  EXPECT_EQ(surface.at(point_at(0.25f, 0.1f), clear).material.transmission, 1);
+}
+
+TEST(ModelSurface, ClearcoatAtItsTexel) {
+  Model model = square(Eigen::Matrix2f::Identity());
+  Model::Part& part = model.parts[0];
+  part.clearcoat_factor = 0.5f;
+  part.clearcoat_roughness_factor = 0.8f;
+  part.clearcoat_texture.picture = part.clearcoat_roughness_texture.picture = picture(2, [](int u, int) {
+    return u ? std::array<std::uint8_t, 3>{255, 102, 9} : std::array<std::uint8_t, 3>{51, 255, 255};
+  });
+  const ModelSurface surface(model, true);
+  const Material left = surface.at(point_at(0.25f, 0.1f), {}).material,
+                 right = surface.at(point_at(0.75f, 0.1f), {}).material;
+  EXPECT_NEAR(left.clearcoat, 0.1f, 1e-5);
+  EXPECT_NEAR(left.clearcoat_roughness, 0.8f, 1e-5);
+  EXPECT_NEAR(right.clearcoat, 0.5f, 1e-5);
+  EXPECT_NEAR(right.clearcoat_roughness, 0.32f, 1e-5);
+  MaterialOverride matt;
+  matt.clearcoat = 0.0f;
+  EXPECT_EQ(surface.at(point_at(0.25f, 0.1f), matt).material.clearcoat, 0);
+}
+
 // x of the map goes along the texture's u and y against its v, also where the texture is turned or mirrored.
 TEST(ModelSurface, NormalMapFollowsTheTexture) {
   const Vector3f map(0.3f, -0.5f, std::sqrt(1 - 0.34f));

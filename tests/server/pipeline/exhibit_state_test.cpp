@@ -88,10 +88,13 @@ TEST(ExhibitState, WhatIsNotSetStaysTheModelsOwn) {
                              {"ior", nullptr},
                              {"thin_walled", nullptr},
                              {"attenuation_color", nullptr},
-                             {"attenuation_distance_m", nullptr}};
+                             {"attenuation_distance_m", nullptr},
+                             {"clearcoat", nullptr},
+                             {"clearcoat_roughness", nullptr}};
   EXPECT_EQ(material(), expected);
   apply(board, R"({"type":"object","index":0,"material":{"base_color":[1,0,0],"specular":0.25,"transmission":1,
-                   "ior":1.25,"thin_walled":true,"attenuation_color":[1,0,0.5],"attenuation_distance_m":0.5}})");
+                   "ior":1.25,"thin_walled":true,"attenuation_color":[1,0,0.5],"attenuation_distance_m":0.5,
+                   "clearcoat":0.75,"clearcoat_roughness":0.5}})");
   apply(board, R"({"type":"object","index":0,"material":{"base_color":null,"roughness":null}})");
   expected.update({{"roughness", nullptr},
                    {"specular", 0.25},
@@ -99,7 +102,9 @@ TEST(ExhibitState, WhatIsNotSetStaysTheModelsOwn) {
                    {"ior", 1.25},
                    {"thin_walled", true},
                    {"attenuation_color", {1.0, 0.0, 0.5}},
-                   {"attenuation_distance_m", 0.5}});
+                   {"attenuation_distance_m", 0.5},
+                   {"clearcoat", 0.75},
+                   {"clearcoat_roughness", 0.5}});
   EXPECT_EQ(material(), expected);
 }
 
@@ -168,6 +173,27 @@ TEST_F(AnimatedState, AnotherAnimationBeginsWhereItBegins) {
   EXPECT_DOUBLE_EQ(moment_s(1.75), 0.25);
   change(R"({"name":"wave"})");
   EXPECT_DOUBLE_EQ(moment_s(2), 0.5) << "it is shown already";
+}
+
+TEST(ExhibitState, ViewersChooseAVariantOfTheMaterials) {
+  relight::Exhibit exhibit = two_objects();
+  relight::VirtualObject& statue = exhibit.objects[0];
+  auto model = std::make_shared<relight::Model>(*statue.model);
+  for (const char* name : {"red", "blue"}) model->variants.push_back({name, std::make_shared<relight::Model>()});
+  statue.model = statue.default_model = model;
+  ExhibitState board(exhibit);
+  const auto variants = [&](std::size_t i) { return nlohmann::json::parse(board.objects_json())[i]["variants"]; };
+  EXPECT_EQ(variants(0), nlohmann::json::parse(R"({"names":["red","blue"],"name":null})"));
+  EXPECT_EQ(variants(1), nullptr);
+  EXPECT_EQ(apply(board, R"({"type":"object","index":0,"variant":"blue"})"), std::nullopt);
+  EXPECT_EQ(board.newest()->objects[0].model, model->variants[1].model);
+  EXPECT_EQ(variants(0)["name"], "blue");
+  EXPECT_EQ(apply(board, R"({"type":"object","index":0,"variant":"green"})"),
+            "variant: found \"green\", allowed: \"red\", \"blue\"");
+  EXPECT_EQ(board.newest()->objects[0].model, model->variants[1].model);
+  EXPECT_EQ(apply(board, R"({"type":"object","index":0,"variant":null})"), std::nullopt);
+  EXPECT_EQ(board.newest()->objects[0].model, model);
+  EXPECT_NE(apply(board, R"({"type":"object","index":1,"variant":"red"})"), std::nullopt);
 }
 
 TEST_F(AnimatedState, WhatTheObjectDoesNotHaveIsRefusedAndChangesNothing) {

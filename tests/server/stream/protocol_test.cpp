@@ -96,6 +96,12 @@ TEST(Protocol, Commands) {
   EXPECT_EQ(animated.animation->playing, true);
   EXPECT_EQ(animated.animation->loop, false);
   EXPECT_EQ(animated.animation->at_s, 1.5);
+  EXPECT_EQ(animated.variant, std::nullopt);
+  const auto red = std::get<ObjectCommand>(parse_command(R"({"type":"object","index":0,"variant":"red"})"));
+  EXPECT_EQ(red.variant.value(), "red");
+  const auto unset = std::get<ObjectCommand>(parse_command(R"({"type":"object","index":0,"variant":null})"));
+  ASSERT_TRUE(unset.variant);
+  EXPECT_EQ(*unset.variant, std::nullopt);
 }
 
 TEST(Protocol, EverythingElseIsRefusedWithAReason) {
@@ -122,12 +128,14 @@ TEST(Protocol, EverythingElseIsRefusedWithAReason) {
                            R"({"type":"object","index":0,"visible":1})",
                            R"({"type":"object","index":0,"material":{"ior":0.5}})",
                            R"({"type":"object","index":0,"material":{"thin_walled":1}})",
+                           R"({"type":"object","index":0,"material":{"clearcoat":1.5}})",
                            R"({"type":"object","index":0,"material":{"attenuation_distance_m":0}})",
                            R"({"type":"object","index":0,"rotation_wxyz":[0,0,0,0]})",
                            R"({"type":"object","index":0,"rotation_wxyz":[1,0,0,0],"yaw_degrees":1})",
                            R"({"type":"object","index":0,"material":7})",
                            R"({"type":"object","index":0,"material":{"roughness":2}})",
                            R"({"type":"object","index":0,"material":{"shine":1}})",
+                           R"({"type":"object","index":0,"variant":7})",
                            R"({"type":"object","index":0,"animation":null})",
                            R"({"type":"object","index":0,"animation":{"name":7}})",
                            R"({"type":"object","index":0,"animation":{"playing":1}})",

@@ -148,8 +148,60 @@ TEST(GltfMaterials, TransmissionAndVolume) {
   EXPECT_EQ(diamond.attenuation_color, Vector3f(0.5f, 0.25f, 1));
   EXPECT_EQ(diamond.attenuation_distance_m, 0.1f);
   EXPECT_TRUE(loaded(file.gltf())->not_drawn.empty()) << "a transmissive interface has the reflection of its index";
-  extensions["KHR_materials_transmission"]["transmissionTexture"]["index"] = 0;
-  EXPECT_EQ(loaded(file.gltf())->not_drawn, std::vector<std::string>{"transmissionTexture (material 0)"});
+  extensions["KHR_materials_transmission"]["transmissionTexture"]["index"] = 0;  // red 1 and 188 / 255
+  extensions["KHR_materials_volume"]["thicknessTexture"]["index"] = 0;           // the volume itself has a thickness
+  const Model::Part textured = part_of(file);
+  EXPECT_NE(textured.transmission_texture.picture, nullptr);
+  EXPECT_EQ(textured.transmission_factor, 0.75f);
+  EXPECT_NEAR(textured.material.transmission, 0.75 * (1 + 188 / 255.0) / 2, 1e-5);
+  EXPECT_TRUE(loaded(file.gltf())->not_drawn.empty());
+  extensions["KHR_materials_transmission"]["transmissionTexture"]["texCoord"] = 2;
+  EXPECT_EQ(loaded(file.gltf())->not_drawn, std::vector<std::string>{"TEXCOORD_2 (material 0)"});
+}
+
+TEST(GltfMaterials, Clearcoat) {
+  GltfFile file = with_textures();
+  EXPECT_EQ(part_of(file).material.clearcoat, 0);
+  auto& coat = material(file)["extensions"]["KHR_materials_clearcoat"];
+  coat = {{"clearcoatFactor", 0.75}, {"clearcoatRoughnessFactor", 0.5}};
+  EXPECT_EQ(part_of(file).material.clearcoat, 0.75f);
+  EXPECT_EQ(part_of(file).material.clearcoat_roughness, 0.5f);
+  coat["clearcoatTexture"]["index"] = 0;           // red 1 and 188 / 255
+  coat["clearcoatRoughnessTexture"]["index"] = 1;  // green 1 and 0
+  const Model::Part textured = part_of(file);
+  EXPECT_NE(textured.clearcoat_texture.picture, nullptr);
+  EXPECT_NE(textured.clearcoat_roughness_texture.picture, nullptr);
+  EXPECT_EQ(textured.clearcoat_factor, 0.75f);
+  EXPECT_EQ(textured.clearcoat_roughness_factor, 0.5f);
+  EXPECT_NEAR(textured.material.clearcoat, 0.75 * (1 + 188 / 255.0) / 2, 1e-5);
+  EXPECT_NEAR(textured.material.clearcoat_roughness, 0.25, 1e-5);
+  EXPECT_TRUE(loaded(file.gltf())->not_drawn.empty());
+  coat["clearcoatNormalTexture"]["index"] = 0;
+  EXPECT_EQ(loaded(file.gltf())->not_drawn, std::vector<std::string>{"clearcoatNormalTexture (material 0)"});
+}
+
+// Of an unlit material base colour and alpha count; all else is a fallback of the file's for other programs.
+TEST(GltfMaterials, Unlit) {
+  GltfFile file = with_textures();
+  EXPECT_FALSE(part_of(file).material.unlit);
+  material(file)["extensions"]["KHR_materials_unlit"] = nlohmann::json::object();
+  material(file)["extensions"]["KHR_materials_sheen"] = nlohmann::json::object();
+  material(file)["doubleSided"] = true;
+  material(file)["pbrMetallicRoughness"]["baseColorFactor"] = {0.5, 0.25, 1, 1};
+  const Model::Part part = part_of(file);
+  EXPECT_TRUE(part.material.unlit);
+  EXPECT_EQ(part.material.base_color, Vector3f(0.5f, 0.25f, 1));
+  EXPECT_NE(part.base_color_texture.picture, nullptr);
+  for (const Model::TextureSlot& slot : {part.metallic_roughness_texture, part.normal_texture, part.emissive_texture}) {
+    EXPECT_EQ(slot.picture, nullptr);
+  }
+  EXPECT_EQ(part.material.emission, Vector3f::Zero());
+  EXPECT_EQ(part.material.metallic, 0);
+  EXPECT_EQ(part.material.specular, 0);
+  file.json["extensionsRequired"] = {"KHR_materials_unlit"};
+  EXPECT_TRUE(loaded(file.gltf())->not_drawn.empty());
+  material(file)["alphaMode"] = "BLEND";
+  EXPECT_EQ(loaded(file.gltf())->not_drawn, std::vector<std::string>{"alphaMode BLEND (material 0)"});
 }
 
 TEST(GltfMaterials, PicturesInBufferViewsAndWebp) {
