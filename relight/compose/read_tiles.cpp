@@ -37,7 +37,8 @@ const std::array<float, 65536>& floats_of_halves() {
   static const auto table = [] {
     auto values = std::make_unique<std::array<float, 65536>>();
     for (std::size_t bits = 0; bits < values->size(); ++bits) {
-      (*values)[bits] = static_cast<float>(Eigen::half_impl::raw_uint16_to_half(static_cast<std::uint16_t>(bits)));
+      (*values)[bits] =
+          static_cast<float>(Eigen::half(Eigen::half_impl::raw_uint16_to_half(static_cast<std::uint16_t>(bits))));
     }
     return values;
   }();
