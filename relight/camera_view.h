@@ -28,7 +28,6 @@ class CameraView {
   /// `glossy`: real surfaces of known material exist.
   void fit(const Plan& plan, int max_lamps, bool glossy);
   const CameraUpload& camera() const { return camera_; }
-  const PixelRays& pixel_rays() const { return pixel_rays_; }
   /// A new frame. `like_camera`: objects get the camera's noise and sharpness (Plan::look).
   void take(const capture::FrameSet& frame, const reconstruct::Scene& scene, bool like_camera);
   /// The camera pose to render with; see StaticViewCache.

@@ -13,6 +13,8 @@
 #include "relight/camera_view.h"
 #include "relight/compose/parameters.h"
 #include "relight/gather/moved_surfaces.h"
+#include "relight/gather/parameters.h"
+#include "relight/gather/sampled_depth.h"
 #include "relight/objects/placement.h"
 #include "relight/passes/lamps/lamp_maps.h"
 #include "relight/passes/screen/lamp_shadows.h"
@@ -100,6 +102,7 @@ struct Relighter::State {
   LightSet lights;
   std::vector<ReferenceMesh> traced_objects;  ///< of `traced`
   std::unique_ptr<const Meshes> traced;       ///< the objects, in which what moved ends; null: nothing moved yet
+  std::optional<SampledDepth> sampled_depth;  ///< in which what moved is found
   int max_lamps = 1;                          ///< for which there is room: a power of two, so that it rarely changes
   const float widest_tangent;
   bool shadows_due = false;  ///< of lamps: what appeared or disappeared has not changed them yet
@@ -189,8 +192,16 @@ struct Relighter::State {
   /// What this frame's depth shows and the fused room does not, if it may occlude lamps.
   std::shared_ptr<const Model> moved_surfaces(const capture::FrameSet& frame, const reconstruct::Scene& scene,
                                               const Exhibit& exhibit, const shader::FrameParams& params) {
-    const CurrentDepth depth(view.pixel_rays(), depth_of(frame, session.color.model), scene.field->voxel_m);
-    const CameraRays eye{view.pixel_rays(), {session.color.model, Eigen::Isometry3f(params.T_tag_camera)}};
+    const capture::CameraModel& camera = session.color.model;
+    const capture::Image<float>* depth_m = depth_of(frame, camera);
+    if (depth_m == nullptr) return nullptr;
+    // Two samples per voxel at the objects: the fused room has nothing finer to differ from.
+    const float distance_m = (params.sphere.head<3>() - params.T_tag_camera.topRightCorner<3, 1>()).norm();
+    const float voxel_px = scene.field->voxel_m * static_cast<float>(camera.fx) / distance_m;
+    const int step = std::clamp(static_cast<int>(voxel_px / 2), 1, kGather.moved_max_edge_px);
+    if (!sampled_depth || sampled_depth->step() != step) sampled_depth.emplace(camera, step);
+    const CurrentDepth depth(sampled_depth->rays(), &sampled_depth->sample(*depth_m), scene.field->voxel_m);
+    const CameraRays eye{sampled_depth->rays(), {sampled_depth->model(), Eigen::Isometry3f(params.T_tag_camera)}};
     return moved_shell(
         eye, depth, *scene.field, [&](const Eigen::Vector3f& p_m) { return LampMaps::may_occlude(params, p_m); },
         [&]() -> const Meshes& {

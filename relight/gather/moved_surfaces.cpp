@@ -32,20 +32,31 @@ int min_width_px(float voxel_m, const CameraRays& eye, const std::vector<FusedPi
   return 2 * std::clamp(static_cast<int>(std::ceil(px)), 1, kGather.moved_max_edge_px) + 1;
 }
 
+/// Whether depth is known and without a jump in the square around a pixel, as far as it is in the image.
+bool smooth_around(const capture::Image<float>& depth_m, int u, int v, int edge_px) {
+  const int reach = edge_px / 2;
+  const float allowed = kCompose.moved_jump * static_cast<float>(edge_px);
+  float nearest = depth_m.at(u, v), farthest = nearest;
+  for (int y = std::max(v - reach, 0); y <= std::min(v + reach, depth_m.height - 1); ++y) {
+    for (int x = std::max(u - reach, 0); x <= std::min(u + reach, depth_m.width - 1); ++x) {
+      nearest = std::min(nearest, depth_m.at(x, y));
+      farthest = std::max(farthest, depth_m.at(x, y));
+    }
+    if (!(farthest - nearest < allowed * nearest)) return false;
+  }
+  return true;
+}
+
 /// Keeps those connected areas of `differs` of which a part is certain: wider than fusion displaces edges, or where
 /// depth is smooth all around.
 void keep_certain(cv::Mat1b& differs, const CurrentDepth& depth, int edge_px) {
   if (cv::countNonZero(differs) == 0) return;
-  const cv::Mat square = cv::getStructuringElement(cv::MORPH_RECT, {edge_px, edge_px});
-  cv::Mat1f nearest, farthest;
-  const capture::Image<float>& z = depth.along_z_m();
-  const cv::Mat1f measured(z.height, z.width, const_cast<float*>(z.data.data()));
-  cv::erode(measured, nearest, square);
-  cv::dilate(measured, farthest, square);
-  cv::Mat1b wide;
-  cv::morphologyEx(differs, wide, cv::MORPH_OPEN, square);
-  const cv::Mat1b certain =
-      differs & (wide | (farthest - nearest < kCompose.moved_jump * static_cast<float>(edge_px) * nearest));
+  cv::Mat1b certain;
+  cv::morphologyEx(differs, certain, cv::MORPH_OPEN, cv::getStructuringElement(cv::MORPH_RECT, {edge_px, edge_px}));
+  certain &= differs;
+  for_each_pixel(differs.cols, differs.rows, kRows, [&](int u, int v) {
+    if (differs(v, u) && !certain(v, u) && smooth_around(depth.along_z_m(), u, v, edge_px)) certain(v, u) = 255;
+  });
   if (cv::countNonZero(certain) == 0) {
     differs = std::uint8_t{0};
     return;

@@ -1,6 +1,8 @@
 // Buffers, parameters, atomics, lists and times of a device.
 #include "relight/gpu/device.h"
 
+#include <Eigen/Core>
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <thread>
