@@ -1,5 +1,5 @@
 // Every step-th pixel of a depth image, and the camera whose pixels they are.
-#include "relight/gather/sampled_depth.h"
+#include "relight/compose/sampled_depth.h"
 
 #include <gtest/gtest.h>
 

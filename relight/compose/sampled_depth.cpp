@@ -1,4 +1,4 @@
-#include "relight/gather/sampled_depth.h"
+#include "relight/compose/sampled_depth.h"
 
 namespace lumigraft::relight {
 namespace {
