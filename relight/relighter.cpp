@@ -196,7 +196,8 @@ struct Relighter::State {
     const capture::Image<float>* depth_m = depth_of(frame, camera);
     if (depth_m == nullptr) return nullptr;
     // Two samples per voxel at the objects: the fused room has nothing finer to differ from.
-    const float distance_m = (params.sphere.head<3>() - params.T_tag_camera.topRightCorner<3, 1>()).norm();
+    const float distance_m =
+        std::max((params.sphere.head<3>() - params.T_tag_camera.topRightCorner<3, 1>()).norm(), kRelight.near_plane_m);
     const float voxel_px = scene.field->voxel_m * static_cast<float>(camera.fx) / distance_m;
     const int step = std::clamp(static_cast<int>(voxel_px / 2), 1, kGather.moved_max_edge_px);
     if (!sampled_depth || sampled_depth->step() != step) sampled_depth.emplace(camera, step);

@@ -9,6 +9,7 @@
 #include <limits>
 #include <vector>
 
+#include "reconstruct/lamps/lamp_prior_rows.h"
 #include "reconstruct/lamps/parameters.h"
 #include "reconstruct/lamps/sample_pairs.h"
 #include "reconstruct/lamps/shading_model.h"
@@ -22,15 +23,6 @@ namespace lumigraft::reconstruct {
 double robust_cost(const std::vector<Eigen::Array3f>& log_albedo, const std::vector<SamplePair>& pairs,
                    double level = kLampParameters.posterior.wide_level,
                    double limit = std::numeric_limits<double>::infinity());
-
-/// 1/m, of a lamp on a ceiling of usual height; 0 for a light below the horizon.
-double usual_inverse_distance(const PointLight& light);
-
-/// Normal distribution of all unknowns, kUnknownsPerLamp per lamp. Zero information: unknown.
-struct LampPrior {
-  Eigen::VectorXd mean;
-  Eigen::MatrixXd information;
-};
 
 struct LampPosterior {
   std::vector<LampShape> shapes;

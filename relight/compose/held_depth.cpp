@@ -41,11 +41,11 @@ std::shared_ptr<const capture::DepthFrame> HeldDepth::seen_from(const Eigen::Iso
   to->depth_m = capture::Image<float>(from.width, from.height, 1);
   for (int v = 0; v < from.height; ++v) {
     for (int u = 0; u < from.width; ++u) {
-      const auto z_m = static_cast<double>(from.at(u, v));
+      const float z_m = from.at(u, v);
       if (!(z_m > 0) || !std::isfinite(z_m)) continue;
-      const auto ray = camera_.unproject({u, v});
-      if (!ray || !(ray->z() > 0)) continue;
-      const Eigen::Vector3d now_m = T_now_last * (z_m / ray->z() * *ray);
+      const Eigen::Vector3f ray = rays_.at(u, v);
+      if (!(ray.z() > 0)) continue;
+      const Eigen::Vector3d now_m = T_now_last * (z_m / ray.z() * ray).cast<double>();
       const auto at = now_m.z() > 0 ? camera_.project(now_m) : std::nullopt;
       if (!at || !camera_.inside(*at)) continue;
       float& nearest_m = to->depth_m.at(static_cast<int>(std::lround(at->x())), static_cast<int>(std::lround(at->y())));

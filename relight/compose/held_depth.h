@@ -8,12 +8,13 @@
 #include "capture/camera/camera_model.h"
 #include "capture/frame.h"
 #include "reconstruct/pose/pose.h"
+#include "relight/compose/pixel_rays.h"
 
 namespace lumigraft::relight {
 
 class HeldDepth {
  public:
-  explicit HeldDepth(const capture::CameraModel& camera) : camera_(camera) {}
+  explicit HeldDepth(const capture::CameraModel& camera) : camera_(camera), rays_(camera) {}
 
   /// Once per frame: the frame, with depth held for it if it has none. If the camera has moved since, that shows the
   /// surfaces from where it is now; 0 where they do not tell what it would show. `pose`: of this frame.
@@ -26,6 +27,7 @@ class HeldDepth {
   std::shared_ptr<const capture::DepthFrame> seen_from(const Eigen::Isometry3d& T_tag_camera);
 
   capture::CameraModel camera_;
+  PixelRays rays_;
   std::shared_ptr<const capture::DepthFrame> last_, moved_;  ///< moved_: as seen from T_tag_moved_
   std::optional<Eigen::Isometry3d> T_tag_last_;
   Eigen::Isometry3d T_tag_moved_ = Eigen::Isometry3d::Identity();

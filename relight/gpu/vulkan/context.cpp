@@ -6,11 +6,6 @@
 #include "relight/gpu/vulkan/recording.h"
 
 namespace lumigraft::relight::gpu::vulkan {
-namespace {
-
-constexpr std::size_t kMaxPending_bytes = 64 * 1024 * 1024;  ///< of uploads that wait
-
-}  // namespace
 
 Context::Context(std::unique_ptr<Instance> instance, VkPhysicalDevice physical)
     : instance_(std::move(instance)), physical_(physical) {}
@@ -184,7 +179,7 @@ const AllocatedBuffer& Context::download_memory(std::size_t size_bytes) {
 
 std::byte* Context::upload(std::size_t bytes,
                            const std::function<void(VkCommandBuffer, VkBuffer, VkDeviceSize)>& record) {
-  if (uploads_->any() && uploads_->bytes() + bytes > kMaxPending_bytes) finish_uploads();
+  if (uploads_->any() && uploads_->bytes() + bytes > PendingUploads::kMax_bytes) finish_uploads();
   return uploads_->add(bytes, record);
 }
 

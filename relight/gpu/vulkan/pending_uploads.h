@@ -1,18 +1,21 @@
 #pragma once
 // Uploads that wait for the next submission, which executes them before its own commands: to submit and wait for each
 // of a frame's dozen uploads took longer than the frame's own commands.
-#include "relight/gpu/vulkan/context.h"
+#include "relight/gpu/vulkan/recording.h"
 
 namespace lumigraft::relight::gpu::vulkan {
 
 class PendingUploads {
  public:
-  explicit PendingUploads(Context& context);
+  /// More than this does not wait: add() may be called for it when nothing else waits.
+  static constexpr std::size_t kMax_bytes = 64 * 1024 * 1024;
+
+  explicit PendingUploads(Context& context) : context_(context), recording_(context) {}
   ~PendingUploads();
   PendingUploads(const PendingUploads&) = delete;
   PendingUploads& operator=(const PendingUploads&) = delete;
 
-  bool any() const { return recording_; }
+  bool any() const { return waiting_; }
   /// Bytes to upload that the next submission holds.
   std::size_t bytes() const { return bytes_; }
   /// Host memory for `bytes`, to be written before the next submission. `record(commands, buffer, offset)` records the
@@ -25,13 +28,12 @@ class PendingUploads {
   void begin();
 
   Context& context_;
-  VkCommandPool pool_ = VK_NULL_HANDLE;
-  VkCommandBuffer commands_ = VK_NULL_HANDLE;
+  Recording recording_;
   std::vector<AllocatedBuffer> chunks_;
   std::size_t used_ = 0;   ///< bytes of the last chunk
   std::size_t bytes_ = 0;  ///< of all uploads since the last submission
-  std::size_t chunk_bytes_;
-  bool recording_ = false;
+  std::size_t chunk_bytes_ = 1024 * 1024;
+  bool waiting_ = false;
 };
 
 }  // namespace lumigraft::relight::gpu::vulkan

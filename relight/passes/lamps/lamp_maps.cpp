@@ -184,7 +184,7 @@ void LampMaps::take_moved(gpu::Device& device, const shader::FrameParams& params
 }
 
 void LampMaps::record(gpu::CommandList& list, const std::vector<PlacedObject>& objects, bool rough,
-                      const gpu::Texture& white) const {
+                      const gpu::Texture& white) {
   ObjectDraws draws;
   for (const shader::DrawParams& view : draws_) {
     for (const PlacedObject& object : objects) {
@@ -195,6 +195,7 @@ void LampMaps::record(gpu::CommandList& list, const std::vector<PlacedObject>& o
   for (gpu::DrawCall& call : draws.calls) call.bindings.clear();
   const gpu::Area upper{0, 0, depths_->desc().width, depths_->desc().height / 2};
   list.draw(*raster_, {}, *depths_, draws.calls, &upper);
+  record_moved(list);
   if (draws_.empty()) return;
   list.dispatch(*bound_, bindings(), {}, edge_ / kBoundTile, edge_ / kBoundTile, static_cast<int>(draws_.size()));
 }

@@ -21,9 +21,9 @@ class LampMaps {
   static bool may_occlude(const shader::FrameParams& params, const Eigen::Vector3f& p_m);
   /// Whether moved triangles that may occlude a lamp differ from those that were recorded last.
   bool moved_anew() const { return moved_anew_; }
-  /// `rough`: draw the objects' coarsest meshes.
-  void record(gpu::CommandList& list, const std::vector<PlacedObject>& objects, bool rough,
-              const gpu::Texture& white) const;
+  /// All maps. `rough`: draw the objects' coarsest meshes.
+  void record(gpu::CommandList& list, const std::vector<PlacedObject>& objects, bool rough, const gpu::Texture& white);
+  /// Those of what moved alone; the lamps and the sphere around the objects are those of the last `record`.
   void record_moved(gpu::CommandList& list);
 
   /// For passes that include lamp_maps.glsl.
@@ -35,8 +35,7 @@ class LampMaps {
   int edge_, max_maps_;
   std::unique_ptr<gpu::RasterPipeline> raster_, raster_moved_;
   std::unique_ptr<gpu::ComputePipeline> bound_;
-  std::unique_ptr<gpu::Texture>
-      depths_;  ///< the maps in one atlas, side by side; those of what moved in its lower half
+  std::unique_ptr<gpu::Texture> depths_;  ///< the maps side by side; those of what moved in its lower half
   std::unique_ptr<gpu::Buffer> views_, bounds_;
   std::vector<shader::DrawParams> draws_, draws_moved_;
   // What moved.

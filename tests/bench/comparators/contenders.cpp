@@ -17,6 +17,7 @@
 #include "tests/bench/comparators/composition.h"
 #include "tests/bench/comparators/instant_radiosity.h"
 #include "tests/bench/comparators/room_model.h"
+#include "tests/bench/comparators/thesis_plan.h"
 #include "tests/bench/comparators/vct_difference.h"
 
 namespace lumigraft::comparators {
@@ -90,30 +91,10 @@ Contender ours(const Contest& contest, const std::string& method, const std::str
   throw std::invalid_argument(method + " has no setting " + setting);
 }
 
-/// Settings of Franke 2015, section 5.4, tables 5.6 and 5.7: per pixel nine diffuse cones, one mirror cone, one cone
-/// per lamp, no filtering; except for 256³ voxels, which are slow on software devices.
+/// `volume`: 256³ voxels are slow on software devices.
 Contender thesis(const Contest& contest, int volume) {
-  relight::Plan plan;
-  plan.method = "dvct";
+  relight::Plan plan = thesis_plan(4);
   plan.volume = volume;
-  plan.trace_scale = 1;
-  plan.rsm = 1024;
-  plan.bounces = 1;
-  plan.quality = std::make_shared<relight::Quality>(relight::Quality{.min_code_change = 0.5f,
-                                                                     .delta_cones = 9,
-                                                                     .change_cones = 9,
-                                                                     .hemisphere_cones = 9,
-                                                                     .shadow_cones = 1,
-                                                                     .lamp_maps = 0,
-                                                                     .lamp_map_edge = 256,
-                                                                     .shadow_scale = 1,
-                                                                     .ambient_scale = 1,
-                                                                     .glossy_cones = 1,
-                                                                     .voxel_cones = 9,
-                                                                     .window = 0,
-                                                                     .supersampling = 4,
-                                                                     .simple_models = false,
-                                                                     .cells = false});
   return by_plan(contest, "dvct-thesis", "thesis-" + std::to_string(volume) + "-1-bounce", plan);
 }
 

@@ -19,11 +19,11 @@
 #include <thread>
 #include <vector>
 
-#include "relight/quality.h"
 #include "server/bench/bench_session.h"
 #include "server/bench/resize.h"
 #include "server/bench/setting_run.h"
 #include "server/pipeline/make_renderer.h"
+#include "tests/bench/comparators/thesis_plan.h"
 
 namespace lumigraft::relight::gpu {
 // Generated from tests/bench/device_time.
@@ -116,29 +116,12 @@ struct Setting {
 
 Setting setting(const std::string& method, const std::string& traced, int volume, int rsm) {
   Setting s{method + "-" + traced + "-" + std::to_string(volume) + "-" + std::to_string(rsm), {}};
+  if (traced == "thesis") s.plan = comparators::thesis_plan(1);
   s.plan.method = method;
   s.plan.volume = volume;
   s.plan.rsm = rsm;
   s.plan.adaptive = 0;
   s.plan.trace_scale = traced == "live" ? 4 : traced == "thesis" ? 1 : 2;
-  if (traced != "thesis") return s;
-  // As `dvct-thesis` of comparators, with one sample per pixel: Franke 2015, section 5.4, tables 5.6 and 5.7.
-  s.plan.bounces = 1;
-  s.plan.quality = std::make_shared<relight::Quality>(relight::Quality{.min_code_change = 0.5f,
-                                                                       .delta_cones = 9,
-                                                                       .change_cones = 9,
-                                                                       .hemisphere_cones = 9,
-                                                                       .shadow_cones = 1,
-                                                                       .lamp_maps = 0,
-                                                                       .lamp_map_edge = 256,
-                                                                       .shadow_scale = 1,
-                                                                       .ambient_scale = 1,
-                                                                       .glossy_cones = 1,
-                                                                       .voxel_cones = 9,
-                                                                       .window = 0,
-                                                                       .supersampling = 1,
-                                                                       .simple_models = false,
-                                                                       .cells = false});
   return s;
 }
 
