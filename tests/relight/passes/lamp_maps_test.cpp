@@ -72,6 +72,40 @@ TEST_P(LampMapsTest, BoundsHoldEveryTexelAndNoMore) {
   EXPECT_GT(empty, 40 * count);
 }
 
+TEST_P(LampMapsTest, MapsOfWhatMovedAreSeenAsThoseOfTheObjects) {
+  ObjectStore store(*device_);
+  Exhibit exhibit;
+  exhibit.objects = {test::sphere_object(0.1f, {0, 0, 0.2f}, 0.5f)};
+  const std::vector<PlacedObject> objects = store.place(exhibit, 0);
+  const auto of_sphere_at = [](float x_m) {
+    shader::FrameParams params{};
+    params.counts.x() = 1;
+    params.sphere << x_m, 0, 0.2f, 0.2f;
+    params.lamps[0].position_radius << 0, 0, 1.2f, 0.05f;
+    params.lamps[0].intensity << 1, 1, 1, 0;
+    params.lamps[0].facing.setZero();
+    return params;
+  };
+  Model hand;
+  hand.positions_m = {{-0.05f, -0.05f, 0.7f}, {0.05f, -0.05f, 0.7f}, {0, 0.05f, 0.7f}};
+  hand.indices = {0, 1, 2};
+  const auto recorded = [&](LampMaps& maps, float x_m) {
+    shader::FrameParams params = of_sphere_at(x_m);
+    maps.choose(*device_, params, &hand);
+    const auto list = device_->begin();
+    maps.record(*list, objects, false, store.white());
+    device_->submit(*list);
+    EXPECT_FALSE(maps.moved_anew());
+    return gpu::values_of<float>(device_->download(*maps.bindings()[0].texture));
+  };
+  LampMaps first(*device_, 64, 4, 1), other(*device_, 64, 4, 1);
+  const std::vector<float> before = recorded(first, 0), after = recorded(first, 0.04f);
+  const auto half = before.begin() + static_cast<std::ptrdiff_t>(before.size() / 2);
+  EXPECT_GT(std::count_if(half, before.end(), [](float depth) { return depth < 1; }), 20);
+  EXPECT_NE(before, after);
+  EXPECT_EQ(after, recorded(other, 0.04f));
+}
+
 ON_BOTH_DEVICES(LampMapsTest);
 
 }  // namespace
