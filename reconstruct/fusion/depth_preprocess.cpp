@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "reconstruct/fusion/parameters.h"
+#include "reconstruct/fusion/steep_plane.h"
 #include "reconstruct/math/depth_noise.h"
 #include "reconstruct/math/simd8.h"
 
@@ -104,7 +105,9 @@ void DepthPreprocessor::prepare(const capture::Image<float>& depth_m, PreparedDe
     measure_tiles(view, y);
   }
   measure_noise(view);
+  accept_steep_planes(view);
   wide_ ? fit_planes_wide(view) : fit_planes(view);
+  set_steep_planes(view);
   spread_jumps(view);
   measure_hidden(view);
   view.behind_cache.assign(view.jumps.size(), PreparedDepth::kNotCached);
@@ -188,6 +191,33 @@ void DepthPreprocessor::add_jump(PreparedDepth& view, int u, int v) {
   jump_reach_.push_back(Simd4{jump.pixel.x(), jump.pixel.y(), reach_px * reach_px, 0});
 }
 
+/// Jumps that are steep planes are none.
+void DepthPreprocessor::accept_steep_planes(PreparedDepth& view) {
+  steep_.clear();
+  std::size_t kept = 0;
+  for (std::size_t k = 0; k < view.jumps.size(); ++k) {
+    const auto x = static_cast<int>(view.jumps[k].pixel.x()), y = static_cast<int>(view.jumps[k].pixel.y());
+    const int u = std::min(x / 2, blocks_x_ - 1), v = std::min(y / 2, blocks_y_ - 1);
+    const std::size_t i = static_cast<std::size_t>(v) * blocks_x_ + u;
+    if (view.jumps[k].far >= 0)
+      if (const auto plane = steep_plane_at(view, 2 * u, 2 * v, focal_)) {
+        steep_.emplace_back(i, *plane);
+        block_jumps_[i] = -1;
+        block_inverse_[i] = plane->inverse_depth;
+        continue;
+      }
+    block_jumps_[i] = static_cast<std::int32_t>(kept);
+    view.jumps[kept] = view.jumps[k];
+    jump_reach_[kept++] = jump_reach_[k];
+  }
+  view.jumps.resize(kept);
+  jump_reach_.resize(kept);
+}
+
+void DepthPreprocessor::set_steep_planes(PreparedDepth& view) {
+  for (const auto& [i, plane] : steep_) set_plane(view, i, plane.inverse_depth, plane.by_u, plane.by_v);
+}
+
 void DepthPreprocessor::average_blocks(const PreparedDepth& view, int first_v, int end_v) {
   for (int v = first_v; v < end_v; ++v)
     for (int u = 0; u < blocks_x_; ++u) {
@@ -242,8 +272,7 @@ LUMIGRAFT_SIMD8_TARGET void DepthPreprocessor::fit_planes_wide(PreparedDepth& vi
 
 void DepthPreprocessor::fit_plane(PreparedDepth& view, int u, int v) {
   const std::size_t i = static_cast<std::size_t>(v) * blocks_x_ + u;
-  PreparedDepth::Block& block = view.blocks[i];
-  block = {};
+  view.blocks[i] = {};
   view.planes[i] = Simd4{};
   view.plane_weights[i] = 0;
   block_hidden_m_[i] = 0;
@@ -252,12 +281,18 @@ void DepthPreprocessor::fit_plane(PreparedDepth& view, int u, int v) {
   const float bend = kDepthPreprocess.crease_sigmas * view.noise_scale * second_difference_sigma(q);
   const float by_u = slope(&block_inverse_[i], 1, u, blocks_x_ - 1 - u, bend);
   const float by_v = slope(&block_inverse_[i], blocks_x_, v, blocks_y_ - 1 - v, bend);
+  set_plane(view, i, q, by_u, by_v);
+}
+
+/// Unless it is too grazing.
+void DepthPreprocessor::set_plane(PreparedDepth& view, std::size_t i, float q, float by_u, float by_v) {
   // q = a x/z + b y/z + c, where (a, b, c) is the plane's normal divided by its distance.
   const float a = by_u * block_rays_.per_x[i], b = by_v * block_rays_.per_y[i];
   const float c = q - a * block_rays_.x[i] - b * block_rays_.y[i];
   const float distance = 1 / std::sqrt(a * a + b * b + c * c);
   const float facing = std::min(q * distance * block_rays_.inverse_length[i], 1.0f);
   if (!(facing >= kDepthPreprocess.min_facing)) return;  // also for unknown slopes (NaN)
+  PreparedDepth::Block& block = view.blocks[i];
   // depth_sigma_m(1 / q, acos(facing)) with the angular term from the table.
   const float sigma =
       axial_sigma_m(1 / q) + 0.0001f * std::sqrt(q) * oblique_[static_cast<std::size_t>(facing * kObliqueSteps)];

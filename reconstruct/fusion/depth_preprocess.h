@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "capture/camera/camera_model.h"
@@ -69,6 +70,12 @@ struct PreparedDepth {
   }
 };
 
+/// A plane seen at a grazing angle.
+struct SteepPlane {
+  float inverse_depth = 0;   ///< 1/m, at the centre of its block
+  float by_u = 0, by_v = 0;  ///< its slope, per pixel
+};
+
 /// Preprocesses depth images of one camera.
 class DepthPreprocessor {
  public:
@@ -86,12 +93,15 @@ class DepthPreprocessor {
   void average_blocks(const PreparedDepth& view, int first_v, int end_v);
   float slope(const float* inverse_depth, std::ptrdiff_t step, int before, int after, float bend) const;
   void fit_plane(PreparedDepth& view, int u, int v);
+  void set_plane(PreparedDepth& view, std::size_t block, float inverse_depth, float by_u, float by_v);
   void fit_eight_planes(PreparedDepth& view, int u, int v);
   void invert(const capture::Image<float>& depth_m, PreparedDepth& view, int first_v, int end_v) const;
   void find_jumps(PreparedDepth& view, int first_v, int end_v);
   void add_jump(PreparedDepth& view, int u, int v);
+  void accept_steep_planes(PreparedDepth& view);
   void fit_planes(PreparedDepth& view);
   void fit_planes_wide(PreparedDepth& view);
+  void set_steep_planes(PreparedDepth& view);
   void spread_jumps(PreparedDepth& view);
   void mark_jump(PreparedDepth& view, int u, int v);
   void measure_hidden(PreparedDepth& view) const;
@@ -113,7 +123,8 @@ class DepthPreprocessor {
   std::vector<float> block_hidden_m_;        ///< depth behind which a block observes nothing; 0 = nothing at all
   std::vector<std::uint8_t> discontinuous_;  ///< per pixel: depth jumps between it and its right and lower neighbours
   std::vector<std::int32_t> block_jumps_;    ///< per block: the jump in it, then the closest
-  std::vector<Simd4> jump_reach_;            ///< per jump: its pixel, and the square of its reach in pixels
+  std::vector<std::pair<std::size_t, SteepPlane>> steep_;  ///< by block
+  std::vector<Simd4> jump_reach_;  ///< per jump: its pixel, and the square of its reach in pixels
 };
 
 }  // namespace lumigraft::reconstruct

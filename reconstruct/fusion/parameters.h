@@ -102,6 +102,20 @@ struct DepthPreprocessParameters {
 };
 inline constexpr DepthPreprocessParameters kDepthPreprocess;
 
+/// Planes at grazing angles (steep_plane), up to DepthPreprocessParameters::min_facing.
+struct SteepPlaneParameters {
+  /// Edge of the window: depth cameras interpolate over up to three pixels across a jump, and a ramp of three in a
+  /// window of twelve has 0.39 of its slope in either half.
+  int window_px = 12;
+  float min_measured = 0.75f;  ///< of the window's pixels, and of each half
+  /// Of the window's slope, in both halves of it. Halfway between a plane (1) and a jump (0), whose errors are alike.
+  float min_continued = 0.5f;
+  float min_rise =
+      0.15f;  ///< of a row's or column's difference, on both sides of the block: 0.45 on planes, 0 at jumps
+  float max_noise = 1.5f;  ///< of the depth noise model, RMS: 144 pixels know it to 6 %, and sensors differ
+};
+inline constexpr SteepPlaneParameters kSteepPlane;
+
 /// The observation of one voxel next to a jump or the image border (image_lookup).
 struct DepthLookupParameters {
   float edge_weight = 0.25f;    ///< factor on the weight of an observation next to a jump or outside the image

@@ -274,7 +274,7 @@ TEST(FusionSweep, Grazing) {
               .title = "A table from 1.2 m; noise grows with incidence",
               .x_label = "incidence at the middle, degrees",
               .y_label = "mm off; percent of places that are missing",
-              .x = {0, 30, 50, 65, 75, 80, 84},
+              .x = {0, 30, 50, 65, 75, 80, 84, 87},
               .curves = {{"1 picture: mm"}, {"6 pictures: mm"}, {"6 pictures, missing"}}};
   const capture::CameraModel camera = small_camera();
   const std::vector<Vector3f> above = grid(0.08f, 0.016f, 0.02f);
@@ -291,13 +291,13 @@ TEST(FusionSweep, Grazing) {
     sweep.curves[0].y.push_back(first.off_mm);
     sweep.curves[1].y.push_back(last.off_mm);
     sweep.curves[2].y.push_back(last.missed_percent);
-    if (tilt > 80) {
+    if (tilt > 85) {
       EXPECT_EQ(last.missed_percent, 100) << "beyond 84 degrees nothing is taken for known";
       continue;
     }
     EXPECT_LT(first.off_mm, 1.5) << tilt;
     EXPECT_LT(last.off_mm, 0.6) << tilt;
-    EXPECT_LT(last.missed_percent, tilt > 75 ? 30 : 0.1) << tilt;
+    EXPECT_LT(last.missed_percent, tilt > 80 ? 40 : 0.1) << tilt;
   }
   write_sweep(sweep);
 }
