@@ -83,11 +83,11 @@ struct AlbedoParameters {
   } clipped;
 
   /// A sample in the shadow of an unobserved object is darker than the plane around it.
-  struct UnobservedShadows {
+  struct Unobserved {
     float reach_m = 0.5f, plane_m = 0.03f, same_normal = 0.95f;  ///< of samples on the same plane; the last a cosine
     std::size_t min_samples = 12;                                ///< on that plane
-    float min_difference = 0.15f;     ///< of log albedo, RMS over channels: less is error of the model,
-    float min_spreads = 2.5f;         ///< and in σ of the surface's own texture
+    /// 1σ of log albedo by error of modelled light, and by how many σ a shadow differs: in all by 0.15 at least.
+    float model_sigma = 0.06f, min_sigmas = 2.5f;
     float max_unexplained = 0.5f;     ///< of the difference, left without the lamp
     float min_lamp_fraction = 0.15f;  ///< of a sample's light
     int steps = 8;                    ///< tried fractions of a lamp

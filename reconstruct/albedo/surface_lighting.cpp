@@ -146,12 +146,12 @@ SurfaceLighting::SurfaceLighting(const Surface& surface, const IrradianceModel& 
     }
     from_lamp_.push_back(std::move(irradiance));
   }
-  left_ = unobserved_shadows(samples, room, illumination.lights, sample_light_, from_lamp_, noise_floor, held);
+  hidden_ = unobserved_shadows(samples, room, illumination.lights, sample_light_, from_lamp_, noise_floor, held);
   for (Eigen::Index lamp = 0; lamp < lamps; ++lamp) {
     const auto own = static_cast<std::size_t>(lamp);
     for (std::size_t i = 0; i < samples.size(); ++i) {
-      visible_(lamp, static_cast<Eigen::Index>(i)) *= left_[own][i];
-      sample_light_[i].irradiance -= (1 - left_[own][i]) * from_lamp_[own][i];
+      visible_(lamp, static_cast<Eigen::Index>(i)) *= hidden_.left[own][i];
+      sample_light_[i].irradiance -= (1 - hidden_.left[own][i]) * from_lamp_[own][i];
     }
   }
   contrast_.resize(lamps, count);
@@ -164,8 +164,8 @@ SurfaceLighting::SurfaceLighting(const Surface& surface, const IrradianceModel& 
       float contrast = std::min(visible_(lamp, k), 1 - visible_(lamp, k));
       for (const int j : neighbours_[i]) contrast = std::max(contrast, std::abs(visible_(lamp, k) - visible_(lamp, j)));
       for (const Eigen::Vector3f& position : unmeasured) {
-        const float visibility = left_[own][i] * room.visibility(illumination.lights[own], lamp_distance(own), position,
-                                                                 samples[i].normal, 1);
+        const float visibility = hidden_.left[own][i] * room.visibility(illumination.lights[own], lamp_distance(own),
+                                                                        position, samples[i].normal, 1);
         contrast = std::max(contrast, std::abs(visible_(lamp, k) - visibility));
       }
       contrast_(lamp, k) = contrast;
@@ -209,9 +209,10 @@ std::vector<ObservedShadow> SurfaceLighting::shadows() const {
     ObservedShadow shadow{illumination_.lights[lamp], {}};
     for (std::size_t i = 0; i < surface_.samples.size(); ++i) {
       // A lamp that hardly contributes may be occluded without anybody noticing.
-      const bool matters = from_lamp_[lamp][i].sum() >
-                           kAlbedoParameters.unobserved.min_lamp_fraction * sample_light_[i].irradiance.sum();
-      shadow.samples.push_back(left_[lamp][i] < kCarving.max_left ? ObservedShadow::State::dark
+      const bool matters = !hidden_.undecided[lamp][i] &&
+                           from_lamp_[lamp][i].sum() >
+                               kAlbedoParameters.unobserved.min_lamp_fraction * sample_light_[i].irradiance.sum();
+      shadow.samples.push_back(hidden_.left[lamp][i] < kCarving.max_left ? ObservedShadow::State::dark
                                : matters && visible_(static_cast<Eigen::Index>(lamp), static_cast<Eigen::Index>(i)) >
                                                 kCarving.min_visible
                                    ? ObservedShadow::State::lit
@@ -251,7 +252,7 @@ class SurfaceLighting::EdgeTracer {
   static constexpr int kCells = kBrickVoxels / 8;
 
   float trace(std::size_t lamp, const SurfacePoint& point, int rays) const {
-    return lighting_.left_[lamp][static_cast<std::size_t>(point.sample)] *
+    return lighting_.hidden_.left[lamp][static_cast<std::size_t>(point.sample)] *
            lighting_.room_.visibility(lighting_.illumination_.lights[lamp], lighting_.lamp_distance(lamp),
                                       point.position, point.normal, rays);
   }

@@ -7,6 +7,7 @@
 #include "reconstruct/albedo/albedo_bricks.h"
 #include "reconstruct/albedo/sample_solver.h"
 #include "reconstruct/albedo/shadow_carving.h"
+#include "reconstruct/albedo/unobserved_occluders.h"
 #include "reconstruct/shading/irradiance.h"
 #include "reconstruct/shading/surface_samples.h"
 
@@ -91,7 +92,7 @@ class SurfaceLighting {
   float noise_floor_, model_error_;
   std::vector<std::vector<int>> neighbours_;
   std::vector<std::vector<Eigen::Vector3f>> from_lamp_;  ///< irradiance if only known surface occludes it
-  std::vector<std::vector<float>> left_;                 ///< the part of a lamp that unobserved_shadows leaves
+  UnobservedShadows hidden_;
   // A row per lamp, a column per sample.
   Eigen::ArrayXXf visible_;     ///< fraction of the lamp
   Eigen::ArrayXXf contrast_;    ///< variation of visibility around the sample

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "reconstruct/albedo/parameters.h"
 #include "reconstruct/math/median.h"
@@ -10,7 +11,7 @@
 namespace lumigraft::reconstruct {
 namespace {
 
-constexpr const AlbedoParameters::UnobservedShadows& kUnobservedShadows = kAlbedoParameters.unobserved;
+constexpr const AlbedoParameters::Unobserved& kUnobservedShadows = kAlbedoParameters.unobserved;
 
 Eigen::Array3f log_albedo(const SurfaceSample& sample, const Eigen::Vector3f& irradiance, float noise_floor) {
   return lambertian_albedo(sample.radiance, irradiance, noise_floor).max(kUnobservedShadows.min_albedo).log();
@@ -18,10 +19,17 @@ Eigen::Array3f log_albedo(const SurfaceSample& sample, const Eigen::Vector3f& ir
 
 float rms(const Eigen::Array3f& a) { return std::sqrt(a.square().mean()); }
 
-/// Albedo of some samples of a plane.
+/// Albedo of some samples of a plane. Its texture differs in brightness more than in colour (wood, print): the shadow
+/// of one of two lamps of different colours is told from texture by its colour.
 struct PlaneAlbedo {
   Eigen::Array3f log_albedo = Eigen::Array3f::Zero();  ///< medians
-  float spread = 0;                                    ///< 1σ, from the median of differences
+  float brightness_sigma = 0, color_sigma = 0;         ///< 1σ of texture and modelled light
+  /// Difference from it in σ.
+  float sigmas(const Eigen::Array3f& other) const {
+    const Eigen::Array3f difference = other - log_albedo;
+    const float brightness = difference.mean();
+    return std::hypot(brightness / brightness_sigma, rms(difference - brightness) / color_sigma);
+  }
 };
 
 /// Samples of the same plane around one.
@@ -43,13 +51,19 @@ std::vector<std::size_t> plane_around(std::size_t own, const std::vector<Surface
 
 PlaneAlbedo albedo_of(const std::vector<std::size_t>& members, const std::vector<Eigen::Array3f>& known) {
   PlaneAlbedo plane;
-  std::vector<float> values(members.size());
+  std::vector<float> values(members.size()), colors(members.size());
   for (Eigen::Index c = 0; c < 3; ++c) {
     for (std::size_t k = 0; k < members.size(); ++k) values[k] = known[members[k]][c];
     plane.log_albedo[c] = median(values);
   }
-  for (std::size_t k = 0; k < members.size(); ++k) values[k] = rms(known[members[k]] - plane.log_albedo);
-  plane.spread = 1.48f * median(values);
+  for (std::size_t k = 0; k < members.size(); ++k) {
+    const Eigen::Array3f difference = known[members[k]] - plane.log_albedo;
+    values[k] = std::abs(difference.mean());
+    colors[k] = rms(difference - difference.mean());
+  }
+  constexpr float kSigmas = 1.48f;  // of a normal distribution's median deviation
+  plane.brightness_sigma = std::hypot(kUnobservedShadows.model_sigma, kSigmas * median(values));
+  plane.color_sigma = std::hypot(kUnobservedShadows.model_sigma, kSigmas * median(colors));
   return plane;
 }
 
@@ -72,23 +86,25 @@ class MayBeOccluded {
 
 }  // namespace
 
-std::vector<std::vector<float>> unobserved_shadows(const std::vector<SurfaceSample>& samples,
-                                                   const IrradianceModel& room, const std::vector<PointLight>& lights,
-                                                   const std::vector<SampleLight>& light,
-                                                   const std::vector<std::vector<Eigen::Vector3f>>& from_lamp,
-                                                   float noise_floor, const std::vector<SampleAlbedo>& held) {
-  std::vector<std::vector<float>> left(lights.size(), std::vector<float>(samples.size(), 1.0f));
+UnobservedShadows unobserved_shadows(const std::vector<SurfaceSample>& samples, const IrradianceModel& room,
+                                     const std::vector<PointLight>& lights, const std::vector<SampleLight>& light,
+                                     const std::vector<std::vector<Eigen::Vector3f>>& from_lamp, float noise_floor,
+                                     const std::vector<SampleAlbedo>& held) {
+  UnobservedShadows result{std::vector<std::vector<float>>(lights.size(), std::vector<float>(samples.size(), 1.0f)),
+                           std::vector<std::vector<bool>>(lights.size(), std::vector<bool>(samples.size(), false))};
+  std::vector<std::vector<float>>& left = result.left;
   const std::size_t open = samples.size() - held.size();
   std::vector<Eigen::Array3f> known;
   std::vector<bool> counts;
+  std::vector<Eigen::Vector3f> irradiance;  // without the lamps that are found to be occluded
   for (std::size_t i = 0; i < samples.size(); ++i) {
     known.push_back(i < open ? log_albedo(samples[i], light[i].irradiance, noise_floor)
                              : Eigen::Array3f(held[i - open].albedo.array().max(kUnobservedShadows.min_albedo).log()));
     counts.push_back(samples[i].usable && (i < open || held[i - open].sigma >= 0));
+    irradiance.push_back(light[i].irradiance);
   }
   std::vector<MayBeOccluded> occluded;
   for (const PointLight& lamp : lights) occluded.emplace_back(room, samples, lamp);
-  std::vector<bool> shadowed(samples.size(), false);
   std::vector<std::vector<std::size_t>> planes(open);
   std::vector<std::size_t> with_plane;
   for (std::size_t i = 0; i < open; ++i) {
@@ -96,48 +112,69 @@ std::vector<std::vector<float>> unobserved_shadows(const std::vector<SurfaceSamp
     planes[i] = plane_around(i, samples, counts);
     if (planes[i].size() >= kUnobservedShadows.min_samples) with_plane.push_back(i);
   }
-  std::vector<Eigen::Vector3f> irradiance;  // without the lamps that are found to be occluded
-  for (std::size_t i = 0; i < open; ++i) irradiance.push_back(light[i].irradiance);
-  // Whether the shadow of a lamp on an open sample explains that it is darker than the lit samples of its plane.
-  const auto explains = [&](std::size_t lamp, std::size_t i) {
-    if (left[lamp][i] < 1 || from_lamp[lamp][i].sum() < kUnobservedShadows.min_lamp_fraction * irradiance[i].sum() ||
-        !occluded[lamp](i))
-      return false;
-    std::vector<std::size_t> lit;
+  // Whether something unobserved may hide the lamp, and nothing was found that does.
+  const auto undecided = [&](std::size_t lamp, std::size_t i) { return left[lamp][i] == 1 && occluded[lamp](i); };
+  const auto matters = [&](std::size_t lamp, std::size_t i) {
+    return from_lamp[lamp][i].sum() >= kUnobservedShadows.min_lamp_fraction * irradiance[i].sum();
+  };
+  // Behind a board between two lamps each side is in the shadow of one of them: its albedo is no measure for the other
+  // side's. Without a lamp, albedo would be higher by the lamp's fraction of the light of a channel.
+  std::vector<bool> certain(samples.size());
+  const auto find_certain = [&] {
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      certain[i] = counts[i];
+      for (std::size_t lamp = 0; lamp < lights.size() && certain[i]; ++lamp)
+        certain[i] = (from_lamp[lamp][i].array() <= kUnobservedShadows.model_sigma * irradiance[i].array()).all() ||
+                     !undecided(lamp, i);
+    }
+  };
+  /// Albedo of the plane around an open sample, where it is certain.
+  const auto around = [&](std::size_t i) -> std::optional<PlaneAlbedo> {
+    std::vector<std::size_t> members;
     for (const std::size_t j : planes[i])
-      if (shadowed[j] || !occluded[lamp](j)) lit.push_back(j);
-    if (lit.size() < kUnobservedShadows.min_samples) return false;
-    const PlaneAlbedo around = albedo_of(lit, known);
-    const float difference = rms(known[i] - around.log_albedo);
-    if (difference < std::max(kUnobservedShadows.min_difference, kUnobservedShadows.min_spreads * around.spread))
-      return false;
-    const auto without = [&](float fraction) {
-      return log_albedo(samples[i], irradiance[i] - (1 - fraction) * from_lamp[lamp][i], noise_floor);
-    };
+      if (certain[j]) members.push_back(j);
+    return members.size() < kUnobservedShadows.min_samples ? std::nullopt : std::optional(albedo_of(members, known));
+  };
+  const auto without = [&](std::size_t lamp, std::size_t i, float fraction) {
+    return log_albedo(samples[i], irradiance[i] - (1 - fraction) * from_lamp[lamp][i], noise_floor);
+  };
+  // Whether the shadow of a lamp on an open sample explains that it is darker than its plane.
+  const auto explains = [&](std::size_t lamp, std::size_t i, const PlaneAlbedo& plane) {
+    const float difference = plane.sigmas(known[i]);
+    if (difference < kUnobservedShadows.min_sigmas) return false;
     float best = difference, fraction = 1;
     for (int k = 0; k < kUnobservedShadows.steps; ++k) {
       const float tried = static_cast<float>(k) / kUnobservedShadows.steps;
-      const float now = rms(without(tried) - around.log_albedo);
+      const float now = plane.sigmas(without(lamp, i, tried));
       if (now >= best) continue;
       best = now;
       fraction = tried;
     }
     if (best > kUnobservedShadows.max_unexplained * difference) return false;
-    left[lamp][i] = fraction;
-    known[i] = without(fraction);
+    known[i] = without(lamp, i, fraction);
     irradiance[i] -= (1 - fraction) * from_lamp[lamp][i];
+    left[lamp][i] = fraction;
     return true;
   };
   // Albedo of samples in shadow becomes known, so that from its edge inwards all of a wide shadow is found.
-  std::vector<std::size_t> found;
-  do {
-    found.clear();
-    for (const std::size_t i : with_plane)
-      for (std::size_t lamp = 0; lamp < lights.size(); ++lamp)
-        if (explains(lamp, i)) found.push_back(i);
-    for (const std::size_t i : found) shadowed[i] = true;
-  } while (!found.empty());
-  return left;
+  bool found = true;
+  while (found) {
+    found = false;
+    find_certain();
+    for (const std::size_t i : with_plane) {
+      const std::optional<PlaneAlbedo> plane = around(i);
+      for (std::size_t lamp = 0; plane && lamp < lights.size(); ++lamp)
+        found |= matters(lamp, i) && undecided(lamp, i) && explains(lamp, i, *plane);
+    }
+  }
+  for (std::size_t i = 0; i < open; ++i) {
+    const std::optional<PlaneAlbedo> plane = around(i);
+    for (std::size_t lamp = 0; lamp < lights.size(); ++lamp)
+      result.undecided[lamp][i] = matters(lamp, i) && undecided(lamp, i) &&
+                                  !(plane && plane->sigmas(known[i]) <= kUnobservedShadows.max_unexplained *
+                                                                            plane->sigmas(without(lamp, i, 0)));
+  }
+  return result;
 }
 
 }  // namespace lumigraft::reconstruct

@@ -91,5 +91,24 @@ TEST(UnobservedOccluders, NoneWhereCamerasSawThroughTheSpace) {
       << "no occluder was observed there: the floor is dark";
 }
 
+/// A board that the camera sees edge-on, with a warm lamp on its left and a cold one on its right: the floor of each
+/// side is in the shadow of the other side's lamp.
+TEST(UnobservedOccluders, BoardBetweenTwoLamps) {
+  HalfSeenBox scene;
+  scene.box = {{-0.004f, -0.15f, 0}, {0.004f, 0.65f, 0.4f}};
+  scene.room.boxes = {scene.box};
+  scene.room.lamps = {{{-0.9f, 0.1f, 0.7f}, {1.2f, 0.7f, 0.3f}, 0.03f},
+                      {{0.9f, 0.1f, 0.7f}, {0.3f, 0.6f, 1.0f}, 0.03f}};
+  scene.room.albedo = [](const Vector3f&) -> Vector3f { return {0.5f, 0.45f, 0.4f}; };
+  AlbedoStage stage{capture::Session()};
+  const auto result = stage.solve(scene.field(), scene.room.illumination());
+  for (const float x : {-0.25f, -0.1f, 0.1f, 0.25f}) {
+    const Vector3f place(x, 0.25f, 0);
+    const auto [albedo, sigma] = albedo_at(*result.albedo, place);
+    EXPECT_GE(sigma, 0) << x;
+    EXPECT_LT((albedo - scene.room.albedo(place)).cwiseAbs().maxCoeff(), 0.08f) << x << ": " << albedo.transpose();
+  }
+}
+
 }  // namespace
 }  // namespace lumigraft::reconstruct
