@@ -228,8 +228,10 @@ Rgb DeltaLight::left_before(const SampledRay& ray, const MeshHit& hit, Sampler& 
     if (ray.seen) {
       if (const auto now = ray.seen->at(p_m)) return *now;
     }
-    const Rgb before = room_.before(*facet, p_m);
-    return light_change_ && facet->fused ? (before * light_change_->at(p_m)).eval() : before;
+    const Rgb before = room_.before(*facet, p_m, ray.w);
+    return light_change_ && facet->fused && !RayRoom::ends_behind(*facet, ray.w)
+               ? (before * light_change_->at(p_m)).eval()
+               : before;
   }
   const RealPoint point = room_.point(hit, ray.w);
   if (point.is_even()) return point.before;

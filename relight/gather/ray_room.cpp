@@ -7,7 +7,6 @@
 
 #include "reconstruct/math/tag_family.h"
 #include "relight/gather/parameters.h"
-#include "relight/tracing/light_samples.h"
 
 namespace lumigraft::relight {
 namespace {
@@ -41,6 +40,18 @@ bool clips_at(const reconstruct::DistanceField& field, const Vector3f& p_m) {
   return brick && !(brick->radiance_weight[i] > 0) && !brick->radiance[i].isZero(0);
 }
 
+bool is_in_front(const Vector3f& eye_m, const Vector3f& p_m, const Vector3f& normal) {
+  return normal.dot(eye_m - p_m) > 0;
+}
+
+/// Whether a camera was in front of the surface: else its radiance is that of a side next to it, or of the other side
+/// of something thin.
+bool was_seen(const reconstruct::Scene& scene, const Vector3f& p_m, const Vector3f& normal) {
+  const auto from = [&](const Vector3f& camera_m) { return is_in_front(camera_m, p_m, normal); };
+  return (scene.pose && from(scene.pose->T_tag_camera.translation().cast<float>())) ||
+         std::any_of(scene.field->seen_from_m.begin(), scene.field->seen_from_m.end(), from);
+}
+
 }  // namespace
 
 RayRoom::RayRoom(const reconstruct::Scene& scene, const std::vector<KnownSurface>& known, const capture::Tag& tag)
@@ -52,8 +63,7 @@ RayRoom::RayRoom(const reconstruct::Scene& scene, const std::vector<KnownSurface
   s.field = scene.field;
   s.albedo = scene.albedo;
   s.enclosure = scene.enclosure;
-  std::vector<LightSampleSet> lamps;
-  for (const ReferenceLamp& lamp : light_.lamps) lamps.emplace_back(lamp, 0);
+  for (const ReferenceLamp& lamp : light_.lamps) lamp_samples_.emplace_back(lamp, 0);
   s.meshes = std::make_unique<Meshes>(s.real, nullptr);
   s.vertices.resize(s.real.size());
   s.facets.resize(s.real.size());
@@ -66,32 +76,22 @@ RayRoom::RayRoom(const reconstruct::Scene& scene, const std::vector<KnownSurface
     }
     const bool fused = i == 0;
     for (std::size_t v = 0; v < model.positions_m.size(); ++v) {
-      const Vector3f& p = model.positions_m[v];
-      const auto measured = fused ? scene.field->radiance(p) : std::nullopt;
-      MeasuredVertex& vertex = s.vertices[i].emplace_back();
-      vertex.position_m = p;
-      vertex.normal = model.normals[v];
-      vertex.albedo = model.colors[v];
-      const bool clips = fused && !measured && clips_at(*scene.field, p);
-      vertex.colored = (!fused || measured || clips) && model.colors[v].maxCoeff() > 0;
-      vertex.before = measured ? *measured : fisheye_radiance(*scene.illumination, p);
-      if (clips && vertex.colored) {
-        SurfaceHit surface;
-        surface.position_m = p;
-        surface.normal = surface.face = vertex.normal;
-        vertex.before = vertex.albedo / kPi * unoccluded_irradiance(*scene.illumination, lamps, surface);
-      }
-      s.patches.push_back({p, model.normals[v]});
+      s.vertices[i].push_back({model.positions_m[v], model.normals[v], Rgb::Zero(), model.colors[v], false});
+      s.patches.push_back({model.positions_m[v], model.normals[v]});
     }
+    fused ? color_fused_surface(scene, s.vertices[i]) : color_enclosure(s.vertices[i]);
     for (std::size_t t = 0; t + 2 < model.indices.size(); t += 3) {
       const std::uint32_t* corner = &model.indices[t];
       const auto& p = model.positions_m;
       RoomFacet& facet = s.facets[i].emplace_back();
-      facet.fused = fused;
+      facet.fused = facet.colored = fused;
       facet.normal = (p[corner[1]] - p[corner[0]]).cross(p[corner[2]] - p[corner[0]]).stableNormalized();
+      const Vector3f seen = model.normals[corner[0]] + model.normals[corner[1]] + model.normals[corner[2]];
+      if (facet.normal.dot(seen) < 0) facet.normal = -facet.normal;
       for (int k = 0; k < 3; ++k) {
         facet.albedo += model.colors[corner[k]].array() / 3;
         facet.before += s.vertices[i][corner[k]].before / 3;
+        facet.colored &= s.vertices[i][corner[k]].colored;
       }
     }
   }
@@ -99,9 +99,41 @@ RayRoom::RayRoom(const reconstruct::Scene& scene, const std::vector<KnownSurface
   sky_ = std::make_unique<Sky>(light_);
 }
 
+void RayRoom::color_fused_surface(const reconstruct::Scene& scene, std::vector<MeasuredVertex>& vertices) const {
+  Rgb albedo = Rgb::Zero();  // in the mean
+  float known = 0;
+  for (const MeasuredVertex& vertex : vertices) {
+    if (!(vertex.albedo.maxCoeff() > 0)) continue;
+    albedo += vertex.albedo;
+    ++known;
+  }
+  albedo /= std::max(known, 1.0f);
+  for (MeasuredVertex& vertex : vertices) {
+    const Vector3f& p = vertex.position_m;
+    const bool seen = was_seen(scene, p, vertex.normal), has_albedo = vertex.albedo.maxCoeff() > 0;
+    const auto measured = seen ? scene.field->radiance(p) : std::nullopt;
+    const bool modelled = !measured && has_albedo && (!seen || clips_at(*scene.field, p));
+    vertex.colored = has_albedo && (measured || modelled);
+    if (measured)
+      vertex.before = *measured;
+    else if (modelled || !is_in_front(illumination_->probe_position_m, p, vertex.normal))
+      vertex.before = modelled_before(has_albedo ? vertex.albedo : albedo, p, vertex.normal);
+    else
+      vertex.before = fisheye_radiance(*illumination_, p);
+  }
+}
+
+void RayRoom::color_enclosure(std::vector<MeasuredVertex>& vertices) const {
+  for (MeasuredVertex& vertex : vertices) {
+    vertex.colored = vertex.albedo.maxCoeff() > 0;
+    vertex.before = fisheye_radiance(*illumination_, vertex.position_m);
+  }
+}
+
 RayRoom::RayRoom(const RayRoom& room, std::shared_ptr<const reconstruct::Illumination> illumination)
     : surfaces_(room.surfaces_), illumination_(std::move(illumination)) {
   light_room(*illumination_, light_);
+  for (const ReferenceLamp& lamp : light_.lamps) lamp_samples_.emplace_back(lamp, 0);
   sky_ = std::make_unique<Sky>(light_);
 }
 
@@ -147,10 +179,19 @@ RealPoint RayRoom::measured_point(const MeshHit& hit, const Vector3f& w) const {
     point.before += fraction * vertices[k]->before;
     s.bsdf.diffuse += fraction * vertices[k]->albedo;
   }
-  s.face = surfaces_->facets[hit.mesh][hit.triangle].normal;
+  const RoomFacet& facet = surfaces_->facets[hit.mesh][hit.triangle];
+  s.face = facet.normal;
   s.normal.normalize();
   s.face_ray(w);
+  if (ends_behind(facet, w)) point.before = modelled_before(s.bsdf.diffuse, s.position_m, s.normal);
   return point;
+}
+
+Rgb RayRoom::modelled_before(const Rgb& albedo, const Vector3f& p_m, const Vector3f& normal) const {
+  SurfaceHit surface;
+  surface.position_m = p_m;
+  surface.normal = surface.face = normal;
+  return albedo / kPi * unoccluded_irradiance(*illumination_, lamp_samples_, surface);
 }
 
 }  // namespace lumigraft::relight

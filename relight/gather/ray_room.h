@@ -7,6 +7,7 @@
 #include "capture/session/session.h"
 #include "relight/tracing/build_trace_scene.h"
 #include "relight/tracing/enclosure_mesh.h"
+#include "relight/tracing/light_samples.h"
 #include "relight/tracing/meshes.h"
 #include "relight/tracing/sky.h"
 
@@ -23,9 +24,10 @@ struct RealPoint {
 
 /// A triangle as rays of later bounces use it: one value for the whole triangle.
 struct RoomFacet {
-  Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< unit, of either side
+  Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< unit, of the side that cameras saw if fused
   Rgb albedo = Rgb::Zero(), before = Rgb::Zero();    ///< as RealPoint
   bool fused = true;                                 ///< else seen by the fish-eye only, more finely than by triangle
+  bool colored = false;                              ///< radiance and albedo of fused surface are known
 };
 
 /// A surface element that represents its neighbourhood.
@@ -56,8 +58,13 @@ class RayRoom {
     const std::vector<RoomFacet>& of_mesh = surfaces_->facets[hit.mesh];
     return of_mesh.empty() ? nullptr : &of_mesh[hit.triangle];
   }
-  /// L_μ leaving a point of the facet, W/sr/m².
-  Rgb before(const RoomFacet& facet, const Eigen::Vector3f& p_m) const {
+  /// Whether a ray along w ends on the other side of surface whose one side cameras saw, as of a thin board.
+  static bool ends_behind(const RoomFacet& facet, const Eigen::Vector3f& w) {
+    return facet.colored && facet.normal.dot(w) > 0;
+  }
+  /// L_μ leaving a point of the facet against w, W/sr/m².
+  Rgb before(const RoomFacet& facet, const Eigen::Vector3f& p_m, const Eigen::Vector3f& w) const {
+    if (ends_behind(facet, w)) return modelled_before(facet.albedo, p_m, -facet.normal);
     return facet.fused ? facet.before : fisheye_radiance(*illumination_, p_m).array().eval();
   }
   RealPoint point(const MeshHit& hit, const Eigen::Vector3f& w) const;
@@ -82,10 +89,17 @@ class RayRoom {
     std::shared_ptr<const reconstruct::Enclosure> enclosure;
   };
 
+  /// Sets L_μ of vertices: measured, of the fish-eye where it was in front, else modelled.
+  void color_fused_surface(const reconstruct::Scene& scene, std::vector<MeasuredVertex>& vertices) const;
+  void color_enclosure(std::vector<MeasuredVertex>& vertices) const;
   RealPoint measured_point(const MeshHit& hit, const Eigen::Vector3f& w) const;
+  /// Of surface without a measurement, from the modelled light. An unseen side has the albedo of the other: the
+  /// radiance of that would be due to lamps which do not reach it.
+  Rgb modelled_before(const Rgb& albedo, const Eigen::Vector3f& p_m, const Eigen::Vector3f& normal) const;
 
   std::shared_ptr<const Surfaces> surfaces_;
   ReferenceScene light_;  ///< lamps and environment only
+  std::vector<LightSampleSet> lamp_samples_;
   std::unique_ptr<Sky> sky_;
   std::shared_ptr<const reconstruct::Illumination> illumination_;
 };
