@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "reconstruct/albedo/parameters.h"
 #include "reconstruct/math/median.h"
@@ -84,63 +85,93 @@ class MayBeOccluded {
   std::vector<signed char> known_;
 };
 
-}  // namespace
-
-UnobservedShadows unobserved_shadows(const std::vector<SurfaceSample>& samples, const IrradianceModel& room,
-                                     const std::vector<PointLight>& lights, const std::vector<SampleLight>& light,
-                                     const std::vector<std::vector<Eigen::Vector3f>>& from_lamp, float noise_floor,
-                                     const std::vector<SampleAlbedo>& held) {
-  UnobservedShadows result{std::vector<std::vector<float>>(lights.size(), std::vector<float>(samples.size(), 1.0f)),
-                           std::vector<std::vector<bool>>(lights.size(), std::vector<bool>(samples.size(), false))};
-  std::vector<std::vector<float>>& left = result.left;
-  const std::size_t open = samples.size() - held.size();
-  std::vector<Eigen::Array3f> known;
-  std::vector<bool> counts;
-  std::vector<Eigen::Vector3f> irradiance;  // without the lamps that are found to be occluded
-  for (std::size_t i = 0; i < samples.size(); ++i) {
-    known.push_back(i < open ? log_albedo(samples[i], light[i].irradiance, noise_floor)
-                             : Eigen::Array3f(held[i - open].albedo.array().max(kUnobservedShadows.min_albedo).log()));
-    counts.push_back(samples[i].usable && (i < open || held[i - open].sigma >= 0));
-    irradiance.push_back(light[i].irradiance);
-  }
-  std::vector<MayBeOccluded> occluded;
-  for (const PointLight& lamp : lights) occluded.emplace_back(room, samples, lamp);
-  std::vector<std::vector<std::size_t>> planes(open);
-  std::vector<std::size_t> with_plane;
-  for (std::size_t i = 0; i < open; ++i) {
-    if (!samples[i].usable) continue;
-    planes[i] = plane_around(i, samples, counts);
-    if (planes[i].size() >= kUnobservedShadows.min_samples) with_plane.push_back(i);
-  }
-  // Whether something unobserved may hide the lamp, and nothing was found that does.
-  const auto undecided = [&](std::size_t lamp, std::size_t i) { return left[lamp][i] == 1 && occluded[lamp](i); };
-  const auto matters = [&](std::size_t lamp, std::size_t i) {
-    return from_lamp[lamp][i].sum() >= kUnobservedShadows.min_lamp_fraction * irradiance[i].sum();
-  };
-  // Behind a board between two lamps each side is in the shadow of one of them: its albedo is no measure for the other
-  // side's. Without a lamp, albedo would be higher by the lamp's fraction of the light of a channel.
-  std::vector<bool> certain(samples.size());
-  const auto find_certain = [&] {
+class ShadowSearch {
+ public:
+  ShadowSearch(const std::vector<SurfaceSample>& samples, const IrradianceModel& room,
+               const std::vector<PointLight>& lights, const std::vector<SampleLight>& light,
+               const std::vector<std::vector<Eigen::Vector3f>>& from_lamp, float noise_floor,
+               const std::vector<SampleAlbedo>& held)
+      : samples_(samples),
+        from_lamp_(from_lamp),
+        noise_floor_(noise_floor),
+        open_(samples.size() - held.size()),
+        left_(lights.size(), std::vector<float>(samples.size(), 1.0f)) {
     for (std::size_t i = 0; i < samples.size(); ++i) {
-      certain[i] = counts[i];
-      for (std::size_t lamp = 0; lamp < lights.size() && certain[i]; ++lamp)
-        certain[i] = (from_lamp[lamp][i].array() <= kUnobservedShadows.model_sigma * irradiance[i].array()).all() ||
-                     !undecided(lamp, i);
+      counts_.push_back(samples[i].usable && (i < open_ || held[i - open_].sigma >= 0));
+      irradiance_.push_back(light[i].irradiance);
+      known_.push_back(i < open_ ? log_albedo(samples[i], light[i].irradiance, noise_floor)
+                                 : held[i - open_].albedo.array().max(kUnobservedShadows.min_albedo).log().eval());
     }
-  };
-  /// Albedo of the plane around an open sample, where it is certain.
-  const auto around = [&](std::size_t i) -> std::optional<PlaneAlbedo> {
+    for (const PointLight& lamp : lights) may_be_occluded_.emplace_back(room, samples, lamp);
+    planes_.resize(open_);
+    for (std::size_t i = 0; i < open_; ++i)
+      if (samples[i].usable) planes_[i] = plane_around(i, samples, counts_);
+  }
+
+  UnobservedShadows search() {
+    // Albedo of samples in shadow becomes known, so that from its edge inwards all of a wide shadow is found.
+    for (bool found = true; found;) {
+      found = false;
+      find_certain();
+      for_each_undecided(
+          [&](std::size_t lamp, std::size_t i, const PlaneAlbedo& plane) { found |= explains(lamp, i, plane); });
+    }
+    std::vector<std::vector<bool>> undecided(left_.size(), std::vector<bool>(samples_.size(), false));
+    for (std::size_t lamp = 0; lamp < left_.size(); ++lamp)
+      for (std::size_t i = 0; i < open_; ++i) undecided[lamp][i] = matters(lamp, i) && is_undecided(lamp, i);
+    for_each_undecided([&](std::size_t lamp, std::size_t i, const PlaneAlbedo& plane) {
+      undecided[lamp][i] =
+          plane.sigmas(known_[i]) > kUnobservedShadows.max_unexplained * plane.sigmas(without(lamp, i, 0));
+    });
+    return {std::move(left_), std::move(undecided)};
+  }
+
+ private:
+  /// Whether something unobserved may occlude the lamp, and nothing was found that does.
+  bool is_undecided(std::size_t lamp, std::size_t i) { return left_[lamp][i] == 1 && may_be_occluded_[lamp](i); }
+  bool matters(std::size_t lamp, std::size_t i) const {
+    return from_lamp_[lamp][i].sum() >= kUnobservedShadows.min_lamp_fraction * irradiance_[i].sum();
+  }
+
+  /// Behind a board between two lamps each side is in the shadow of one of them: its albedo is no measure for the other
+  /// side's. Without a lamp, albedo would be higher by the lamp's fraction of a channel's light.
+  void find_certain() {
+    certain_ = counts_;
+    for (std::size_t i = 0; i < samples_.size(); ++i)
+      for (std::size_t lamp = 0; lamp < left_.size() && certain_[i]; ++lamp)
+        certain_[i] = (from_lamp_[lamp][i].array() <= kUnobservedShadows.model_sigma * irradiance_[i].array()).all() ||
+                      !is_undecided(lamp, i);
+  }
+
+  /// `visit(lamp, sample, albedo of the certain samples of its plane)`, where there are enough.
+  template <typename Visit>
+  void for_each_undecided(const Visit& visit) {
+    for (std::size_t i = 0; i < open_; ++i) {
+      std::optional<PlaneAlbedo> plane;
+      for (std::size_t lamp = 0; lamp < left_.size(); ++lamp) {
+        if (planes_[i].size() < kUnobservedShadows.min_samples || !matters(lamp, i) || !is_undecided(lamp, i)) continue;
+        if (!plane) plane = certain_around(i);
+        if (!plane) break;
+        visit(lamp, i, *plane);
+      }
+    }
+  }
+
+  std::optional<PlaneAlbedo> certain_around(std::size_t i) const {
     std::vector<std::size_t> members;
-    for (const std::size_t j : planes[i])
-      if (certain[j]) members.push_back(j);
-    return members.size() < kUnobservedShadows.min_samples ? std::nullopt : std::optional(albedo_of(members, known));
-  };
-  const auto without = [&](std::size_t lamp, std::size_t i, float fraction) {
-    return log_albedo(samples[i], irradiance[i] - (1 - fraction) * from_lamp[lamp][i], noise_floor);
-  };
-  // Whether the shadow of a lamp on an open sample explains that it is darker than its plane.
-  const auto explains = [&](std::size_t lamp, std::size_t i, const PlaneAlbedo& plane) {
-    const float difference = plane.sigmas(known[i]);
+    for (const std::size_t j : planes_[i])
+      if (certain_[j]) members.push_back(j);
+    return members.size() < kUnobservedShadows.min_samples ? std::nullopt : std::optional(albedo_of(members, known_));
+  }
+
+  /// Albedo if only a fraction of the lamp arrives.
+  Eigen::Array3f without(std::size_t lamp, std::size_t i, float fraction) const {
+    return log_albedo(samples_[i], irradiance_[i] - (1 - fraction) * from_lamp_[lamp][i], noise_floor_);
+  }
+
+  /// Whether the shadow of a lamp explains that a sample is darker than its plane; then it is taken for found.
+  bool explains(std::size_t lamp, std::size_t i, const PlaneAlbedo& plane) {
+    const float difference = plane.sigmas(known_[i]);
     if (difference < kUnobservedShadows.min_sigmas) return false;
     float best = difference, fraction = 1;
     for (int k = 0; k < kUnobservedShadows.steps; ++k) {
@@ -151,30 +182,31 @@ UnobservedShadows unobserved_shadows(const std::vector<SurfaceSample>& samples, 
       fraction = tried;
     }
     if (best > kUnobservedShadows.max_unexplained * difference) return false;
-    known[i] = without(lamp, i, fraction);
-    irradiance[i] -= (1 - fraction) * from_lamp[lamp][i];
-    left[lamp][i] = fraction;
+    known_[i] = without(lamp, i, fraction);
+    irradiance_[i] -= (1 - fraction) * from_lamp_[lamp][i];
+    left_[lamp][i] = fraction;
     return true;
-  };
-  // Albedo of samples in shadow becomes known, so that from its edge inwards all of a wide shadow is found.
-  bool found = true;
-  while (found) {
-    found = false;
-    find_certain();
-    for (const std::size_t i : with_plane) {
-      const std::optional<PlaneAlbedo> plane = around(i);
-      for (std::size_t lamp = 0; plane && lamp < lights.size(); ++lamp)
-        found |= matters(lamp, i) && undecided(lamp, i) && explains(lamp, i, *plane);
-    }
   }
-  for (std::size_t i = 0; i < open; ++i) {
-    const std::optional<PlaneAlbedo> plane = around(i);
-    for (std::size_t lamp = 0; lamp < lights.size(); ++lamp)
-      result.undecided[lamp][i] = matters(lamp, i) && undecided(lamp, i) &&
-                                  !(plane && plane->sigmas(known[i]) <= kUnobservedShadows.max_unexplained *
-                                                                            plane->sigmas(without(lamp, i, 0)));
-  }
-  return result;
+
+  const std::vector<SurfaceSample>& samples_;
+  const std::vector<std::vector<Eigen::Vector3f>>& from_lamp_;
+  float noise_floor_;
+  std::size_t open_;  ///< the first samples, which are examined
+  std::vector<MayBeOccluded> may_be_occluded_;
+  std::vector<std::vector<std::size_t>> planes_;
+  std::vector<bool> counts_, certain_;       ///< usable and of known albedo; besides, without an undecided lamp
+  std::vector<Eigen::Vector3f> irradiance_;  ///< without the lamps that are found to be occluded,
+  std::vector<Eigen::Array3f> known_;        ///< and the log albedo under it
+  std::vector<std::vector<float>> left_;
+};
+
+}  // namespace
+
+UnobservedShadows unobserved_shadows(const std::vector<SurfaceSample>& samples, const IrradianceModel& room,
+                                     const std::vector<PointLight>& lights, const std::vector<SampleLight>& light,
+                                     const std::vector<std::vector<Eigen::Vector3f>>& from_lamp, float noise_floor,
+                                     const std::vector<SampleAlbedo>& held) {
+  return ShadowSearch(samples, room, lights, light, from_lamp, noise_floor, held).search();
 }
 
 }  // namespace lumigraft::reconstruct
