@@ -98,7 +98,8 @@ class GltfLoader {
       for (const GltfValue& reference : materials_of(primitives[i])) {
         const Model::Part& part = parts_.at(read(reference));
         needs.second_texcoords = needs.second_texcoords || reads_second_texcoords(part);
-        needs.tangents = needs.tangents || part.normal_texture.picture;
+        needs.tangents = needs.tangents || part.normal_texture.picture || part.clearcoat_normal_texture.picture ||
+                         part.anisotropy_factor > 0;
       }
       all.push_back({primitives[i], read_primitive(document_, buffers_, accessors_, primitives[i], needs)});
     }

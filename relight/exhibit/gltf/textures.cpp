@@ -68,21 +68,41 @@ GltfValue GltfTextures::image_of(const GltfValue& texture) {
   return webp.exists() ? webp : texture.member("source");
 }
 
-Model::TextureSlot GltfTextures::slot(const GltfValue& texture_info) {
-  Model::TextureSlot slot;
-  if (!texture_info.exists()) return slot;
+std::optional<GltfValue> GltfTextures::place(const GltfValue& texture_info, Model::TextureSlot* slot) const {
+  if (!texture_info.exists()) return std::nullopt;
   const GltfValue texture = this->texture(texture_info), image = image_of(texture);
   const std::size_t set = texcoord_set(texture_info);
-  if (!image.exists() || set > kMaxTexcoordSet) return slot;
-  slot.picture = picture(image);
-  slot.texcoord_set = static_cast<unsigned>(set);
-  slot.transform = texture_transform(texture_info.extension("KHR_texture_transform"));
+  if (!image.exists() || set > kMaxTexcoordSet) return std::nullopt;
+  slot->texcoord_set = static_cast<unsigned>(set);
+  slot->transform = texture_transform(texture_info.extension("KHR_texture_transform"));
   if (const GltfValue reference = texture.member("sampler"); reference.exists()) {
     const GltfValue samplers = document_.root().member("samplers");
     const GltfValue sampler = samplers[reference.index(samplers.size(), "samplers")];
-    slot.wrap_u = wrap_of(sampler, "wrapS");
-    slot.wrap_v = wrap_of(sampler, "wrapT");
+    slot->wrap_u = wrap_of(sampler, "wrapS");
+    slot->wrap_v = wrap_of(sampler, "wrapT");
   }
+  return image;
+}
+
+Model::TextureSlot GltfTextures::slot(const GltfValue& texture_info) {
+  Model::TextureSlot slot;
+  if (const auto image = place(texture_info, &slot)) slot.picture = picture(*image);
+  return slot;
+}
+
+Model::TextureSlot GltfTextures::slot_of_alpha(const GltfValue& texture_info) {
+  Model::TextureSlot slot;
+  const auto image = place(texture_info, &slot);
+  if (!image) return slot;
+  const auto [found, is_new] = alphas_.try_emplace(image->index(document_.root().member("images").size(), "images"));
+  if (is_new) {
+    if (const auto alpha = this->alpha(texture_info)) {
+      auto grey = std::make_shared<capture::Image<std::uint8_t>>(alpha->width, alpha->height, 3);
+      for (std::size_t i = 0; i < grey->data.size(); ++i) grey->data[i] = alpha->data[i / 3];
+      found->second = std::move(grey);
+    }
+  }
+  slot.picture = found->second;
   return slot;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 // Textures of a glTF file: pictures, how they lie on surfaces, and what they show beyond their edges.
 #include <map>
+#include <optional>
 
 #include "relight/exhibit/exhibit.h"
 #include "relight/exhibit/gltf/buffers.h"
@@ -15,6 +16,8 @@ class GltfTextures {
   /// another format than PNG, JPEG and WebP, or a texture coordinate set beyond the second. A picture that is used
   /// twice is decoded once. Throws InputError.
   Model::TextureSlot slot(const GltfValue& texture_info);
+  /// The same, with alpha of the picture in all three channels; without a picture if it has none, which is 1.
+  Model::TextureSlot slot_of_alpha(const GltfValue& texture_info);
   /// Alpha of the picture of a slot that has one; null: it is opaque. Throws InputError.
   std::shared_ptr<const capture::Image<std::uint8_t>> alpha(const GltfValue& texture_info);
   /// Texture coordinate set of a textureInfo.
@@ -32,7 +35,10 @@ class GltfTextures {
 
   const GltfDocument& document_;
   GltfBuffers& buffers_;
-  std::map<std::size_t, TexturePicture> pictures_;  // by index of the image
+  /// How a textureInfo lies, and the image that it shows, if that is read.
+  std::optional<GltfValue> place(const GltfValue& texture_info, Model::TextureSlot* slot) const;
+
+  std::map<std::size_t, TexturePicture> pictures_, alphas_;  // by index of the image
 };
 
 }  // namespace lumigraft::relight
