@@ -21,9 +21,9 @@ namespace {
 
 class GltfLoader {
  public:
-  GltfLoader(const std::filesystem::path& file, char up)
+  GltfLoader(const std::filesystem::path& file, char up, const LoadProgress& progress)
       : document_(file),
-        buffers_(document_),
+        buffers_(document_, progress),
         accessors_(document_, buffers_),
         textures_(document_, buffers_),
         up_(up_to_z(up)),
@@ -138,8 +138,8 @@ class GltfLoader {
 
 }  // namespace
 
-std::shared_ptr<const Model> load_gltf(const std::filesystem::path& file, char up) {
-  return GltfLoader(file, up).load();
+std::shared_ptr<const Model> load_gltf(const std::filesystem::path& file, char up, const LoadProgress& progress) {
+  return GltfLoader(file, up, progress).load();
 }
 
 }  // namespace lumigraft::relight

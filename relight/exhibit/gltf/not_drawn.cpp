@@ -119,7 +119,13 @@ std::set<std::string> of_scene(const GltfValue& root) {
 
 std::vector<std::string> gltf_not_drawn(const GltfDocument& document, const GltfTextures& textures,
                                         const std::set<std::size_t>& materials) {
-  std::vector<std::string> lines = of_materials(document, textures, materials);
+  std::vector<std::string> lines;
+  if (const std::size_t pictures = textures.scaled_down(); pictures > 0) {
+    lines.push_back("the full size of " + std::to_string(pictures) + (pictures == 1 ? " picture" : " pictures") +
+                    " (scaled down to at most " + std::to_string(textures.max_texels()) + " pixels each)");
+  }
+  const std::vector<std::string> of_all = of_materials(document, textures, materials);
+  lines.insert(lines.end(), of_all.begin(), of_all.end());
   const std::set<std::string> scene = of_scene(document.root());
   lines.insert(lines.end(), scene.begin(), scene.end());
   if (lines.size() > kMaxFeatures) {

@@ -1,5 +1,6 @@
 #include "relight/exhibit/gltf/textures.h"
 
+#include <algorithm>
 #include <cmath>
 #include <span>
 #include <string>
@@ -106,8 +107,14 @@ Model::TextureSlot GltfTextures::slot_of_alpha(const GltfValue& texture_info) {
   return slot;
 }
 
+std::int64_t GltfTextures::max_texels() const {
+  const std::size_t images = std::max(document_.root().member("images").size(), std::size_t{1});
+  return static_cast<std::int64_t>(std::max(kGltf.max_texels / images, std::size_t{1}));
+}
+
 template <typename Decode>
-auto GltfTextures::decoded(const GltfValue& image, Decode decode) {
+auto GltfTextures::decoded(std::size_t index, Decode decode) {
+  const GltfValue image = document_.root().member("images")[index];
   const GltfValue uri = image.member("uri");
   std::vector<std::uint8_t> content;
   std::span<const std::uint8_t> bytes;
@@ -118,8 +125,10 @@ auto GltfTextures::decoded(const GltfValue& image, Decode decode) {
     bytes = buffers_.view(image.member("bufferView")).bytes;
   }
   check_format(image, bytes);
+  const auto header = picture_header(bytes);
+  if (halvings(header->width, header->height, max_texels()) > 0) scaled_down_.insert(index);
   try {
-    return decode(bytes);
+    return decode(bytes, max_texels());
   } catch (const capture::InputError& error) {
     image.fail(error.what());
   }
@@ -129,13 +138,13 @@ TexturePicture GltfTextures::picture(const GltfValue& reference) {
   const GltfValue images = document_.root().member("images");
   const std::size_t index = reference.index(images.size(), "images");
   TexturePicture& picture = pictures_[index];
-  if (!picture) picture = decoded(images[index], decode_picture);
+  if (!picture) picture = decoded(index, decode_picture);
   return picture;
 }
 
 std::shared_ptr<const capture::Image<std::uint8_t>> GltfTextures::alpha(const GltfValue& texture_info) {
   const GltfValue images = document_.root().member("images"), reference = image_of(texture(texture_info));
-  return decoded(images[reference.index(images.size(), "images")], decode_alpha);
+  return decoded(reference.index(images.size(), "images"), decode_alpha);
 }
 
 }  // namespace lumigraft::relight

@@ -2,6 +2,7 @@
 // Textures of a glTF file: pictures, how they lie on surfaces, and what they show beyond their edges.
 #include <map>
 #include <optional>
+#include <set>
 
 #include "relight/exhibit/exhibit.h"
 #include "relight/exhibit/gltf/buffers.h"
@@ -24,13 +25,17 @@ class GltfTextures {
   static std::size_t texcoord_set(const GltfValue& texture_info);
   /// The texture of a textureInfo that exists.
   GltfValue texture(const GltfValue& texture_info) const;
+  /// Of those that were read, pictures that were larger than one may be (kGltf.max_texels), and are scaled down.
+  std::size_t scaled_down() const { return scaled_down_.size(); }
+  /// Texels that a picture may have.
+  std::int64_t max_texels() const;
   /// Index of the image that is read of a texture; it does not exist if none can be.
   static GltfValue image_of(const GltfValue& texture);
 
  private:
   /// What `decode` makes of the bytes of an image.
   template <typename Decode>
-  auto decoded(const GltfValue& image, Decode decode);
+  auto decoded(std::size_t image, Decode decode);
   TexturePicture picture(const GltfValue& reference);
 
   const GltfDocument& document_;
@@ -39,6 +44,7 @@ class GltfTextures {
   std::optional<GltfValue> place(const GltfValue& texture_info, Model::TextureSlot* slot) const;
 
   std::map<std::size_t, TexturePicture> pictures_, alphas_;  // by index of the image
+  std::set<std::size_t> scaled_down_;                        // likewise
 };
 
 }  // namespace lumigraft::relight

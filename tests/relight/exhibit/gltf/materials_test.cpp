@@ -1,5 +1,6 @@
 // Materials of glTF files: texture slots, specular reflection, emission, and what is not drawn.
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <numbers>
 
 #include "relight/exhibit/bsdf_params.h"
@@ -321,6 +322,28 @@ TEST(GltfMaterials, WhatScenesAskForIsNamedOnce) {
   EXPECT_EQ(loaded(file.gltf())->not_drawn,
             (std::vector<std::string>{"alphaMode BLEND (material 0)", "emission of the back (material 0)",
                                       "KHR_lights_punctual", "cameras"}));
+}
+
+// Each of n pictures may have an nth of the texels of all; of a larger one each pixel is the mean of a square.
+TEST(GltfMaterials, ManyLargePicturesAreScaledDown) {
+  GltfFile file = with_textures();
+  cv::Mat checker(8, 512, CV_8UC3);
+  for (int v = 0; v < checker.rows; ++v) {
+    for (int u = 0; u < checker.cols; ++u) checker.at<cv::Vec3b>(v, u) = cv::Vec3b::all((u + v) % 2 ? 200 : 100);
+  }
+  std::vector<std::uint8_t> png;
+  cv::imencode(".png", checker, png);
+  file.json["images"][0]["uri"] = "data:image/png;base64," + to_base64(std::string(png.begin(), png.end()));
+  EXPECT_EQ(part_of(file).base_color_texture.picture->width, 512);
+  EXPECT_TRUE(loaded(file.gltf())->not_drawn.empty());
+  while (file.json["images"].size() < (1u << 16)) file.json["images"].push_back({{"uri", "absent.png"}});
+  const auto model = loaded(file.gltf());  // 1024 texels each: 256 by 4
+  const auto& picture = *model->parts[0].base_color_texture.picture;
+  EXPECT_EQ(picture.width, 256);
+  EXPECT_EQ(picture.height, 4);
+  EXPECT_TRUE(std::ranges::all_of(picture.data, [](int value) { return value == 150; }));
+  EXPECT_EQ(model->not_drawn,
+            std::vector<std::string>{"the full size of 1 picture (scaled down to at most 1024 pixels each)"});
 }
 
 TEST(GltfMaterials, PartsAreInTheOrderOfMaterials) {
