@@ -5,7 +5,7 @@
 
 namespace lumigraft::relight {
 
-constexpr float kMinSheenAlpha = 0.01f;  ///< below it less than 1 % is reflected, but at less than 5° to the surface
+constexpr float kMinSheenAlpha = 0.01f;  ///< reflects 2 % of even light; smaller ones are drawn as this
 
 /// BRDF, 1/sr: microfacets of the distribution "Charlie" (eq. 2), with its fitted masking (eq. 3) without the
 /// terminator of eq. 4, as in the extension. Cosines of both directions and of the halfway vector with the normal.

@@ -19,9 +19,9 @@ inline float smith_lambda(const Eigen::Array2f& alpha, const Eigen::Vector3f& w)
 
 /// Per solid angle and area of the surface, 1/sr (Heitz 2014, section 5.4).
 inline float normals_density(const Eigen::Array2f& alpha, const Eigen::Vector3f& h) {
-  const float a2 = alpha.x() * alpha.y(), stretch = alpha.x() / alpha.y();
-  const float q = a2 * h.z() * h.z() + h.x() * h.x() / stretch + h.y() * h.y() * stretch;
-  return a2 / (kPi * q * q);
+  const float a2 = alpha.x() * alpha.y();
+  const float x = alpha.y() * h.x(), y = alpha.x() * h.y(), z = a2 * h.z(), q = x * x + y * y + z * z;
+  return a2 * a2 * a2 / (kPi * q * q);
 }
 
 /// Density of `sample_microfacet`, 1/sr (Heitz 2014, eq. 19). v and h are above the surface.

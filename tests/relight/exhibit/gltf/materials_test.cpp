@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "relight/exhibit/bsdf_params.h"
+#include "relight/exhibit/picture_decode.h"
 #include "tests/relight/exhibit/gltf/gltf_models.h"
 
 namespace lumigraft::test {
@@ -322,6 +323,15 @@ TEST(GltfMaterials, WhatScenesAskForIsNamedOnce) {
   EXPECT_EQ(loaded(file.gltf())->not_drawn,
             (std::vector<std::string>{"alphaMode BLEND (material 0)", "emission of the back (material 0)",
                                       "KHR_lights_punctual", "cameras"}));
+}
+
+// Headers of broken files may state any size.
+TEST(GltfMaterials, HalvingsOfAPicture) {
+  EXPECT_EQ(relight::halvings(32, 32, 1024), 0);
+  EXPECT_EQ(relight::halvings(33, 32, 1024), 1);
+  EXPECT_EQ(relight::halvings(100, 1, 30), 2);
+  EXPECT_EQ(relight::halvings(std::int64_t{1} << 32, std::int64_t{1} << 32, 1024), 27);
+  EXPECT_EQ(relight::halvings(0, 0, 1), 0);
 }
 
 // Each of n pictures may have an nth of the texels of all; of a larger one each pixel is the mean of a square.
