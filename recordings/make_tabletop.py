@@ -19,13 +19,16 @@ import scene as world
 import sensor_noise
 import statue
 
+ABOUT = (
+    "wooden table in an open room, two coloured boxes, an amber bulb and a blue-white panel, a stone owl as exhibit"
+)
 EXPOSURE = 3.6
 TRUTH_DWA_LEVEL = 75.0
 
 SESSION = """\
 format = 1
-name = "tabletop"
-about = "wooden table in an open room, two coloured boxes, an amber bulb and a blue-white panel, a stone owl as exhibit"
+name = "{name}"
+about = "{about}"
 
 [color]
 source = "images:color.txt"
@@ -126,19 +129,22 @@ def noise_of(halves, samples, mask=None):
     return {"spp": 2 * samples, "psnr_between_halves_db": round(between, 2), "psnr_floor_db": round(between + 6.02, 2)}
 
 
-def write_lists(out):
-    times = [i / world.FRAMES_PER_SECOND for i in range(world.FRAMES)]
+def write_lists(out, frames=world.FRAMES, still_fisheye=True):
+    times = [i / world.FRAMES_PER_SECOND for i in range(frames)]
     for kind in ("color", "depth"):
         lines = [f"{t:.6f} {kind}/{i:06d}.png" for i, t in enumerate(times)]
         (out / f"{kind}.txt").write_text("\n".join(["# timestamp_s path", *lines]) + "\n")
-    lines = [f"{t:.6f} fisheye/000000.exr" for t in times]  # nothing in the room moves: one picture for all
+    # Where nothing in the room moves, one picture for all.
+    lines = [f"{t:.6f} fisheye/{0 if still_fisheye else i:06d}.exr" for i, t in enumerate(times)]
     (out / "fisheye.txt").write_text("\n".join(["# timestamp_s path", *lines]) + "\n")
 
 
-def write_descriptions(out):
+def write_descriptions(out, name="tabletop", about=ABOUT):
     turn = np.radians(world.STATUE_TURN_DEGREES) / 2
     (out / "session.toml").write_text(
         SESSION.format(
+            name=name,
+            about=about,
             width=world.WIDTH,
             height=world.HEIGHT,
             focal=world.FOCAL,
@@ -163,15 +169,15 @@ def write_descriptions(out):
     )
 
 
-def make_fisheye(out, real, side):
-    halves = [render.render_fisheye(real, side, 900 + i) for i in (0, 1)]
+def make_fisheye(out, real, side, frame=0, lossy=False):
+    halves = [render.render_fisheye(real, side, 900 + 2 * frame + i) for i in (0, 1)]
     picture = ((halves[0] + halves[1]) / 2).astype(np.float16)
-    write_exr(out / "fisheye/000000.exr", picture)
+    write_exr(out / f"fisheye/{frame:06d}.exr", picture, lossy)
     return noise_of(halves, side * side)
 
 
-def make_frame(out, real, augmented, i, side, fisheye_noise):
-    T, rng = world.T_tag_camera(i), np.random.default_rng(1000 + i)
+def make_frame(out, real, augmented, i, side, fisheye_noise, T, lights):
+    rng = np.random.default_rng(1000 + i)
     mu, rho = render.render_halves(real, T, side, i), render.render_halves(augmented, T, side, i)
     background, with_statue = (mu[0] + mu[1]) / 2, (rho[0] + rho[1]) / 2
     mask = render.coverage(augmented, T)
@@ -186,7 +192,7 @@ def make_frame(out, real, augmented, i, side, fisheye_noise):
     write_json(
         truth / "pose.json", {"T_tag_from_camera": rounded(T), "T_tag_from_fisheye": rounded(world.T_tag_fisheye())}
     )
-    write_json(truth / "lights.json", world.lights())
+    write_json(truth / "lights.json", lights)
     affected = (
         np.abs(sensor_noise.srgb(EXPOSURE * with_statue) - sensor_noise.srgb(EXPOSURE * background)).max(-1) > 2 / 255
     )
@@ -215,28 +221,42 @@ def make_frame(out, real, augmented, i, side, fisheye_noise):
     return noise
 
 
-def main():
-    arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    arguments.add_argument("--out", type=Path, default=Path(__file__).parent / "tabletop")
+def parsed_arguments(description, name):
+    arguments = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
+    arguments.add_argument("--out", type=Path, default=Path(__file__).parent / name)
     arguments.add_argument("--side", type=int, default=5, help="2 side² samples a pixel (default 5: 50)")
-    given = arguments.parse_args()
-    render.choose_variant()
-    out = given.out
-    for folder in ("color", "depth", "fisheye", "models", *(f"truth/{i:06d}" for i in range(world.FRAMES))):
+    return arguments.parse_args()
+
+
+def make_folders(out, frames):
+    for folder in ("color", "depth", "fisheye", "models", *(f"truth/{i:06d}" for i in range(frames))):
         (out / folder).mkdir(parents=True, exist_ok=True)
-    write_descriptions(out)
-    write_lists(out)
-    write_ply(out / "truth/real_scene.ply", *world.truth_mesh())
+
+
+def make_statue(out):
+    """Writes its model; returns it at its place."""
     vertices, normals, triangles = statue.make_owl()
     statue.write_glb(out / "models/statue.glb", vertices, normals, triangles, world.STATUE_COLOR)
     T = world.T_tag_statue()
-    real = render.build()
-    augmented = render.build((vertices @ T[:3, :3].T + T[:3, 3], normals @ T[:3, :3].T, triangles))
+    return vertices @ T[:3, :3].T + T[:3, 3], normals @ T[:3, :3].T, triangles
+
+
+def main():
+    given = parsed_arguments(__doc__, "tabletop")
+    render.choose_variant()
+    out = given.out
+    make_folders(out, world.FRAMES)
+    write_descriptions(out)
+    write_lists(out)
+    write_ply(out / "truth/real_scene.ply", *world.truth_mesh())
+    real, augmented = render.build(), render.build(make_statue(out))
     fisheye_noise = make_fisheye(out, real, given.side)
     print("fisheye", fisheye_noise, flush=True)
     for i in range(world.FRAMES):
         start = time.process_time()
-        noise = make_frame(out, real, augmented, i, given.side, fisheye_noise)
+        noise = make_frame(
+            out, real, augmented, i, given.side, fisheye_noise, world.T_tag_camera(i), world.lights()
+        )
         floors = {k: v["psnr_floor_db"] for k, v in noise.items() if isinstance(v, dict)}
         print(f"frame {i}: floors {floors} dB, {time.process_time() - start:.0f} s of processor time", flush=True)
 

@@ -58,10 +58,11 @@ def texture(part):
     }
 
 
-def build(statue=None):
-    """The real scene; with `statue` (vertices, normals, triangles in the tag frame) the augmented one."""
+def build(statue=None, bulb=world.BULB, visitors=()):
+    """The real scene, with the lamp at its place of the moment and further parts that come and go; with `statue`
+    (vertices, normals, triangles in the tag frame) the augmented one."""
     black = {"type": "diffuse", "reflectance": rgb([0, 0, 0])}
-    bulb, panel = world.BULB, world.PANEL
+    panel = world.PANEL
     centre, normal = np.array(panel["centre"]), np.array(panel["normal"])
     stand = mi.ScalarTransform4f().look_at(origin=centre.tolist(), target=(centre + normal).tolist(), up=[0, 0, 1])
     out = {
@@ -82,7 +83,7 @@ def build(statue=None):
         },
         "environment": {"type": "constant", "radiance": rgb(world.ENVIRONMENT), "sampling_weight": 0.03},
     }
-    for i, part in enumerate(world.real_parts()):
+    for i, part in enumerate([*world.real_parts(), *visitors]):
         albedo = rgb(part.albedo) if part.texture is None else texture(part)
         index = np.arange(3 * len(part.triangles)).reshape(-1, 3)
         out[f"part{i}"] = mesh(part.name, part.triangles, index, lambert(albedo), uv=part.uv)

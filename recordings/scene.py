@@ -30,6 +30,13 @@ TABLE = {"x": (-0.66, 0.78), "y": (-0.42, 0.86), "thickness": 0.035}
 PAPER_EDGE_M = 0.20  # ten modules of 2 cm: the black square is eight of them
 
 
+def use_pictures_of(width, fisheye_size):
+    """The same views in pictures of another size."""
+    global WIDTH, HEIGHT, FOCAL, FISHEYE_SIZE, FISHEYE_FOCAL
+    WIDTH, HEIGHT, FOCAL = width, HEIGHT * width // WIDTH, FOCAL * width / WIDTH
+    FISHEYE_SIZE, FISHEYE_FOCAL = fisheye_size, FISHEYE_FOCAL * fisheye_size / FISHEYE_SIZE
+
+
 @dataclass
 class Part:
     """Flat-shaded triangles of one material: a colour, or a texture (linear, row 0 at v = 1) with its mean beside it."""
@@ -231,15 +238,15 @@ def T_tag_statue():
     return T
 
 
-def lights():
+def lights(bulb=BULB):
     """lights.json. A lamp that radiates evenly over its area A gives off pi A L per channel."""
-    area = 4 * np.pi * BULB["radius"] ** 2
+    area = 4 * np.pi * bulb["radius"] ** 2
     normal = np.array(PANEL["normal"]) / np.linalg.norm(PANEL["normal"])
     panel_area = PANEL["size"][0] * PANEL["size"][1]
     power = lambda a, lamp: [round(np.pi * a * c, 6) for c in lamp["radiance"]]  # noqa: E731
     return {
         "lights": [
-            {**BULB, "kind": "bulb", "area_m2": area, "power_W": power(area, BULB)},
+            {**bulb, "kind": "bulb", "area_m2": area, "power_W": power(area, bulb)},
             {
                 **PANEL,
                 "kind": "panel",

@@ -9,6 +9,27 @@ namespace {
 
 std::string quoted(const VirtualObject& object) { return "object \"" + object.name + "\""; }
 
+/// Of materials that a volume's and a pixel's surface here cannot express; empty if nothing.
+std::string simplified(const VirtualObject& object) {
+  bool sheen = false, anisotropy = false, coat = false, specular = false;
+  for (const Model::Part& part : object.model->parts) {
+    const Material material = object.material.over(part.material);
+    sheen = sheen || material.sheen_color.maxCoeff() > 0;
+    anisotropy = anisotropy || material.anisotropy > 0;
+    coat = coat || (material.clearcoat > 0 && (part.clearcoat_normal_texture.picture || part.normal_texture.picture));
+    specular = specular || (material.specular_color != Eigen::Vector3f::Ones() ||
+                            (material.transmission == 0 && material.ior > 1.5f));
+  }
+  std::vector<std::string> features;
+  if (sheen) features.emplace_back("sheen as a matt colour");
+  if (anisotropy) features.emplace_back("anisotropic roughness as the same in all directions");
+  if (coat) features.emplace_back("clearcoat with the normals of what it covers");
+  if (specular) features.emplace_back("specular reflection without colour and at most that of the index 1.5");
+  if (features.empty()) return {};
+  return quoted(object) + " is drawn with " + capture::listed(features) +
+         "; plan.method = rays draws what its file asks for";
+}
+
 }  // namespace
 
 std::string what_is_missing(const reconstruct::Scene& scene, bool any_object, const std::vector<std::string>& preparing,
@@ -55,6 +76,7 @@ std::vector<std::string> quality_warnings(const Exhibit& exhibit, const std::vec
       lines.push_back(quoted(object) + " is rendered with fewer triangles: " + why);
     }
     for (const std::string& line : left_out(object)) lines.push_back(line);
+    if (const std::string line = simplified(object); !line.empty()) lines.push_back(line);
     if (transmits(objects.at(i - 1))) {
       lines.push_back(
           quoted(object) +

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "relight/exhibit/sheen.h"
+
 namespace lumigraft::relight {
 
 constexpr float kMinAlpha = 2e-3f;  // at smaller alpha the lobe is narrower than any cone or lamp here
@@ -14,23 +16,30 @@ constexpr float kMinAttenuation = 1e-6f;  // at less than a millionth of the lig
 
 BsdfParams bsdf_params_of(const Eigen::Array3f& base, const Material& m, bool front) {
   const float dielectric = 1 - m.metallic;
-  BsdfParams bsdf{.diffuse = base * (dielectric * (1 - m.transmission)),
-                  .f0 = 0.04f * m.layer_specular() * dielectric + base * m.metallic,
-                  .f90 = m.layer_specular() * dielectric + m.metallic,
-                  .alpha = std::max(m.roughness * m.roughness, kMinAlpha),
-                  .gltf = m.gltf};
+  BsdfParams bsdf{
+      .diffuse = base * (dielectric * (1 - m.transmission)),
+      .f0 = (m.normal_reflectance() * m.specular_color.array()).min(1) * (m.specular * dielectric) + base * m.metallic,
+      .f90 = m.specular * dielectric + m.metallic,
+      .alpha = std::max(m.roughness * m.roughness, kMinAlpha),
+      .gltf = m.gltf};
   if (m.clearcoat > 0) {
     bsdf.coat = m.clearcoat;
     bsdf.coat_alpha = std::max(m.clearcoat_roughness * m.clearcoat_roughness, kMinAlpha);
   }
+  if (m.anisotropy > 0) bsdf.stretch = std::lerp(bsdf.alpha, 1.0f, m.anisotropy * m.anisotropy) / bsdf.alpha;
+  if (m.sheen_color.maxCoeff() > 0) {
+    bsdf.sheen = m.sheen_color.array().min(1);
+    bsdf.sheen_alpha = std::max(m.sheen_roughness * m.sheen_roughness, kMinSheenAlpha);
+  }
   if (!(m.transmission > 0 && dielectric > 0)) return bsdf;
   bsdf.transmitted = base * (dielectric * m.transmission);
-  bsdf.f0 = m.specular * m.normal_reflectance() * dielectric + base * m.metallic;
-  bsdf.f90 = m.specular * dielectric + m.metallic;
   bsdf.eta = m.thin_walled || front ? m.ior : 1 / m.ior;
   bsdf.bends = !m.thin_walled && m.ior >= kMinBend;
-  if (!m.thin_walled && !front) bsdf.coat = 0;                // it is on the outside of a volume
-  if (!m.thin_walled && !bsdf.bends) bsdf.alpha = kMinAlpha;  // what does not bend light does not scatter it either
+  if (!m.thin_walled && !front) bsdf.coat = 0;  // it is on the outside of a volume
+  if (!m.thin_walled && !bsdf.bends) {          // what does not bend light does not scatter it either
+    bsdf.alpha = kMinAlpha;
+    bsdf.stretch = 1;
+  }
   return bsdf;
 }
 
@@ -82,9 +91,26 @@ float coat_share(float coat, float cos_out) {
 
 float coat_share_evenly(float coat) { return coat * (kCoatF0 + (1 - kCoatF0) / 21); }
 
+float under_sheen(const BsdfParams& bsdf, float cos_in, float cos_out) {
+  if (!bsdf.has_sheen()) return 1;
+  const float larger = std::max(sheen_albedo(bsdf.sheen_alpha, cos_in), sheen_albedo(bsdf.sheen_alpha, cos_out));
+  return 1 - bsdf.sheen.maxCoeff() * larger;
+}
+
+float under_sheen_evenly(const BsdfParams& bsdf, float cos_out) {
+  return bsdf.has_sheen() ? 1 - bsdf.sheen.maxCoeff() * larger_sheen_albedo(bsdf.sheen_alpha, cos_out) : 1;
+}
+
+float under_sheen_evenly(const BsdfParams& bsdf) {
+  return bsdf.has_sheen() ? 1 - bsdf.sheen.maxCoeff() * larger_sheen_albedo_evenly(bsdf.sheen_alpha) : 1;
+}
+
 Eigen::Array3f reflectance_ahead(const BsdfParams& bsdf) {
   const float share = coat_share(bsdf.coat, 1);
-  return share + (1 - share) * bsdf.f0;
+  Eigen::Array3f under_coat = bsdf.f0;
+  if (bsdf.has_sheen())
+    under_coat = bsdf.sheen * sheen_albedo(bsdf.sheen_alpha, 1) + under_sheen_evenly(bsdf, 1) * bsdf.f0;
+  return share + (1 - share) * under_coat;
 }
 
 Eigen::Array3f reflectance_evenly(const BsdfParams& bsdf) {
@@ -92,8 +118,11 @@ Eigen::Array3f reflectance_evenly(const BsdfParams& bsdf) {
   const Eigen::Array3f body =
       bsdf.gltf ? (bsdf.diffuse * (1 - bsdf.f0 - (bsdf.f90 - bsdf.f0) * 0.0036f)).eval()  // as above, of all angles
                 : (bsdf.diffuse * (1 - layer) * (1 - layer)).eval();
+  Eigen::Array3f under_coat = layer + body;
+  if (bsdf.has_sheen())
+    under_coat = bsdf.sheen * sheen_albedo_evenly(bsdf.sheen_alpha) + under_sheen_evenly(bsdf) * under_coat;
   const float share = coat_share_evenly(bsdf.coat);
-  return share + (1 - share) * (layer + body);
+  return share + (1 - share) * under_coat;
 }
 
 }  // namespace lumigraft::relight

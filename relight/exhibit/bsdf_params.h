@@ -2,7 +2,9 @@
 // BSDF parameters: a Lambert body under a specular layer (glTF 2.0 metallic-roughness with KHR_materials_specular), and
 // the energy split between them, as in shaders/common/bsdf_params.glsl. KHR_materials_transmission: a part of the light
 // under the layer passes the surface. KHR_materials_clearcoat: a coat reflects a share of the light, by Fresnel at the
-// coat's normal, and all of the above has the rest.
+// coat's normal, and all of the above has the rest. KHR_materials_sheen: fibres above all but the coat, which leave
+// what the larger of their reflectances for both directions does not take. KHR_materials_anisotropy: the layer's facets
+// are wider along one direction.
 #include <Eigen/Core>
 
 #include "relight/exhibit/exhibit.h"
@@ -16,17 +18,24 @@ struct BsdfParams {
   Eigen::Array3f diffuse = Eigen::Array3f::Zero();  ///< albedo of the Lambert part
   Eigen::Array3f f0 = Eigen::Array3f::Zero();
   float f90 = 0;
-  float alpha = 1;    ///< GGX roughness
-  bool gltf = false;  ///< as in Material
+  float alpha = 1;    ///< GGX roughness, of an anisotropic layer that across `along`
+  float stretch = 1;  ///< of an anisotropic one: the roughness along that direction over alpha
+  Eigen::Vector3f along = Eigen::Vector3f::UnitX();  ///< of a SurfaceHit: tag frame; PathVertex has it along x
+  bool gltf = false;                                 ///< as in Material
   /// Colour of what passes the surface, without the layer's share; zero: opaque.
   Eigen::Array3f transmitted = Eigen::Array3f::Zero();
   float eta = 1;       ///< of a transmissive surface: index of refraction beyond it over that on the ray's side
   bool bends = false;  ///< whether transmitted light is refracted; else it passes straight
   float coat = 0, coat_alpha = 1;                          ///< intensity of the coat; its GGX roughness
   Eigen::Vector3f coat_normal = Eigen::Vector3f::UnitZ();  ///< unit, shading frame; of a SurfaceHit: tag frame
+  Eigen::Array3f sheen = Eigen::Array3f::Zero();           ///< its colour
+  float sheen_alpha = 1;                                   ///< as in sheen.h
   Lobes lobes = Lobes::all;
 
-  bool mirrors() const { return f90 > 0 || f0.maxCoeff() > 0 || transmits() || coat > 0; }
+  bool mirrors() const { return f90 > 0 || f0.maxCoeff() > 0 || transmits() || coat > 0 || has_sheen(); }
+  bool has_sheen() const { return sheen.maxCoeff() > 0; }
+  /// GGX roughness along x and y of the shading frame.
+  Eigen::Array2f alphas() const { return {alpha * stretch, alpha}; }
   bool transmits() const { return transmitted.maxCoeff() > 0; }
   bool has_body() const { return lobes == Lobes::all || lobes == Lobes::body; }
   bool has_reflection() const { return lobes != Lobes::body && lobes != Lobes::transmission; }
@@ -62,11 +71,17 @@ inline float coat_share(const BsdfParams& bsdf, const Eigen::Vector3f& v) {
 }
 float coat_share_evenly(float coat);
 
+/// What the sheen leaves of the rest, by cosines of both directions with the normal; its mean over one of them and over
+/// both, weighted by their cosines. The larger of the two albedos, as reflectance is the same in both directions.
+float under_sheen(const BsdfParams& bsdf, float cos_in, float cos_out);
+float under_sheen_evenly(const BsdfParams& bsdf, float cos_out);
+float under_sheen_evenly(const BsdfParams& bsdf);
+
 /// Reflectance at normal incidence, without the body.
 Eigen::Array3f reflectance_ahead(const BsdfParams& bsdf);
 
-/// Reflectance for uniform incident light, coat, layer and body together. Energy that a rough layer loses by masking is
-/// not subtracted.
+/// Reflectance for uniform incident light, coat, sheen, layer and body together. Energy that a rough layer loses by
+/// masking is not subtracted.
 Eigen::Array3f reflectance_evenly(const BsdfParams& bsdf);
 
 }  // namespace lumigraft::relight

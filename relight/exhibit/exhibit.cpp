@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <set>
 #include <utility>
@@ -9,10 +10,12 @@
 #include "capture/error.h"
 #include "capture/message_text.h"
 #include "relight/animation/pose.h"
+#include "relight/exhibit/loading.h"
 
 namespace lumigraft::relight {
 namespace {
 
+/// Of one exhibit.
 using ModelCache = std::map<std::pair<std::filesystem::path, char>, std::shared_ptr<const Model>>;
 
 Eigen::Vector3d read_position(const capture::ConfigTable& table, const Eigen::Vector3d& fallback) {
@@ -94,36 +97,75 @@ void place_by_size(double size_m, VirtualObject& object) {
   object.origin_m = {box.center().x(), box.center().y(), box.min().z()};
 }
 
+/// The keys of an object that only its model can answer.
+struct ModelKeys {
+  struct Animation {
+    capture::ConfigTable table;
+    std::optional<std::string> name;
+    bool loops, playing;
+    double at_s;
+  };
+  capture::ConfigTable table;
+  double size_m;  ///< 0: none
+  std::optional<std::string> variant;
+  std::optional<Animation> animation;
+
+  explicit ModelKeys(const capture::ConfigTable& of) : table(of), size_m(of.number("size_m", 1e-3, 1e3, 0.0)) {
+    if (of.has("variant")) variant = of.text("variant");
+    const auto keys = of.optional_table("animation");
+    if (!keys) return;
+    std::optional<std::string> name;
+    if (keys->has("name")) name = keys->text("name");
+    const bool loops = keys->flag("loop", true);
+    const double at_s = keys->number("at_s", 0.0, 1e6, 0.0);
+    animation = Animation{*keys, std::move(name), loops, keys->flag("playing", true), at_s};
+  }
+};
+
 /// Of the model's animations, the first if no other is named; nothing if it has none.
-std::optional<ShownAnimation> read_animation(const capture::ConfigTable& table, const Model& model) {
-  const auto keys = table.optional_table("animation");
+std::optional<ShownAnimation> shown_animation(const ModelKeys& of, const Model& model) {
+  const std::optional<ModelKeys::Animation>& keys = of.animation;
   if (!model.rig) {
-    if (keys) table.fail("animation", "found a model without animations, allowed: one with an animation");
+    if (keys) of.table.fail("animation", "found a model without animations, allowed: one with an animation");
     return std::nullopt;
   }
   ShownAnimation shown;
   if (!keys) return shown;
   const std::vector<Rig::Animation>& all = model.rig->animations;
-  if (keys->has("name")) {
-    const std::string name = keys->text("name");
+  if (keys->name) {
+    const std::string& name = *keys->name;
     const auto found = std::ranges::find(all, name, &Rig::Animation::name);
     if (found == all.end()) {
       std::vector<std::string> names;
       for (const Rig::Animation& animation : all) names.push_back("\"" + animation.name + "\"");
-      keys->fail("name", "found \"" + name + "\", allowed: " + capture::listed(names));
+      keys->table.fail("name", "found \"" + name + "\", allowed: " + capture::listed(names));
     }
     shown.index = static_cast<std::size_t>(found - all.begin());
   }
-  shown.loops = keys->flag("loop", true);
-  const double at_s = keys->number("at_s", 0.0, 1e6, 0.0);
-  if (keys->flag("playing", true))
-    shown.begin_s = -at_s;
+  shown.loops = keys->loops;
+  if (keys->playing)
+    shown.begin_s = -keys->at_s;
   else
-    shown.held_s = at_s;
+    shown.held_s = keys->at_s;
   return shown;
 }
 
-VirtualObject read_object(const capture::ConfigTable& table, ModelCache* cache) {
+void give_model(const ModelKeys& keys, const std::shared_ptr<const Model>& model, VirtualObject& object) {
+  object.model = model;
+  if (!model->variants.empty()) object.default_model = model;
+  object.animation = shown_animation(keys, *model);
+  if (keys.size_m > 0) place_by_size(keys.size_m, object);
+  if (!keys.variant) return;
+  if (const auto error = object.show_variant(keys.variant)) keys.table.fail("variant", *error);
+}
+
+struct ReadObject {
+  VirtualObject object;  ///< without its model
+  std::uintmax_t model_bytes = 0;
+  std::function<GiveModel(const LoadProgress&)> load;
+};
+
+ReadObject read_object(const capture::ConfigTable& table, const std::shared_ptr<ModelCache>& cache) {
   VirtualObject object;
   const std::filesystem::path file = table.existing_file("model");
   const std::string extension = file.extension().string();
@@ -134,28 +176,23 @@ VirtualObject read_object(const capture::ConfigTable& table, ModelCache* cache) 
   object.rotation = read_rotation(table, object.rotation);
   if (table.has("size_m") && table.has("scale"))
     table.fail("size_m", "found together with scale, allowed: one of both");
-  const double size_m = table.number("size_m", 1e-3, 1e3, 0.0);
   object.scale = table.number("scale", 1e-6, 1e6, 1.0);
   table.obsolete("rigid");
   object.visible = table.flag("visible", true);
   object.stands = table.choice("on", {"tag", "table"}, "tag") == "table";
   object.motion = read_motion(table, object);
 
-  std::shared_ptr<const Model>& model = (*cache)[{file, up}];
-  try {
-    if (!model) model = load_model(file, up);
-  } catch (const capture::InputError& error) {
-    table.fail("model", error.what());
-  }
-  object.model = model;
-  if (!model->variants.empty()) object.default_model = model;
-  object.animation = read_animation(table, *model);
-  if (size_m > 0) place_by_size(size_m, object);
-  if (table.has("variant")) {
-    if (const auto error = object.show_variant(table.text("variant"))) table.fail("variant", *error);
-  }
   if (const auto material = table.optional_table("material")) object.material = read_material(*material);
-  return object;
+  const auto load = [keys = ModelKeys(table), cache, file, up](const LoadProgress& progress) -> GiveModel {
+    std::shared_ptr<const Model>& model = (*cache)[{file, up}];
+    try {
+      if (!model) model = load_model(file, up, progress);
+    } catch (const capture::InputError& error) {
+      keys.table.fail("model", error.what());
+    }
+    return [keys, model](VirtualObject& object) { give_model(keys, model, object); };
+  };
+  return {std::move(object), std::filesystem::file_size(file), load};
 }
 
 }  // namespace
@@ -221,12 +258,22 @@ Exhibit placed_at(Exhibit exhibit, const Eigen::Isometry3d& T_tag_exhibit) {
 }
 
 Exhibit read_exhibit(const capture::ConfigTable& root) {
+  return read_exhibit(root, std::numeric_limits<std::uintmax_t>::max(), nullptr);
+}
+
+Exhibit read_exhibit(const capture::ConfigTable& root, std::uintmax_t max_model_bytes,
+                     std::vector<UnloadedObject>* later) {
   Exhibit exhibit;
-  ModelCache cache;
+  const auto cache = std::make_shared<ModelCache>();
   std::set<std::string> names;
   for (const capture::ConfigTable& table : root.tables("object")) {
-    exhibit.objects.push_back(read_object(table, &cache));
-    const std::string& name = exhibit.objects.back().name;
+    ReadObject read = read_object(table, cache);
+    const std::string name = read.object.name;
+    if (read.model_bytes > max_model_bytes)
+      later->push_back({exhibit.objects.size(), name, std::move(read.load)});
+    else
+      read.load({})(read.object);
+    exhibit.objects.push_back(std::move(read.object));
     if (!names.insert(name).second) {
       table.fail(table.has("name") ? "name" : "model",
                  "found a second object named \"" + name + "\", allowed: a name of its own for each");

@@ -43,20 +43,31 @@ struct Material {
   /// A dielectric coat of the index 1.5 over all of it: its intensity, from 0 to 1, and roughness
   /// (KHR_materials_clearcoat).
   float clearcoat = 0.0f, clearcoat_roughness = 0.0f;
+  /// Of what the layer reflects at normal incidence, linear, at least 0 (KHR_materials_specular).
+  Eigen::Vector3f specular_color = Eigen::Vector3f::Ones();
+  /// Reflectance of fibres over all but the coat, linear, and their roughness (KHR_materials_sheen, sheen.h).
+  Eigen::Vector3f sheen_color = Eigen::Vector3f::Zero();
+  float sheen_roughness = 0.0f;
+  /// From 0 to 1: how much rougher the layer is along one direction of the surface than across it; the roughness is
+  /// that across it (KHR_materials_anisotropy). And the angle from the tangent to that direction, counter-clockwise.
+  float anisotropy = 0.0f, anisotropy_rotation_rad = 0.0f;
 
   /// Reflectance of a smooth boundary at normal incidence (Fresnel), without the specular factor.
   float normal_reflectance() const { return (ior - 1) * (ior - 1) / ((ior + 1) * (ior + 1)); }
-  /// The factor that has the same normal reflectance with the index 1.5, at most 1: of opaque layers.
+  /// The factor that has about the same normal reflectance with the index 1.5, at most 1: of opaque layers on devices.
   float layer_specular() const {
-    return ior == 1.5f ? specular : std::min(specular * normal_reflectance() / 0.04f, 1.0f);
+    if (ior == 1.5f && specular_color == Eigen::Vector3f::Ones()) return specular;
+    return std::min(specular * normal_reflectance() / 0.04f * specular_color.mean(), 1.0f);
   }
 };
 
+inline constexpr double kMaxSpecularColor = 1e6;  ///< a reflectance of 1 is reached at 25 with the index 1.5
 inline constexpr double kMaxIor = 10, kMinAttenuationDistance_m = 1e-6, kMaxAttenuationDistance_m = 1000;
 inline constexpr double kMaxEmission = 100000;  ///< about the radiance of the sun over that of white paper in its light
 
 /// Overrides for a model's own materials, which keep the way in which they are mixed. Unset values keep each part's
-/// own; a base colour also replaces textures and vertex colours, and emission its texture. An unlit part stays so
+/// own; a base colour also replaces textures, vertex colours and the sheen, emission its texture, a specular factor the
+/// specular colour, and a roughness the anisotropy. An unlit part stays so
 /// unless the way in which it treats light is set.
 struct MaterialOverride {
   std::optional<Eigen::Vector3f> base_color;  ///< linear
@@ -99,7 +110,12 @@ struct MaterialOverride {
             attenuation_distance_m.value_or(part.attenuation_distance_m),
             part.unlit && !(metallic || roughness || specular || emission || transmission || clearcoat),
             clearcoat.value_or(part.clearcoat),
-            clearcoat_roughness.value_or(part.clearcoat_roughness)};
+            clearcoat_roughness.value_or(part.clearcoat_roughness),
+            specular ? Eigen::Vector3f(1, 1, 1) : part.specular_color,
+            base_color ? Eigen::Vector3f(0, 0, 0) : part.sheen_color,
+            part.sheen_roughness,
+            roughness ? 0 : part.anisotropy,
+            part.anisotropy_rotation_rad};
   }
   bool operator==(const MaterialOverride&) const = default;
 };
@@ -136,6 +152,15 @@ struct Model {
     /// Linear: red of the first and green of the second multiply the factors.
     TextureSlot clearcoat_texture, clearcoat_roughness_texture;
     float clearcoat_factor = 0, clearcoat_roughness_factor = 0;
+    TextureSlot clearcoat_normal_texture;  ///< as normal_texture
+    float clearcoat_normal_scale = 1;
+    /// Grey, linear, of specular factor and sheen roughness; sRGB of the colours.
+    TextureSlot specular_texture, specular_color_texture, sheen_color_texture, sheen_roughness_texture;
+    float specular_factor = 1, sheen_roughness_factor = 0;
+    Eigen::Vector3f specular_color_factor = Eigen::Vector3f::Ones(), sheen_color_factor = Eigen::Vector3f::Zero();
+    /// Linear: in red and green, from -1 to 1, the direction from the tangent; in blue, what multiplies the factor.
+    TextureSlot anisotropy_texture;
+    float anisotropy_factor = 0;
     std::uint32_t first_index = 0, index_count = 0;
   };
   std::vector<Eigen::Vector3f> positions_m;

@@ -42,7 +42,10 @@ bool reads_second_texcoords(const Model::Part& part) {
   return part.base_color_texture.texcoord_set == 1 || part.metallic_roughness_texture.texcoord_set == 1 ||
          part.normal_texture.texcoord_set == 1 || part.emissive_texture.texcoord_set == 1 ||
          part.transmission_texture.texcoord_set == 1 || part.clearcoat_texture.texcoord_set == 1 ||
-         part.clearcoat_roughness_texture.texcoord_set == 1;
+         part.clearcoat_roughness_texture.texcoord_set == 1 || part.clearcoat_normal_texture.texcoord_set == 1 ||
+         part.specular_texture.texcoord_set == 1 || part.specular_color_texture.texcoord_set == 1 ||
+         part.sheen_color_texture.texcoord_set == 1 || part.sheen_roughness_texture.texcoord_set == 1 ||
+         part.anisotropy_texture.texcoord_set == 1;
 }
 
 Eigen::Matrix3f up_to_z(char up) {

@@ -170,7 +170,9 @@ std::shared_ptr<const Model> load_with_assimp(const fs::path& path, AssimpFormat
 
 }  // namespace
 
-std::shared_ptr<const Model> load_model(const fs::path& path, char up) {
+std::shared_ptr<const Model> load_model(const fs::path& path, char up) { return load_model(path, up, {}); }
+
+std::shared_ptr<const Model> load_model(const fs::path& path, char up, const LoadProgress& progress) {
   capture::refuse_if(up != 'x' && up != 'y' && up != 'z',
                      path.string() + ": up: found \"" + std::string(1, up) + "\", allowed: x, y or z");
   const std::string extension = extension_of(path);
@@ -179,9 +181,10 @@ std::shared_ptr<const Model> load_model(const fs::path& path, char up) {
                      path.string() + ": found \"" + extension + "\", allowed: .gltf, .glb, .ply or .obj");
   capture::refuse_if(!fs::is_regular_file(path), path.string() + ": no such file");
   const std::shared_ptr<const Model> model =
-      gltf ? load_gltf(path, up) : load_with_assimp(path, ply ? AssimpFormat::ply : AssimpFormat::obj, up);
+      gltf ? load_gltf(path, up, progress) : load_with_assimp(path, ply ? AssimpFormat::ply : AssimpFormat::obj, up);
   capture::refuse_if(model->indices.empty(),
                      path.string() + ": found no triangles with an area, allowed: at least one");
+  if (progress) progress(1);
   return model;
 }
 

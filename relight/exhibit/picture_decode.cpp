@@ -79,7 +79,7 @@ void check_size(std::int64_t width, std::int64_t height) {
 }
 
 /// Throws InputError if it cannot be read.
-cv::Mat decoded(Bytes bytes, int flags) {
+cv::Mat decoded(Bytes bytes, int flags, std::int64_t max_texels) {
   if (const auto header = picture_header(bytes)) check_size(header->width, header->height);
   cv::Mat picture;
   try {
@@ -90,6 +90,10 @@ cv::Mat decoded(Bytes bytes, int flags) {
   }
   if (picture.empty()) throw capture::InputError(kBroken);
   check_size(picture.cols, picture.rows);
+  if (const int times = halvings(picture.cols, picture.rows, max_texels); times > 0) {
+    const cv::Size size(std::max(picture.cols >> times, 1), std::max(picture.rows >> times, 1));
+    cv::resize(picture, picture, size, 0, 0, cv::INTER_AREA);
+  }
   return picture;
 }
 
@@ -108,15 +112,22 @@ std::optional<PictureHeader> picture_header(Bytes bytes) {
   return std::nullopt;
 }
 
-TexturePicture decode_picture(Bytes bytes) {
-  const cv::Mat picture = decoded(bytes, cv::IMREAD_COLOR);
+int halvings(std::int64_t width, std::int64_t height, std::int64_t max_texels) {
+  int times = 0;
+  // Without a product, as a header may state any size.
+  while ((width >> times) > max_texels / std::max<std::int64_t>(height >> times, 1)) ++times;
+  return times;
+}
+
+TexturePicture decode_picture(Bytes bytes, std::int64_t max_texels) {
+  const cv::Mat picture = decoded(bytes, cv::IMREAD_COLOR, max_texels);
   auto image = std::make_shared<capture::Image<std::uint8_t>>(picture.cols, picture.rows, 3);
   cv::cvtColor(picture, cv::Mat(picture.rows, picture.cols, CV_8UC3, image->data.data()), cv::COLOR_BGR2RGB);
   return image;
 }
 
-std::shared_ptr<const capture::Image<std::uint8_t>> decode_alpha(Bytes bytes) {
-  cv::Mat picture = decoded(bytes, cv::IMREAD_UNCHANGED);
+std::shared_ptr<const capture::Image<std::uint8_t>> decode_alpha(Bytes bytes, std::int64_t max_texels) {
+  cv::Mat picture = decoded(bytes, cv::IMREAD_UNCHANGED, max_texels);
   if (picture.channels() != 4) return nullptr;
   if (picture.depth() == CV_16U) picture.convertTo(picture, CV_8U, 1 / 257.0);
   if (picture.depth() != CV_8U) throw capture::InputError(kBroken);

@@ -1,6 +1,7 @@
 #pragma once
 // Pictures of textures: PNG, JPEG, WebP and what else OpenCV reads.
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -19,10 +20,18 @@ struct PictureHeader {
 /// Nothing if the bytes begin as none of these files.
 std::optional<PictureHeader> picture_header(std::span<const std::uint8_t> bytes);
 
-/// As stored: orientation and colour profiles are ignored, as glTF demands. Throws InputError, without the picture's
-/// place, if it cannot be read or is larger than 8192 pixels along an edge, before any pixel is decoded.
-TexturePicture decode_picture(std::span<const std::uint8_t> bytes);
+inline constexpr std::int64_t kAllTexels = std::numeric_limits<std::int64_t>::max();
+
+/// How often a picture of this size is halved so that it has at most so many texels.
+int halvings(std::int64_t width, std::int64_t height, std::int64_t max_texels);
+
+/// As stored: orientation and colour profiles are ignored, as glTF demands. A picture with more texels than that is
+/// scaled down by a power of 2; each pixel is the mean of the values that it replaces, as they are encoded. Throws
+/// InputError, without the picture's place, if it cannot be read or is larger than 8192 pixels along an edge, before
+/// any pixel is decoded.
+TexturePicture decode_picture(std::span<const std::uint8_t> bytes, std::int64_t max_texels = kAllTexels);
 /// Alpha of a picture that `decode_picture` reads, 1 channel; null: it has none.
-std::shared_ptr<const capture::Image<std::uint8_t>> decode_alpha(std::span<const std::uint8_t> bytes);
+std::shared_ptr<const capture::Image<std::uint8_t>> decode_alpha(std::span<const std::uint8_t> bytes,
+                                                                 std::int64_t max_texels = kAllTexels);
 
 }  // namespace lumigraft::relight

@@ -15,7 +15,9 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 Rgb diffuse_under(const SurfaceHit& surface, const Vector3f& w) {
   const BsdfParams& bsdf = surface.bsdf;
   if (!bsdf.mirrors()) return bsdf.diffuse;
-  return bsdf.diffuse * under_layer_evenly(bsdf, -surface.normal.dot(w)) * (1 - coat_share(bsdf, -w));
+  const float cos_out = -surface.normal.dot(w);
+  return bsdf.diffuse * under_layer_evenly(bsdf, cos_out) *
+         (under_sheen_evenly(bsdf, cos_out) * (1 - coat_share(bsdf, -w)));
 }
 
 SurfaceHit white_surface(SurfaceHit surface) {

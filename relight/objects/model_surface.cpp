@@ -189,7 +189,7 @@ ModelSurface::Shading ModelSurface::at(const ModelPoint& point, const MaterialOv
   TexturedPoint textured(*this, point);
   const Model::Part& part = textured.part();
   const Vector3f interpolated = mixed(model_, model_.normals, point).stableNormalized();
-  Shading s{material.over(part.material), interpolated, interpolated};
+  Shading s{material.over(part.material), interpolated, interpolated, interpolated, Vector3f::Zero()};
   if (!material.base_color) {
     s.material.base_color.array() *= mixed(model_, model_.colors, point).array();
     if (const auto color = textured.texel(TextureUse::base_color)) s.material.base_color.array() *= color->array();
@@ -207,6 +207,25 @@ ModelSurface::Shading ModelSurface::at(const ModelPoint& point, const MaterialOv
     if (const auto passing = textured.texel(TextureUse::transmission))
       s.material.transmission = part.transmission_factor * passing->x();
   }
+  read_layers(material, textured, &s);
+  if (const auto map = textured.texel(TextureUse::normals)) {
+    const float variance = turn_normal(point, {*map, part.normal_texture, part.normal_scale}, interpolated, &s.normal);
+    s.material.roughness = std::sqrt(alpha_with(s.material.roughness * s.material.roughness, variance));
+  }
+  if (s.material.anisotropy > 0) read_anisotropy(point, textured, &s);
+  if (!(s.material.clearcoat > 0)) return s;
+  if (const auto map = textured.texel(TextureUse::clearcoat_normals)) {
+    const float variance = turn_normal(point, {*map, part.clearcoat_normal_texture, part.clearcoat_normal_scale},
+                                       interpolated, &s.coat_normal),
+                alpha = s.material.clearcoat_roughness * s.material.clearcoat_roughness;
+    s.material.clearcoat_roughness = std::sqrt(alpha_with(alpha, variance));
+  }
+  return s;
+}
+
+void ModelSurface::read_layers(const MaterialOverride& material, TexturedPoint& textured, Shading* surface) const {
+  const Model::Part& part = textured.part();
+  Shading& s = *surface;
   if (!material.clearcoat) {
     if (const auto coat = textured.texel(TextureUse::clearcoat))
       s.material.clearcoat = part.clearcoat_factor * coat->x();
@@ -215,20 +234,47 @@ ModelSurface::Shading ModelSurface::at(const ModelPoint& point, const MaterialOv
     if (const auto coat = textured.texel(TextureUse::clearcoat_roughness))
       s.material.clearcoat_roughness = part.clearcoat_roughness_factor * coat->y();
   }
-  if (const auto map = textured.texel(TextureUse::normals)) turn_normal(point, *map, &s);
-  return s;
+  if (!material.specular) {
+    if (const auto factor = textured.texel(TextureUse::specular))
+      s.material.specular = part.specular_factor * factor->x();
+    if (const auto color = textured.texel(TextureUse::specular_color))
+      s.material.specular_color = part.specular_color_factor.cwiseProduct(*color);
+  }
+  if (material.base_color || !(part.sheen_color_factor.maxCoeff() > 0)) return;
+  if (const auto color = textured.texel(TextureUse::sheen_color))
+    s.material.sheen_color = part.sheen_color_factor.cwiseProduct(*color);
+  if (const auto roughness = textured.texel(TextureUse::sheen_roughness))
+    s.material.sheen_roughness = part.sheen_roughness_factor * roughness->x();
 }
 
-void ModelSurface::turn_normal(const ModelPoint& point, Vector3f map, Shading* s) const {
-  const Model::Part& part = model_.parts[this->part(point.triangle)];
-  auto tangents = vertex_tangents(model_, point, s->normal);
-  if (!tangents) tangents = triangle_tangents(model_, point.triangle, part.normal_texture, s->normal);
-  if (!tangents) return;
-  const float variance = part.normal_scale * part.normal_scale * std::max(1 - map.norm(), 0.0f);
-  map.head<2>() *= part.normal_scale;
-  const Vector3f turned = map.x() * (*tangents)[0] + map.y() * (*tangents)[1] + map.z() * s->normal;
-  if (turned.stableNorm() > 0) s->normal = turned.stableNormalized();
-  s->material.roughness = std::sqrt(alpha_with(s->material.roughness * s->material.roughness, variance));
+/// The direction is in the frame of the normal map or, without one, of this texture or the first texture coordinates.
+void ModelSurface::read_anisotropy(const ModelPoint& point, TexturedPoint& textured, Shading* s) const {
+  const Model::Part& part = textured.part();
+  Vector2f direction = Vector2f::UnitX();
+  if (const auto texel = textured.texel(TextureUse::anisotropy)) {
+    const Vector2f read = 2 * texel->head<2>() - Vector2f::Ones();
+    if (read.norm() > 0) direction = read.normalized();
+    s->material.anisotropy = part.anisotropy_factor * texel->z();
+  }
+  const Vector2f rotated = Eigen::Rotation2Df(s->material.anisotropy_rotation_rad) * direction;
+  auto tangents = vertex_tangents(model_, point, s->interpolated);
+  const Model::TextureSlot& frame = has_picture(part.normal_texture) ? part.normal_texture : part.anisotropy_texture;
+  if (!tangents) tangents = triangle_tangents(model_, point.triangle, frame, s->interpolated);
+  if (tangents)
+    s->rough_along = rotated.x() * (*tangents)[0] + rotated.y() * (*tangents)[1];
+  else
+    s->material.anisotropy = 0;
+}
+
+float ModelSurface::turn_normal(const ModelPoint& point, const NormalMap& map, const Vector3f& interpolated,
+                                Vector3f* normal) const {
+  auto tangents = vertex_tangents(model_, point, interpolated);
+  if (!tangents) tangents = triangle_tangents(model_, point.triangle, map.slot, interpolated);
+  if (!tangents) return 0;
+  const Vector3f turned =
+      map.scale * (map.mean.x() * (*tangents)[0] + map.mean.y() * (*tangents)[1]) + map.mean.z() * interpolated;
+  if (turned.stableNorm() > 0) *normal = turned.stableNormalized();
+  return map.scale * map.scale * std::max(1 - map.mean.norm(), 0.0f);
 }
 
 float ModelSurface::normal_variance(std::uint32_t triangle) const {

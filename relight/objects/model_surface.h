@@ -37,6 +37,10 @@ class ModelSurface {
     Material material;
     Eigen::Vector3f interpolated;  ///< normal, unit, model frame
     Eigen::Vector3f normal;        ///< the same, turned by the normal map
+    Eigen::Vector3f coat_normal;   ///< likewise, by that of the coat
+    /// Of an anisotropic material, the direction in which it is rougher, unit, along the interpolated surface; else
+    /// zero.
+    Eigen::Vector3f rough_along;
   };
   /// Base colour: texture × vertex colour × the part's, linear; emission: texture × the part's. Where normals of the
   /// map differ within the footprint the roughness is increased by their variance along each axis, which is about 1 -
@@ -49,8 +53,17 @@ class ModelSurface {
 
  private:
   class TexturedPoint;
-  /// `map`: the mean of the normal map over the point's square.
-  void turn_normal(const ModelPoint& point, Eigen::Vector3f map, Shading* s) const;
+  /// A normal map at a point: its mean over the point's square, the slot that it is of, and its scale.
+  struct NormalMap {
+    Eigen::Vector3f mean;
+    const Model::TextureSlot& slot;
+    float scale;
+  };
+  /// Turns a normal by the map; returns the variance of the map's normals along each axis.
+  float turn_normal(const ModelPoint& point, const NormalMap& map, const Eigen::Vector3f& interpolated,
+                    Eigen::Vector3f* normal) const;
+  void read_layers(const MaterialOverride& material, TexturedPoint& textured, Shading* s) const;
+  void read_anisotropy(const ModelPoint& point, TexturedPoint& textured, Shading* s) const;
 
   struct PlacedTexture {
     std::shared_ptr<const Texture> texture;  ///< null: none

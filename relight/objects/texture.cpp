@@ -67,11 +67,17 @@ Texels texels_of(TextureUse use) {
     case TextureUse::transmission:
     case TextureUse::clearcoat:
     case TextureUse::clearcoat_roughness:
+    case TextureUse::specular:
+    case TextureUse::sheen_roughness:
+    case TextureUse::anisotropy:
       return Texels::linear;
     case TextureUse::normals:
+    case TextureUse::clearcoat_normals:
       return Texels::normals;
     case TextureUse::base_color:
     case TextureUse::emission:
+    case TextureUse::specular_color:
+    case TextureUse::sheen_color:
       break;
   }
   return Texels::srgb;
@@ -91,6 +97,18 @@ const Model::TextureSlot& slot_of(const Model::Part& part, TextureUse use) {
       return part.clearcoat_texture;
     case TextureUse::clearcoat_roughness:
       return part.clearcoat_roughness_texture;
+    case TextureUse::clearcoat_normals:
+      return part.clearcoat_normal_texture;
+    case TextureUse::specular:
+      return part.specular_texture;
+    case TextureUse::specular_color:
+      return part.specular_color_texture;
+    case TextureUse::sheen_color:
+      return part.sheen_color_texture;
+    case TextureUse::sheen_roughness:
+      return part.sheen_roughness_texture;
+    case TextureUse::anisotropy:
+      return part.anisotropy_texture;
     case TextureUse::base_color:
       break;
   }

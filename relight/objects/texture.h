@@ -23,12 +23,29 @@ enum class TextureUse {
   emission,
   transmission,
   clearcoat,
-  clearcoat_roughness
+  clearcoat_roughness,
+  clearcoat_normals,
+  specular,
+  specular_color,
+  sheen_color,
+  sheen_roughness,
+  anisotropy
 };
-constexpr std::array kTextureUses = {
-    TextureUse::base_color,         TextureUse::metallic_roughness, TextureUse::normals,
-    TextureUse::emission,           TextureUse::transmission,       TextureUse::clearcoat,
-    TextureUse::clearcoat_roughness};
+constexpr std::array kTextureUses = {TextureUse::base_color,
+                                     TextureUse::metallic_roughness,
+                                     TextureUse::normals,
+                                     TextureUse::emission,
+                                     TextureUse::transmission,
+                                     TextureUse::clearcoat,
+                                     TextureUse::clearcoat_roughness,
+                                     TextureUse::clearcoat_normals,
+                                     TextureUse::specular,
+                                     TextureUse::specular_color,
+                                     TextureUse::sheen_color,
+                                     TextureUse::sheen_roughness,
+                                     TextureUse::anisotropy};
+/// The first ones, which devices draw at their texel; of the others they have the mean.
+constexpr std::size_t kDeviceTextureUses = 7;
 Texels texels_of(TextureUse use);
 const Model::TextureSlot& slot_of(const Model::Part& part, TextureUse use);
 inline bool has_picture(const Model::TextureSlot& slot) { return slot.picture && !slot.picture->empty(); }

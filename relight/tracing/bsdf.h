@@ -6,7 +6,10 @@
 // counts as lost. At grazing angles glTF's is brighter, and in the mean 8 % for a dielectric.
 //
 // A coat (KHR_materials_clearcoat) reflects by GGX at a normal of its own; all else is weighted by what it leaves for
-// v: f = (1 - s) f_base + s f_coat, s = coat · F(v·n_coat). So it takes no energy, but is not reciprocal.
+// v: f = (1 - s) f_base + s f_coat, s = coat · F(v·n_coat). So it takes no energy, but is not reciprocal. Between coat
+// and layer, sheen (KHR_materials_sheen) reflects by its own lobe and leaves under_sheen of the rest.
+//
+// The layer's lobe may be wider along x than along y (KHR_materials_anisotropy).
 //
 // Transmissive materials also have what passes the interface (dielectric.h), with the exact Fresnel curve.
 //

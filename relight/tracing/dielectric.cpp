@@ -55,15 +55,16 @@ Array3f transmitted(const BsdfParams& bsdf, const Vector3f& seen_from, const Vec
   const auto h = facet_of_transmission(bsdf, v, w);
   if (!h) return Array3f::Zero();
   // Masking and shadowing on opposite sides as independent (Walter et al. 2007, eq. 23).
-  const float masking = 1 / (1 + smith_lambda(bsdf.alpha, w.z()));
-  const float facets = visible_normals_density(bsdf.alpha, v, *h) * masking;
+  const float masking = 1 / (1 + smith_lambda(bsdf.alphas(), w));
+  const float facets = visible_normals_density(bsdf.alphas(), v, *h) * masking;
   const float squeezed = bsdf.bends ? bsdf.eta * bsdf.eta : 1;
-  return bsdf.transmitted * (1 - fresnel(bsdf, v.dot(*h))) * (1 - coat_share(bsdf, seen_from)) *
+  const float under_all = (1 - coat_share(bsdf, seen_from)) * under_sheen(bsdf, -w.z(), v.z());
+  return bsdf.transmitted * (1 - fresnel(bsdf, v.dot(*h))) * under_all *
          (facets * density_of_transmission(bsdf, v, w, *h) / (squeezed * -w.z()));
 }
 
 Vector3f sample_interface(const BsdfParams& bsdf, const Vector3f& seen_from, Sampler& sampler) {
-  const Vector3f v = lifted(seen_from), h = sample_microfacet(bsdf.alpha, v, sampler.two());
+  const Vector3f v = lifted(seen_from), h = sample_microfacet(bsdf.alphas(), v, sampler.two());
   const float cos_half = v.dot(h);
   const Vector3f mirrored = (2 * cos_half * h - v).normalized();
   if (sampler.one() < reflection_probability(bsdf, cos_half)) return mirrored.z() > 0 ? mirrored : Vector3f::Zero();
@@ -76,12 +77,12 @@ float interface_pdf(const BsdfParams& bsdf, const Vector3f& seen_from, const Vec
   if (w.z() > 0) {
     const Vector3f h = (v + w).normalized();
     const float cos_half = v.dot(h);
-    return reflection_probability(bsdf, cos_half) * visible_normals_density(bsdf.alpha, v, h) / (4 * cos_half);
+    return reflection_probability(bsdf, cos_half) * visible_normals_density(bsdf.alphas(), v, h) / (4 * cos_half);
   }
   if (!(w.z() < 0)) return 0;
   const auto h = facet_of_transmission(bsdf, v, w);
   if (!h) return 0;
-  return (1 - reflection_probability(bsdf, v.dot(*h))) * visible_normals_density(bsdf.alpha, v, *h) *
+  return (1 - reflection_probability(bsdf, v.dot(*h))) * visible_normals_density(bsdf.alphas(), v, *h) *
          density_of_transmission(bsdf, v, w, *h);
 }
 

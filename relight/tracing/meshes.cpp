@@ -283,11 +283,13 @@ SurfaceHit Meshes::surface(const MeshHit& hit, const Vector3f& w, float pixel_ra
   if (front || s.unlit)
     s.emission = placed.mesh.white_radiance * (s.unlit ? shading.material.base_color : shading.material.emission);
   s.face_ray(w);
-  if (shading.normal != shading.interpolated) {
-    Vector3f turned = (placed.normals * shading.normal).stableNormalized();
-    if (s.face.dot(interpolated) < 0) turned = -turned;
-    if (turned.dot(w) < 0) s.normal = turned;
-  }
+  const bool flipped = s.face.dot(interpolated) < 0;
+  /// One of a map, on the side of the ray's origin; `otherwise`: where it faces away from there.
+  const auto turned = [&](const Vector3f& by_map, const Vector3f& otherwise) -> Vector3f {
+    const Vector3f out = (placed.normals * by_map).stableNormalized() * (flipped ? -1.0f : 1.0f);
+    return out.dot(w) < 0 ? out : otherwise;
+  };
+  if (shading.normal != shading.interpolated) s.normal = turned(shading.normal, s.normal);
   if (placed.mesh.seen && state_->seen) {
     if (const std::optional<BsdfParams> bsdf = seen_bsdf(*state_->seen, s.position_m, s.face)) {
       s.bsdf = *bsdf;
@@ -296,11 +298,10 @@ SurfaceHit Meshes::surface(const MeshHit& hit, const Vector3f& w, float pixel_ra
   }
   s.bsdf = bsdf_params_of(shading.material.base_color, shading.material, front);
   if (s.bsdf.coat > 0) {
-    // A normal map is that of the base.
-    s.bsdf.coat_normal = interpolated.dot(s.face) < 0 ? -interpolated : interpolated;
-    if (!(s.bsdf.coat_normal.dot(w) < 0)) s.bsdf.coat_normal = s.face;
+    s.bsdf.coat_normal = turned(shading.coat_normal, s.face);
     s.emission *= 1 - coat_share(s.bsdf.coat, -s.face.dot(w));  // as Emitters::sample
   }
+  if (s.bsdf.stretch > 1) s.bsdf.along = placed.mesh.T_tag_model.linear() * shading.rough_along;
   s.bounds_volume = s.bsdf.transmits() && !shading.material.thin_walled;
   if (s.bounds_volume && front) {
     // Of the model's own materials, the distance is the model's.
@@ -321,7 +322,10 @@ SurfaceHit Meshes::surface_within(const MeshHit& hit, const Vector3f& w, float s
     // A lobe of GGX reflects into about 4π α² sr: half of its normals are within tan θ = α, reflections within 2 θ.
     alpha = std::clamp(std::sqrt(solid_angle_sr / (4 * kPi)), alpha, 1.0f);
   };
+  float along = s.bsdf.alphas().x();
+  widen(along);
   widen(s.bsdf.alpha);
+  s.bsdf.stretch = along / s.bsdf.alpha;
   if (s.bsdf.coat > 0) widen(s.bsdf.coat_alpha);
   return s;
 }

@@ -18,9 +18,7 @@ inline Eigen::Vector3f ray_origin(const SurfaceHit& surface, const Eigen::Vector
 class PathVertex {
  public:
   PathVertex(const SurfaceHit& surface, const Eigen::Vector3f& arriving_along) : surface_(surface) {
-    Eigen::Vector3f x, y;
-    basis(surface.normal, x, y);
-    frame_ << x, y, surface.normal;
+    frame_ = frame_of(surface);
     v_ = frame_.transpose() * -arriving_along;
     if (surface.bsdf.coat > 0) surface_.bsdf.coat_normal = frame_.transpose() * surface.bsdf.coat_normal;
   }
@@ -93,6 +91,21 @@ class PathVertex {
     Eigen::Vector3f axis;
     float one_minus_cos, fraction;
   };
+
+  /// The facets' wider direction along x, if there is one.
+  static Eigen::Matrix3f frame_of(const SurfaceHit& surface) {
+    Eigen::Vector3f x, y;
+    basis(surface.normal, x, y);
+    if (surface.bsdf.stretch > 1) {
+      const Eigen::Vector3f& along = surface.bsdf.along;
+      const Eigen::Vector3f flat = along - surface.normal.dot(along) * surface.normal;
+      if (flat.squaredNorm() > 1e-12f) x = flat.normalized();
+      y = surface.normal.cross(x);
+    }
+    Eigen::Matrix3f frame;
+    frame << x, y, surface.normal;
+    return frame;
+  }
 
   SurfaceHit surface_;
   Eigen::Matrix3f frame_;  // columns: x, y, normal

@@ -33,7 +33,7 @@ Eigen::Array3f transmittance_of(const Material& material, float chord_m) {
   if (!passes(material)) return Eigen::Array3f::Zero();
   const BsdfParams bsdf = bsdf_params_of(material.base_color.array(), material);
   const Eigen::Array3f mirrored = bsdf.f0 + (bsdf.f90 - bsdf.f0) / 21;  // cosine-weighted mean of Schlick's term
-  const float under_coat = 1 - coat_share_evenly(bsdf.coat);
+  const float under_coat = (1 - coat_share_evenly(bsdf.coat)) * under_sheen_evenly(bsdf);
   if (material.thin_walled) return bsdf.transmitted * ((1 - mirrored) * under_coat);
   const Eigen::Array3f left = (-absorption_of(material) * chord_m).exp();
   // The sum over reflections within.

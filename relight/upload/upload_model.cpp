@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 
 #include "capture/camera/srgb.h"
 #include "relight/animation/pose.h"
@@ -179,7 +180,7 @@ std::shared_ptr<const UploadModel> make_upload_model(const std::shared_ptr<const
   made->closed = is_closed(*made->simple);
   made->rough = simplify_model(*model, kUpload.rough_triangles);
   for (const Model::Part& part : model->parts) {
-    for (const TextureUse use : kTextureUses) {
+    for (const TextureUse use : std::span(kTextureUses).first<kDeviceTextureUses>()) {
       const Model::TextureSlot& slot = slot_of(part, use);
       if (!has_picture(slot)) continue;
       auto& levels = made->textures[{slot.picture.get(), texels_of(use)}];

@@ -13,6 +13,7 @@
 #include "server/commands/stop_signal.h"
 #include "server/commands/tag_map_file.h"
 #include "server/commands/views_file.h"
+#include "server/pipeline/parameters.h"
 #include "server/pipeline/pipeline.h"
 #include "server/stream/page.h"
 #include "server/stream/web_server.h"
@@ -40,7 +41,7 @@ WebReply get(std::string_view path, const Pipeline& pipeline, const Metrics& met
 
 void run_serve(const ServiceFiles& files, const std::string& listen) {
   static StopSignal stop;  // its thread runs until the process ends
-  ServiceInput input = read_service(files, interactive_plan());
+  ServiceInput input = read_service(files, interactive_plan(), kPipeline.max_model_bytes);
   for (const std::string& warning : input.warnings) std::fprintf(stderr, "lumigraft: %s\n", warning.c_str());
   if (!listen.empty()) read_listen(listen, "--listen", input.server);
   capture::refuse_if(input.plan.method == "reference",
@@ -143,6 +144,7 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
   };
   // Some megabytes; new views are many in the first minute and rare later.
   auto views_saved = std::chrono::steady_clock::now();
+  std::size_t models_given = 0;
   ServeLog log;
   while (!stop.wait(std::chrono::seconds(1))) {
     const Pipeline::Record record = pipeline.newest_record();
@@ -150,6 +152,10 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
     web.publish_text("stats",
                      stats_text(record, metrics, metrics.take_interval(),
                                 button ? std::optional(button->state()) : std::nullopt, pipeline.playback().state()));
+    if (const std::size_t given = pipeline.exhibit().models_given(); given != models_given) {
+      models_given = given;
+      web.publish_text("state", state_text(pipeline.exhibit()));  // with its animations and variants
+    }
     save_tag_map();
     if (std::chrono::steady_clock::now() - views_saved >= std::chrono::minutes(1)) {
       save_views();

@@ -135,6 +135,21 @@ std::shared_ptr<const relight::Exhibit> ExhibitState::at(double time_s) {
   return exhibit_;
 }
 
+void ExhibitState::give_model(std::size_t index, const relight::GiveModel& give) {
+  std::lock_guard lock(mutex_);
+  auto next = std::make_shared<relight::Exhibit>(*exhibit_);
+  relight::VirtualObject& object = next->objects.at(index);
+  give(object);
+  if (object.animation) object.animation->begin_s += time_s_.value_or(0);  // without frames, `at` does it
+  exhibit_ = std::move(next);
+  ++models_given_;
+}
+
+std::size_t ExhibitState::models_given() const {
+  std::lock_guard lock(mutex_);
+  return models_given_;
+}
+
 std::optional<std::string> ExhibitState::apply(const ObjectCommand& command) {
   std::lock_guard lock(mutex_);
   auto next = std::make_shared<relight::Exhibit>(*exhibit_);  // models are shared: a copy is small

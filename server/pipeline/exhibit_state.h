@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "reconstruct/scene.h"
-#include "relight/exhibit/exhibit.h"
+#include "relight/exhibit/loading.h"
 #include "relight/objects/standing.h"
 #include "server/stream/protocol.h"
 
@@ -26,6 +26,9 @@ class ExhibitState {
   /// The same for a frame of this time. Animations begin with the first such frame, and what viewers change of them
   /// counts from the last.
   std::shared_ptr<const relight::Exhibit> at(double time_s);
+  /// Gives a model to an object that has none. Throws what `give` throws.
+  void give_model(std::size_t index, const relight::GiveModel& give);
+  std::size_t models_given() const;  ///< so far
   /// Returns the error of the command, if any. An object that a viewer moves or turns no longer follows its key frames.
   std::optional<std::string> apply(const ObjectCommand& command);
   /// The objects as a JSON array, for the messages `hello` and `state`.
@@ -37,6 +40,7 @@ class ExhibitState {
   std::vector<Eigen::Quaterniond> rest_;  ///< rotations before viewers changed them
   std::vector<double> yaw_degrees_;
   std::optional<double> time_s_;  ///< of the last frame
+  std::size_t models_given_ = 0;
 };
 
 }  // namespace lumigraft::server

@@ -6,6 +6,7 @@
 #include <thread>
 #include <utility>
 
+#include "capture/error.h"
 #include "reconstruct/scene_builder.h"
 #include "relight/planner.h"
 #include "server/pipeline/background_threads.h"
@@ -36,6 +37,8 @@ struct FisheyeView {
 struct Pipeline::State {
   const capture::Session session;
   ExhibitState exhibit;
+  std::vector<relight::UnloadedObject> unloaded;  ///< in reverse; used by the models thread only, and so is
+  std::vector<std::string> load_failures;         ///< this
   OpenCameras open_again;
   FramePlayer frames;
   const std::unique_ptr<capture::FisheyeReader> fisheye;
@@ -84,6 +87,7 @@ struct Pipeline::State {
         EncoderDemand& the_demand, Metrics& the_metrics, Publish the_publish, Keep the_keep)
       : session(input.session),
         exhibit(std::move(input.exhibit)),
+        unloaded(input.unloaded.rbegin(), input.unloaded.rend()),
         open_again(std::move(the_open_again)),
         frames(std::move(cameras.frames)),
         fisheye(std::move(cameras.fisheye)),
@@ -135,6 +139,7 @@ struct Pipeline::State {
   void light_turn();
   void albedo_turn();
   void room_turn();
+  void load_next_model();
   void models_turn();
   void keep_turn();
   void encode_turn();
@@ -343,7 +348,34 @@ void Pipeline::State::room_turn() {
   store.publish_warnings("room stage", {});
 }
 
+/// A model that cannot be loaded leaves its object away, and a warning for as long as the service runs.
+void Pipeline::State::load_next_model() {
+  const relight::UnloadedObject object = std::move(unloaded.back());
+  unloaded.pop_back();
+  const auto warn = [&](const std::string& line) {
+    std::vector<std::string> lines = load_failures;
+    if (!line.empty()) lines.push_back(line);
+    store.publish_warnings("loading", std::move(lines));
+  };
+  const StageTimer timer(metrics, "load model");
+  int told_percent = -1;
+  try {
+    exhibit.give_model(object.index, object.load([&](float done) {
+      const int percent = static_cast<int>(100 * done);
+      if (percent != std::exchange(told_percent, percent))
+        warn("object \"" + object.name + "\" is being loaded: " + std::to_string(percent) + " %");
+    }));
+  } catch (const capture::InputError& error) {
+    load_failures.push_back("object \"" + object.name + "\" is left out: " + error.what());
+  }
+  warn("");
+}
+
 void Pipeline::State::models_turn() {
+  if (!unloaded.empty()) {
+    load_next_model();
+    return;
+  }
   const std::shared_ptr<const relight::Exhibit> shown = exhibit.newest();
   if (!relighter.wants_models(*shown)) {
     sleep_until(Clock::now() + kPipeline.tick / 2);

@@ -71,7 +71,8 @@ void read_listen(const std::string& text, const std::string& where, ServerSettin
   settings.port = static_cast<std::uint16_t>(port);
 }
 
-ServiceInput read_service(const ServiceFiles& files, const relight::Plan& default_plan) {
+ServiceInput read_service(const ServiceFiles& files, const relight::Plan& default_plan,
+                          std::uintmax_t max_model_bytes) {
   ServiceInput input;
   std::filesystem::path exhibit_file = files.exhibit;
   const auto read_own_keys = [&](const capture::ConfigTable& root) {
@@ -117,7 +118,7 @@ ServiceInput read_service(const ServiceFiles& files, const relight::Plan& defaul
   }
   if (!exhibit_file.empty()) {
     const capture::ConfigTable root = capture::ConfigTable::load(exhibit_file);
-    input.exhibit = relight::read_exhibit(root);
+    input.exhibit = relight::read_exhibit(root, max_model_bytes, &input.unloaded);
     for (relight::VirtualObject& object : input.exhibit.objects)
       object.white_radiance = static_cast<float>(1 / input.session.color.exposure);
     finish(root, input);

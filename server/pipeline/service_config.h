@@ -2,6 +2,7 @@
 // Configuration of a service, from files and the command line.
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,7 +12,7 @@
 #include "reconstruct/kept_room/kept_room.h"
 #include "reconstruct/pose/keyframe_map.h"
 #include "reconstruct/pose/tag_map.h"
-#include "relight/exhibit/exhibit.h"
+#include "relight/exhibit/loading.h"
 #include "relight/gpu/device.h"
 #include "relight/plan.h"
 
@@ -42,6 +43,8 @@ struct ServiceInput {
   capture::Session session;
   capture::SessionText session_text;  ///< text that `session` was read from
   relight::Exhibit exhibit;
+  std::vector<relight::UnloadedObject>
+      unloaded;  ///< of `exhibit`, objects whose models are to be loaded by the service
   relight::Plan plan;
   ServerSettings server;
   std::optional<reconstruct::TagMap::State> tag_map;  ///< learnt earlier; see TagMapFile
@@ -52,7 +55,9 @@ struct ServiceInput {
 
 /// A configuration defines cameras like a session.toml, or names a recorded session: session = "FOLDER"; `--set` then
 /// also sets keys of that session.toml. Optional in both cases: exhibit = "FILE", [plan], [server]. Throws InputError.
-ServiceInput read_service(const ServiceFiles& files, const relight::Plan& default_plan);
+/// Objects whose model file is larger than `max_model_bytes` are left without models.
+ServiceInput read_service(const ServiceFiles& files, const relight::Plan& default_plan,
+                          std::uintmax_t max_model_bytes = std::numeric_limits<std::uintmax_t>::max());
 
 /// The text of `--set help`.
 std::string settable_keys();

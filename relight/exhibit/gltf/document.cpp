@@ -34,19 +34,12 @@ std::span<const std::uint8_t> chunk(std::span<const std::uint8_t> bytes, std::si
 }  // namespace
 
 bool is_read_of_gltf(std::string_view extension) {
-  constexpr std::array<std::string_view, 13> kRead = {"EXT_meshopt_compression",
-                                                      "EXT_texture_webp",
-                                                      "KHR_draco_mesh_compression",
-                                                      "KHR_materials_clearcoat",
-                                                      "KHR_materials_emissive_strength",
-                                                      "KHR_materials_ior",
-                                                      "KHR_materials_specular",
-                                                      "KHR_materials_transmission",
-                                                      "KHR_materials_unlit",
-                                                      "KHR_materials_variants",
-                                                      "KHR_materials_volume",
-                                                      "KHR_mesh_quantization",
-                                                      "KHR_texture_transform"};
+  constexpr std::array<std::string_view, 15> kRead = {
+      "EXT_meshopt_compression",    "EXT_texture_webp",        "KHR_draco_mesh_compression",
+      "KHR_materials_anisotropy",   "KHR_materials_clearcoat", "KHR_materials_emissive_strength",
+      "KHR_materials_ior",          "KHR_materials_sheen",     "KHR_materials_specular",
+      "KHR_materials_transmission", "KHR_materials_unlit",     "KHR_materials_variants",
+      "KHR_materials_volume",       "KHR_mesh_quantization",   "KHR_texture_transform"};
   return std::find(kRead.begin(), kRead.end(), extension) != kRead.end();
 }
 

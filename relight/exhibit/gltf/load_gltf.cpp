@@ -21,9 +21,9 @@ namespace {
 
 class GltfLoader {
  public:
-  GltfLoader(const std::filesystem::path& file, char up)
+  GltfLoader(const std::filesystem::path& file, char up, const LoadProgress& progress)
       : document_(file),
-        buffers_(document_),
+        buffers_(document_, progress),
         accessors_(document_, buffers_),
         textures_(document_, buffers_),
         up_(up_to_z(up)),
@@ -98,7 +98,8 @@ class GltfLoader {
       for (const GltfValue& reference : materials_of(primitives[i])) {
         const Model::Part& part = parts_.at(read(reference));
         needs.second_texcoords = needs.second_texcoords || reads_second_texcoords(part);
-        needs.tangents = needs.tangents || part.normal_texture.picture;
+        needs.tangents = needs.tangents || part.normal_texture.picture || part.clearcoat_normal_texture.picture ||
+                         part.anisotropy_factor > 0;
       }
       all.push_back({primitives[i], read_primitive(document_, buffers_, accessors_, primitives[i], needs)});
     }
@@ -137,8 +138,8 @@ class GltfLoader {
 
 }  // namespace
 
-std::shared_ptr<const Model> load_gltf(const std::filesystem::path& file, char up) {
-  return GltfLoader(file, up).load();
+std::shared_ptr<const Model> load_gltf(const std::filesystem::path& file, char up, const LoadProgress& progress) {
+  return GltfLoader(file, up, progress).load();
 }
 
 }  // namespace lumigraft::relight

@@ -1,9 +1,12 @@
 #include "relight/exhibit/gltf/materials.h"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <string>
 #include <vector>
 
+#include "capture/camera/srgb.h"
 #include "relight/exhibit/gltf/parameters.h"
 
 namespace lumigraft::relight {
@@ -43,7 +46,21 @@ float mean_of(const capture::Image<std::uint8_t>& picture, std::size_t channel) 
   return static_cast<float>(static_cast<double>(sum) / (255.0 * picture.width * picture.height));
 }
 
-/// The coat has the normals of the geometry: clearcoatNormalTexture is not read.
+float normal_scale_of(const GltfValue& texture_info) {
+  return std::clamp(static_cast<float>(texture_info.number("scale", -1e30, 1e30, 1)), -kGltf.max_normal_scale,
+                    kGltf.max_normal_scale);
+}
+
+/// In linear light, of an sRGB picture.
+Eigen::Vector3f mean_color(const capture::Image<std::uint8_t>& picture) {
+  const auto& linear = capture::srgb_table().linear;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (std::size_t i = 0; i < picture.data.size(); i += 3) {
+    for (int c = 0; c < 3; ++c) sum[c] += static_cast<double>(linear[picture.data[i + static_cast<std::size_t>(c)]]);
+  }
+  return (sum * (3.0 / static_cast<double>(picture.data.size()))).cast<float>();
+}
+
 void read_clearcoat(const GltfValue& coat, GltfTextures& textures, Model::Part* part) {
   Material& read = part->material;
   part->clearcoat_factor = read.clearcoat = static_cast<float>(unit_number(coat, "clearcoatFactor", 0));
@@ -55,21 +72,63 @@ void read_clearcoat(const GltfValue& coat, GltfTextures& textures, Model::Part* 
   if (const TexturePicture& picture = part->clearcoat_texture.picture) read.clearcoat *= mean_of(*picture, 0);
   if (const TexturePicture& picture = part->clearcoat_roughness_texture.picture)
     read.clearcoat_roughness *= mean_of(*picture, 1);
+  const GltfValue normal = coat.member("clearcoatNormalTexture");
+  part->clearcoat_normal_texture = textures.slot(normal);
+  part->clearcoat_normal_scale = normal_scale_of(normal);
+}
+
+/// The index 0, of total reflection, is read as 1.5.
+float ior_of(const GltfValue& material) {
+  const GltfValue extension = material.extension("KHR_materials_ior");
+  const double ior = extension.number("ior", 0, kAnyNumber, 1.5);
+  if (ior > 0 && ior < 1) extension.member("ior").refuse("0, or at least 1");
+  return reflects_totally(material) ? 1.5f : static_cast<float>(std::min(ior, kMaxIor));
+}
+
+void read_specular(const GltfValue& specular, GltfTextures& textures, Model::Part* part) {
+  Material& read = part->material;
+  part->specular_factor = read.specular = static_cast<float>(unit_number(specular, "specularFactor", 1));
+  if (const auto color = specular.numbers("specularColorFactor", 3, -kAnyNumber, kAnyNumber)) {
+    read.specular_color =
+        Eigen::Vector3d((*color)[0], (*color)[1], (*color)[2]).cwiseMax(0).cwiseMin(kMaxSpecularColor).cast<float>();
+  }
+  part->specular_color_factor = read.specular_color;
+  part->specular_texture = textures.slot_of_alpha(specular.member("specularTexture"));
+  part->specular_color_texture = textures.slot(specular.member("specularColorTexture"));
+  if (const TexturePicture& picture = part->specular_texture.picture) read.specular *= mean_of(*picture, 0);
+  if (const TexturePicture& picture = part->specular_color_texture.picture)
+    read.specular_color.array() *= mean_color(*picture).array();
+}
+
+void read_sheen(const GltfValue& sheen, GltfTextures& textures, Model::Part* part) {
+  Material& read = part->material;
+  part->sheen_color_factor = read.sheen_color = unit_color(sheen, "sheenColorFactor", 3, 0);
+  if (!(read.sheen_color.maxCoeff() > 0)) return;
+  part->sheen_roughness_factor = read.sheen_roughness =
+      static_cast<float>(unit_number(sheen, "sheenRoughnessFactor", 0));
+  part->sheen_color_texture = textures.slot(sheen.member("sheenColorTexture"));
+  part->sheen_roughness_texture = textures.slot_of_alpha(sheen.member("sheenRoughnessTexture"));
+  if (const TexturePicture& picture = part->sheen_color_texture.picture)
+    read.sheen_color.array() *= mean_color(*picture).array();
+  if (const TexturePicture& picture = part->sheen_roughness_texture.picture)
+    read.sheen_roughness *= mean_of(*picture, 0);
+}
+
+void read_anisotropy(const GltfValue& anisotropy, GltfTextures& textures, Model::Part* part) {
+  Material& read = part->material;
+  part->anisotropy_factor = read.anisotropy = static_cast<float>(unit_number(anisotropy, "anisotropyStrength", 0));
+  if (!(read.anisotropy > 0)) return;
+  const double turns = std::numbers::pi * 2,
+               rotation = anisotropy.number("anisotropyRotation", -kAnyNumber, kAnyNumber, 0);
+  read.anisotropy_rotation_rad = static_cast<float>(std::fmod(rotation, turns));
+  part->anisotropy_texture = textures.slot(anisotropy.member("anisotropyTexture"));
+  if (const TexturePicture& picture = part->anisotropy_texture.picture) read.anisotropy *= mean_of(*picture, 2);
 }
 
 }  // namespace
 
-GltfSpecular specular_of(const GltfValue& material) {
-  Material read;
-  read.specular = static_cast<float>(unit_number(material.extension("KHR_materials_specular"), "specularFactor", 1));
-  read.transmission = transmission_of(material);
-  const GltfValue extension = material.extension("KHR_materials_ior");
-  const double ior = extension.number("ior", 0, kAnyNumber, 1.5);
-  if (ior == 0) return {.factor = read.specular, .expressible = false};
-  if (ior < 1) extension.member("ior").refuse("0, or at least 1");
-  read.ior = static_cast<float>(std::min(ior, kMaxIor));
-  const bool expressible = read.transmission > 0 || read.specular * read.normal_reflectance() <= 0.0400001f;
-  return {.factor = read.specular, .ior = read.ior, .expressible = expressible};
+bool reflects_totally(const GltfValue& material) {
+  return material.extension("KHR_materials_ior").number("ior", 0, kAnyNumber, 1.5) == 0;
 }
 
 std::optional<AlphaMask> read_alpha(const GltfValue& material, const Model::Part& part, GltfTextures& textures) {
@@ -103,9 +162,8 @@ Model::Part read_material(const GltfValue& material, GltfTextures& textures) {
   part.roughness_factor = static_cast<float>(unit_number(pbr, "roughnessFactor", 1));
   part.material.metallic = part.metallic_factor;
   part.material.roughness = part.roughness_factor;
-  const GltfSpecular specular = specular_of(material);
-  part.material.specular = specular.factor;
-  part.material.ior = specular.ior;
+  read_specular(material.extension("KHR_materials_specular"), textures, &part);
+  part.material.ior = ior_of(material);
   part.transmission_factor = part.material.transmission = transmission_of(material);
   read_volume(material, &part.material);
   const double strength = std::min(
@@ -119,8 +177,7 @@ Model::Part read_material(const GltfValue& material, GltfTextures& textures) {
   }
   const GltfValue normal = material.member("normalTexture");
   part.normal_texture = textures.slot(normal);
-  part.normal_scale = std::clamp(static_cast<float>(normal.number("scale", -1e30, 1e30, 1)), -kGltf.max_normal_scale,
-                                 kGltf.max_normal_scale);
+  part.normal_scale = normal_scale_of(normal);
   // Black without the texture stays black with it, and opaque is opaque.
   if (!part.material.emission.isZero()) part.emissive_texture = textures.slot(material.member("emissiveTexture"));
   if (part.transmission_factor > 0) {
@@ -130,6 +187,8 @@ Model::Part read_material(const GltfValue& material, GltfTextures& textures) {
       part.material.transmission *= mean_of(*picture, 0);
   }
   read_clearcoat(material.extension("KHR_materials_clearcoat"), textures, &part);
+  read_sheen(material.extension("KHR_materials_sheen"), textures, &part);
+  read_anisotropy(material.extension("KHR_materials_anisotropy"), textures, &part);
   return part;
 }
 

@@ -8,14 +8,8 @@
 
 namespace lumigraft::relight {
 
-/// Factor of KHR_materials_specular and index of KHR_materials_ior. `expressible`: whether the material reflects so;
-/// not an opaque one that reflects more than with the index 1.5 and the factor 1, nor the index 0, which means total
-/// reflection: it is read as 1.5.
-struct GltfSpecular {
-  float factor = 1, ior = 1.5f;
-  bool expressible = true;
-};
-GltfSpecular specular_of(const GltfValue& material);
+/// Whether KHR_materials_ior asks for total reflection, which is not drawn: its index is read as 1.5 then.
+bool reflects_totally(const GltfValue& material);
 
 /// Where a material is opaque; nothing: everywhere. With the mode BLEND, which is not drawn, where alpha is at least a
 /// half. `part`: what `read_material` gives of it. Throws InputError.

@@ -25,13 +25,6 @@ std::string name_of(const GltfValue& material, std::size_t index) {
   return "material " + (name.empty() ? std::to_string(index) : "\"" + name + "\"");
 }
 
-/// Whether KHR_materials_specular has more than a factor.
-bool has_specular_colors(const GltfValue& extension) {
-  const auto color = extension.numbers("specularColorFactor", 3, 0, 1e9);
-  return extension.member("specularTexture").exists() || extension.member("specularColorTexture").exists() ||
-         (color && *color != std::vector<double>{1, 1, 1});
-}
-
 void add_of_texture(const GltfTextures& textures, const GltfValue& info, std::vector<std::string>& features) {
   if (!info.exists()) return;
   const std::size_t set = GltfTextures::texcoord_set(info);
@@ -52,19 +45,21 @@ std::vector<std::string> of_material(const GltfTextures& textures, const GltfVal
   const auto emission = material.numbers("emissiveFactor", 3, -kAnyNumber, kAnyNumber);
   if (material.flag("doubleSided", false) && emission && *std::max_element(emission->begin(), emission->end()) > 0)
     features.emplace_back("emission of the back");
-  const GltfValue coat = material.extension("KHR_materials_clearcoat");
-  if (coat.member("clearcoatNormalTexture").exists()) features.emplace_back("clearcoatNormalTexture");
-  for (const GltfValue& info : {pbr.member("baseColorTexture"), pbr.member("metallicRoughnessTexture"),
-                                material.member("normalTexture"), material.member("emissiveTexture"),
-                                material.extension("KHR_materials_transmission").member("transmissionTexture"),
-                                coat.member("clearcoatTexture"), coat.member("clearcoatRoughnessTexture")}) {
+  const GltfValue coat = material.extension("KHR_materials_clearcoat"),
+                  specular = material.extension("KHR_materials_specular"),
+                  sheen = material.extension("KHR_materials_sheen");
+  for (const GltfValue& info :
+       {pbr.member("baseColorTexture"), pbr.member("metallicRoughnessTexture"), material.member("normalTexture"),
+        material.member("emissiveTexture"),
+        material.extension("KHR_materials_transmission").member("transmissionTexture"), coat.member("clearcoatTexture"),
+        coat.member("clearcoatRoughnessTexture"), coat.member("clearcoatNormalTexture"),
+        specular.member("specularTexture"), specular.member("specularColorTexture"), sheen.member("sheenColorTexture"),
+        sheen.member("sheenRoughnessTexture"),
+        material.extension("KHR_materials_anisotropy").member("anisotropyTexture")}) {
     add_of_texture(textures, info, features);
   }
   for (const std::string& name : material.member("extensions").keys()) {
-    const bool specular = name == "KHR_materials_specular", ior = name == "KHR_materials_ior";
-    const bool drawn = is_read_of_gltf(name) && !(specular && has_specular_colors(material.extension(name))) &&
-                       !(ior && !specular_of(material).expressible);
-    if (!drawn) features.push_back(name);
+    if (!is_read_of_gltf(name) || (name == "KHR_materials_ior" && reflects_totally(material))) features.push_back(name);
   }
   return features;
 }
@@ -124,7 +119,13 @@ std::set<std::string> of_scene(const GltfValue& root) {
 
 std::vector<std::string> gltf_not_drawn(const GltfDocument& document, const GltfTextures& textures,
                                         const std::set<std::size_t>& materials) {
-  std::vector<std::string> lines = of_materials(document, textures, materials);
+  std::vector<std::string> lines;
+  if (const std::size_t pictures = textures.scaled_down(); pictures > 0) {
+    lines.push_back("the full size of " + std::to_string(pictures) + (pictures == 1 ? " picture" : " pictures") +
+                    " (scaled down to at most " + std::to_string(textures.max_texels()) + " pixels each)");
+  }
+  const std::vector<std::string> of_all = of_materials(document, textures, materials);
+  lines.insert(lines.end(), of_all.begin(), of_all.end());
   const std::set<std::string> scene = of_scene(document.root());
   lines.insert(lines.end(), scene.begin(), scene.end());
   if (lines.size() > kMaxFeatures) {

@@ -1,5 +1,6 @@
 #include "relight/exhibit/gltf/textures.h"
 
+#include <algorithm>
 #include <cmath>
 #include <span>
 #include <string>
@@ -68,26 +69,52 @@ GltfValue GltfTextures::image_of(const GltfValue& texture) {
   return webp.exists() ? webp : texture.member("source");
 }
 
-Model::TextureSlot GltfTextures::slot(const GltfValue& texture_info) {
-  Model::TextureSlot slot;
-  if (!texture_info.exists()) return slot;
+std::optional<GltfValue> GltfTextures::place(const GltfValue& texture_info, Model::TextureSlot* slot) const {
+  if (!texture_info.exists()) return std::nullopt;
   const GltfValue texture = this->texture(texture_info), image = image_of(texture);
   const std::size_t set = texcoord_set(texture_info);
-  if (!image.exists() || set > kMaxTexcoordSet) return slot;
-  slot.picture = picture(image);
-  slot.texcoord_set = static_cast<unsigned>(set);
-  slot.transform = texture_transform(texture_info.extension("KHR_texture_transform"));
+  if (!image.exists() || set > kMaxTexcoordSet) return std::nullopt;
+  slot->texcoord_set = static_cast<unsigned>(set);
+  slot->transform = texture_transform(texture_info.extension("KHR_texture_transform"));
   if (const GltfValue reference = texture.member("sampler"); reference.exists()) {
     const GltfValue samplers = document_.root().member("samplers");
     const GltfValue sampler = samplers[reference.index(samplers.size(), "samplers")];
-    slot.wrap_u = wrap_of(sampler, "wrapS");
-    slot.wrap_v = wrap_of(sampler, "wrapT");
+    slot->wrap_u = wrap_of(sampler, "wrapS");
+    slot->wrap_v = wrap_of(sampler, "wrapT");
   }
+  return image;
+}
+
+Model::TextureSlot GltfTextures::slot(const GltfValue& texture_info) {
+  Model::TextureSlot slot;
+  if (const auto image = place(texture_info, &slot)) slot.picture = picture(*image);
   return slot;
 }
 
+Model::TextureSlot GltfTextures::slot_of_alpha(const GltfValue& texture_info) {
+  Model::TextureSlot slot;
+  const auto image = place(texture_info, &slot);
+  if (!image) return slot;
+  const auto [found, is_new] = alphas_.try_emplace(image->index(document_.root().member("images").size(), "images"));
+  if (is_new) {
+    if (const auto alpha = this->alpha(texture_info)) {
+      auto grey = std::make_shared<capture::Image<std::uint8_t>>(alpha->width, alpha->height, 3);
+      for (std::size_t i = 0; i < grey->data.size(); ++i) grey->data[i] = alpha->data[i / 3];
+      found->second = std::move(grey);
+    }
+  }
+  slot.picture = found->second;
+  return slot;
+}
+
+std::int64_t GltfTextures::max_texels() const {
+  const std::size_t images = std::max(document_.root().member("images").size(), std::size_t{1});
+  return static_cast<std::int64_t>(std::max(kGltf.max_texels / images, std::size_t{1}));
+}
+
 template <typename Decode>
-auto GltfTextures::decoded(const GltfValue& image, Decode decode) {
+auto GltfTextures::decoded(std::size_t index, Decode decode) {
+  const GltfValue image = document_.root().member("images")[index];
   const GltfValue uri = image.member("uri");
   std::vector<std::uint8_t> content;
   std::span<const std::uint8_t> bytes;
@@ -98,8 +125,10 @@ auto GltfTextures::decoded(const GltfValue& image, Decode decode) {
     bytes = buffers_.view(image.member("bufferView")).bytes;
   }
   check_format(image, bytes);
+  const auto header = picture_header(bytes);
+  if (halvings(header->width, header->height, max_texels()) > 0) scaled_down_.insert(index);
   try {
-    return decode(bytes);
+    return decode(bytes, max_texels());
   } catch (const capture::InputError& error) {
     image.fail(error.what());
   }
@@ -109,13 +138,13 @@ TexturePicture GltfTextures::picture(const GltfValue& reference) {
   const GltfValue images = document_.root().member("images");
   const std::size_t index = reference.index(images.size(), "images");
   TexturePicture& picture = pictures_[index];
-  if (!picture) picture = decoded(images[index], decode_picture);
+  if (!picture) picture = decoded(index, decode_picture);
   return picture;
 }
 
 std::shared_ptr<const capture::Image<std::uint8_t>> GltfTextures::alpha(const GltfValue& texture_info) {
   const GltfValue images = document_.root().member("images"), reference = image_of(texture(texture_info));
-  return decoded(images[reference.index(images.size(), "images")], decode_alpha);
+  return decoded(reference.index(images.size(), "images"), decode_alpha);
 }
 
 }  // namespace lumigraft::relight

@@ -1,5 +1,10 @@
 #include "relight/passes/lamps/object_draw.h"
 
+#include <array>
+
+#include "relight/exhibit/bsdf_params.h"
+#include "relight/exhibit/sheen.h"
+
 namespace lumigraft::relight {
 
 Eigen::Matrix4f view_along(const Eigen::Vector3f& from, const Eigen::Vector3f& direction) {
@@ -28,7 +33,16 @@ gpu::Wrap wrap_of(Wrap wrap) {
 }
 
 /// Slots of shaders/common/surface_material.glsl, in the order of TextureUse.
-constexpr PerTextureUse<int> kTextureSlots = {1, 3, 4, 5, 6, 7, 8};
+constexpr std::array<int, kDeviceTextureUses> kTextureSlots = {1, 3, 4, 5, 6, 7, 8};
+
+/// Instead of its sheen, a surface has a base colour of the reflectance of both for uniform light: what is added, and
+/// what the sheen leaves.
+Eigen::Vector4f sheen_of(const Material& material) {
+  const BsdfParams bsdf = bsdf_params_of(material.base_color.array(), material);
+  if (!bsdf.has_sheen()) return {0, 0, 0, 1};
+  const Eigen::Array3f reflected = bsdf.sheen * sheen_albedo_evenly(bsdf.sheen_alpha);
+  return {reflected[0], reflected[1], reflected[2], under_sheen_evenly(bsdf)};
+}
 
 shader::DrawParams params_of(const StoredModel::Mesh::Part& part, const MaterialOverride& material,
                              float white_radiance, int number, int glass, const shader::DrawParams& view) {
@@ -55,9 +69,12 @@ shader::DrawParams params_of(const StoredModel::Mesh::Part& part, const Material
   p.emission << white_radiance * combined.emission,
       flag(part.texture(TextureUse::emission).texture && !material.emission);
   p.coat << (coat_map ? part.clearcoat_factor : combined.clearcoat),
-      (coat_rough_map ? part.clearcoat_roughness_factor : combined.clearcoat_roughness), 0, 0;
-  const PerTextureUse<bool> counted = {false, false, false, false, passing_map, coat_map, coat_rough_map};
-  for (std::size_t use = 0; use < kTextureUses.size(); ++use) {
+      (coat_rough_map ? part.clearcoat_roughness_factor : combined.clearcoat_roughness),
+      combined.anisotropy * combined.anisotropy, 0;
+  p.sheen = sheen_of(combined);
+  const std::array<bool, kDeviceTextureUses> counted = {false,       false,    false,         false,
+                                                        passing_map, coat_map, coat_rough_map};
+  for (std::size_t use = 0; use < kDeviceTextureUses; ++use) {
     const Model::TextureSlot& slot = part.textures[use].slot;
     p.texture_rows[2 * use] << slot.transform.row(0).transpose(), static_cast<float>(slot.texcoord_set);
     p.texture_rows[2 * use + 1] << slot.transform.row(1).transpose(), flag(counted[use]);
@@ -75,7 +92,7 @@ void ObjectDraws::add(const StoredModel::Mesh& mesh, const Eigen::Affine3f& T_ta
     shader::DrawParams& p = params.emplace_back(params_of(part, material, white_radiance, number, glass, view));
     p.T_tag_model = T_tag_model.matrix();
     gpu::DrawCall& call = calls.emplace_back();
-    for (std::size_t use = 0; use < kTextureUses.size(); ++use) {
+    for (std::size_t use = 0; use < kDeviceTextureUses; ++use) {
       const auto& [texture, slot] = part.textures[use];
       call.bindings.push_back(gpu::sampled(kTextureSlots[use], texture ? *texture : white,
                                            gpu::Filter::linear_mip_linear, wrap_of(slot.wrap_u), wrap_of(slot.wrap_v)));

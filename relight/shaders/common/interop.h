@@ -125,7 +125,8 @@ struct DrawParams {
   vec4 emission;  // rgb: radiance of the front, W/sr/m²; a: 1 when a texture multiplies it
   vec4 maps;      // 1: a texture multiplies roughness (x), metallic (y); scale of the normal map (z), 0: none;
                   // 1: layer and body mixed as in glTF (w)
-  vec4 coat;      // intensity and roughness of the clearcoat, or the factors of their textures
+  vec4 coat;      // intensity and roughness of the clearcoat, or the factors of their textures; anisotropy², 0
+  vec4 sheen;     // rgb: added to the base colour in place of sheen; a: what multiplies it before
   // The transform of each texture's coordinates, two rows of three each, in the order of TextureUse
   // (objects/texture.h); a of the first row: the set of coordinates; a of the second: 1 when the texture counts, for
   // those without a flag above.

@@ -1,5 +1,6 @@
 // Material and shading normal of a virtual surface: factors, vertex colour, textures. Same as objects/model_surface.h, but
-// that the roughness of a normal map is interpolated between mip levels by its square root. For fragment shaders alone.
+// that the roughness of a normal map is interpolated between mip levels by its square root, and that sheen and anisotropy
+// are what a base colour and a roughness can be. For fragment shaders alone.
 #include "common/interop.h"
 #include "common/srgb.glsl"
 layout(std140, binding = 0) uniform Draw { DrawParams draw; };
@@ -50,7 +51,7 @@ vec2 surface_coat(vec4 uv) {
 vec3 surface_color(vec4 uv, vec3 tint) {
   vec3 base = draw.base_color.rgb * mix(vec3(1), tint, draw.tint.x);
   if (draw.base_color.a > 0.0) base *= srgb_decode(texture_mean(base_color_texture, texture_uv(kBaseColor, uv)).rgb);
-  return base;
+  return base * draw.sheen.a + draw.sheen.rgb;
 }
 
 // Radiance that a camera sees of a side of the surface besides reflected light, W/sr/m². `tint`: colour
@@ -73,6 +74,11 @@ vec2 surface_roughness_metallic(vec4 uv) {
   if (draw.maps.z != 0.0) {
     float root = texture_mean(normal_texture, texture_uv(kNormals, uv)).a * draw.maps.z, alpha = both.x * both.x;
     both.x = min(sqrt(sqrt(alpha * alpha + 2.0 * root * root)), 1.0);
+  }
+  if (draw.coat.z > 0.0) {
+    // In place of an anisotropic lobe an isotropic one of the same mean slope variance, which is masked as much.
+    float across = both.x * both.x, along = mix(across, 1.0, draw.coat.z);
+    both.x = sqrt(sqrt(0.5 * (across * across + along * along)));
   }
   return both;
 }

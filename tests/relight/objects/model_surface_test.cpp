@@ -109,6 +109,66 @@ TEST(ModelSurface, ClearcoatAtItsTexel) {
   EXPECT_EQ(surface.at(point_at(0.25f, 0.1f), matt).material.clearcoat, 0);
 }
 
+// The base keeps the normal of the geometry where only the coat has a map.
+TEST(ModelSurface, TheCoatHasAMapOfItsOwn) {
+  Model model = square(lying());
+  Model::Part& part = model.parts[0];
+  const Vector3f map(0.6f, 0, 0.8f);
+  part.clearcoat_normal_texture.picture = picture(1, [&](int, int) {
+    return std::array<std::uint8_t, 3>{code(map.x()), code(map.y()), code(map.z())};
+  });
+  part.material.clearcoat = 1;
+  const ModelSurface::Shading s = ModelSurface(model, true).at(point_at(0.6f, 0.2f), {});
+  EXPECT_LT((s.coat_normal - map).norm(), 0.01f);
+  EXPECT_EQ(s.normal, Vector3f::UnitZ());
+  part.material.clearcoat = 0;
+  EXPECT_EQ(ModelSurface(model, true).at(point_at(0.6f, 0.2f), {}).coat_normal, Vector3f::UnitZ());
+}
+
+TEST(ModelSurface, SheenAndSpecularAtTheirTexel) {
+  Model model = square(Eigen::Matrix2f::Identity());
+  Model::Part& part = model.parts[0];
+  part.sheen_color_factor = {0.5f, 1, 1};
+  part.sheen_roughness_factor = 0.5f;
+  part.specular_factor = 0.8f;
+  part.specular_color_factor = {2, 1, 1};
+  const auto white_and_black = picture(2, [](int u, int) {
+    return u ? std::array<std::uint8_t, 3>{255, 255, 255} : std::array<std::uint8_t, 3>{0, 0, 0};
+  });
+  part.sheen_color_texture.picture = part.sheen_roughness_texture.picture = part.specular_texture.picture =
+      part.specular_color_texture.picture = white_and_black;
+  const ModelSurface surface(model, true);
+  const Material left = surface.at(point_at(0.25f, 0.1f), {}).material,
+                 right = surface.at(point_at(0.75f, 0.1f), {}).material;
+  EXPECT_EQ(left.sheen_color, Vector3f::Zero());
+  EXPECT_LT((right.sheen_color - Vector3f(0.5f, 1, 1)).norm(), 1e-5f);
+  EXPECT_EQ(left.sheen_roughness, 0);
+  EXPECT_NEAR(right.sheen_roughness, 0.5f, 1e-6);
+  EXPECT_EQ(left.specular, 0);
+  EXPECT_NEAR(right.specular, 0.8f, 1e-6);
+  EXPECT_EQ(left.specular_color, Vector3f::Zero());
+  EXPECT_LT((right.specular_color - Vector3f(2, 1, 1)).norm(), 1e-5f);
+}
+
+// The angle and the texture's direction add up, in the frame of the texture coordinates.
+TEST(ModelSurface, DirectionOfAnisotropy) {
+  Model model = square(lying());
+  Model::Part& part = model.parts[0];
+  part.material.anisotropy = part.anisotropy_factor = 0.5f;
+  const auto along = [&] { return ModelSurface(model, true).at(point_at(0.6f, 0.2f), {}).rough_along; };
+  EXPECT_LT((along() - Vector3f::UnitX()).norm(), 1e-5f);
+  part.material.anisotropy_rotation_rad = 0.5f;
+  EXPECT_LT((along() - Vector3f(std::cos(0.5f), std::sin(0.5f), 0)).norm(), 1e-5f);
+  part.anisotropy_texture.picture = picture(1, [](int, int) { return std::array<std::uint8_t, 3>{128, 255, 204}; });
+  EXPECT_LT((along() - Vector3f(-std::sin(0.5f), std::cos(0.5f), 0)).norm(), 0.01f);
+  EXPECT_NEAR(ModelSurface(model, true).at(point_at(0.6f, 0.2f), {}).material.anisotropy, 0.4f, 1e-5);
+  model.tangents.assign(model.positions_m.size(), Eigen::Vector4f(0, 1, 0, -1));  // instead of the texture's
+  EXPECT_LT((along() - Vector3f(std::cos(0.5f), -std::sin(0.5f), 0)).norm(), 0.01f);
+  model.tangents.clear();
+  model.texcoords.assign(model.texcoords.size(), Vector2f(0, 0));
+  EXPECT_EQ(ModelSurface(model, true).at(point_at(0.6f, 0.2f), {}).material.anisotropy, 0) << "no direction is known";
+}
+
 // x of the map goes along the texture's u and y against its v, also where the texture is turned or mirrored.
 TEST(ModelSurface, NormalMapFollowsTheTexture) {
   const Vector3f map(0.3f, -0.5f, std::sqrt(1 - 0.34f));

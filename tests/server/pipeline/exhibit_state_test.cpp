@@ -37,6 +37,25 @@ TEST(ExhibitState, CommandsChangeACopy) {
   EXPECT_NE(apply(board, R"({"type":"object","index":2,"visible":false})"), std::nullopt);
 }
 
+TEST(ExhibitState, GetsModelsThatAreLoadedLater) {
+  ExhibitState board(two_objects());
+  board.at(5);
+  const auto model = std::make_shared<const relight::Model>();
+  apply(board, R"({"type":"object","name":"box","position_m":[1,2,3]})");
+  board.give_model(1, [&](relight::VirtualObject& object) {
+    object.model = model;
+    object.animation.emplace();
+  });
+  const relight::VirtualObject& box = board.newest()->objects[1];
+  EXPECT_EQ(box.model, model);
+  EXPECT_EQ(box.position_m, Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(box.animation->begin_s, 5) << "it begins when it is there";
+  EXPECT_EQ(board.models_given(), 1u);
+  EXPECT_THROW(board.give_model(1, [](relight::VirtualObject&) { throw std::runtime_error("no"); }),
+               std::runtime_error);
+  EXPECT_EQ(board.models_given(), 1u);
+}
+
 TEST(ExhibitState, IsShownWhereItsFrameIs) {
   const relight::Exhibit exhibit = two_objects();
   reconstruct::Scene scene;

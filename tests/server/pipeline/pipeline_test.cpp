@@ -2,11 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <future>
 #include <mutex>
 #include <thread>
 
+#include "capture/error.h"
 #include "capture/live/device_clock.h"
 #include "capture/recorded/image_source.h"
 #include "capture/recorded/seekable_reader.h"
@@ -128,6 +130,54 @@ TEST(Pipeline, MemoryOfTheFieldIsSet) {
   const std::size_t bytes = fused_bytes(metrics);
   EXPECT_GT(bytes, 0u);
   EXPECT_LE(bytes, 1'020'000u);
+}
+
+/// Whether a frame's warnings contain the text soon.
+bool warns(const Pipeline& pipeline, const std::string& text) {
+  const auto deadline = std::chrono::steady_clock::now() + 60s;
+  while (std::chrono::steady_clock::now() < deadline) {
+    const std::vector<std::string> lines = pipeline.newest_record().warnings;
+    if (std::ranges::any_of(lines, [&](const auto& line) { return line.find(text) != std::string::npos; })) return true;
+    std::this_thread::sleep_for(10ms);
+  }
+  return false;
+}
+
+// Two models that take their time: of one the page reads how much is done while frames go on, the other is broken.
+TEST(Pipeline, FramesGoOnWhileModelsAreLoaded) {
+  relight::Plan plan;
+  plan.method = "rays";  // needs no GPU
+  plan.trace_scale = 8;
+  ServiceInput input = tabletop(plan);
+  const std::shared_ptr<const relight::Model> model = std::exchange(input.exhibit.objects[0].model, nullptr);
+  std::promise<void> may_end;
+  const auto slow = [model, ended = may_end.get_future().share()](const relight::LoadProgress& progress) {
+    progress(0.4f);
+    ended.wait();
+    return [model](relight::VirtualObject& object) { object.model = model; };
+  };
+  const auto broken = [](const relight::LoadProgress&) -> relight::GiveModel {
+    throw capture::InputError("exhibit.toml: found nothing");
+  };
+  input.unloaded = {{0, "owl", slow}, {0, "vase", broken}};
+  const auto open = [&]() -> Pipeline::Cameras {
+    return {capture::seekable_frames(capture::open_sources(input.session)), nullptr};
+  };
+  EncoderDemand demand;
+  Metrics metrics;
+  Pipeline pipeline(
+      input, open(), open, [] { return nullptr; }, demand, metrics, [](const auto&) {});
+  pipeline.start();
+  EXPECT_TRUE(warns(pipeline, "object \"owl\" is being loaded: 40 %"));
+  const std::uint64_t frames = metrics.frames();
+  const auto deadline = std::chrono::steady_clock::now() + 60s;
+  while (metrics.frames() < frames + 3 && std::chrono::steady_clock::now() < deadline)
+    std::this_thread::sleep_for(10ms);
+  EXPECT_GE(metrics.frames(), frames + 3);
+  EXPECT_EQ(pipeline.exhibit().models_given(), 0u);
+  may_end.set_value();
+  EXPECT_TRUE(warns(pipeline, "object \"vase\" is left out: exhibit.toml: found nothing"));
+  EXPECT_EQ(pipeline.exhibit().newest()->objects[0].model, model);
 }
 
 TEST(Pipeline, LightGoesOnWhileDrawingIsSlow) {

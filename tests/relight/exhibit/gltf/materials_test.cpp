@@ -1,7 +1,10 @@
 // Materials of glTF files: texture slots, specular reflection, emission, and what is not drawn.
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <numbers>
 
+#include "relight/exhibit/bsdf_params.h"
+#include "relight/exhibit/picture_decode.h"
 #include "tests/relight/exhibit/gltf/gltf_models.h"
 
 namespace lumigraft::test {
@@ -123,11 +126,79 @@ TEST(GltfMaterials, IndexOfRefraction) {
   extensions["KHR_materials_ior"]["ior"] = 1;
   EXPECT_EQ(part_of(file).material.layer_specular(), 0);
   EXPECT_TRUE(loaded(file.gltf())->not_drawn.empty());
-  for (const double total : {0.0, 2.4}) {  // more reflection than a factor of 1 has
-    extensions["KHR_materials_ior"]["ior"] = total;
-    EXPECT_EQ(part_of(file).material.layer_specular(), total > 0 ? 1 : 0.5f);
-    EXPECT_EQ(loaded(file.gltf())->not_drawn, std::vector<std::string>{"KHR_materials_ior (material 0)"});
-  }
+  extensions["KHR_materials_ior"]["ior"] = 2.4;
+  EXPECT_EQ(part_of(file).material.ior, 2.4f);
+  EXPECT_EQ(part_of(file).material.layer_specular(), 1) << "more than a factor of 1 of devices";
+  EXPECT_TRUE(loaded(file.gltf())->not_drawn.empty());
+  extensions["KHR_materials_ior"]["ior"] = 0;  // total reflection
+  EXPECT_EQ(part_of(file).material.layer_specular(), 0.5f);
+  EXPECT_EQ(loaded(file.gltf())->not_drawn, std::vector<std::string>{"KHR_materials_ior (material 0)"});
+}
+
+// KHR_materials_specular: f0 = min(0.04 colour, 1) factor, f90 = factor.
+TEST(GltfMaterials, SpecularFactorAndColour) {
+  GltfFile file = with_textures();
+  material(file)["pbrMetallicRoughness"]["metallicFactor"] = 0;
+  auto& specular = material(file)["extensions"]["KHR_materials_specular"];
+  specular = {{"specularFactor", 0.5}, {"specularColorFactor", {1, 0.5, 50}}};
+  const Model::Part part = part_of(file);
+  EXPECT_EQ(part.material.specular_color, Vector3f(1, 0.5f, 50));
+  const relight::BsdfParams bsdf = relight::bsdf_params_of({0.1f, 0.1f, 0.1f}, part.material);
+  EXPECT_LT((bsdf.f0 - Eigen::Array3f(0.02f, 0.01f, 0.5f)).abs().maxCoeff(), 1e-6f);
+  EXPECT_EQ(bsdf.f90, 0.5f);
+  specular["specularTexture"]["index"] = 0;       // without alpha: 1
+  specular["specularColorTexture"]["index"] = 1;  // green and blue
+  const Model::Part textured = part_of(file);
+  EXPECT_EQ(textured.specular_texture.picture, nullptr);
+  EXPECT_EQ(textured.material.specular, 0.5f);
+  EXPECT_NE(textured.specular_color_texture.picture, nullptr);
+  const float blue = 0.1329f / 2;  // of the sRGB value 102 and 0
+  EXPECT_LT((textured.material.specular_color - Vector3f(0, 0.25f, 50 * blue)).norm(), 2e-3f);
+  EXPECT_EQ(textured.specular_color_factor, Vector3f(1, 0.5f, 50));
+  EXPECT_TRUE(loaded(file.gltf())->not_drawn.empty());
+}
+
+TEST(GltfMaterials, Sheen) {
+  GltfFile file = with_textures();
+  EXPECT_EQ(part_of(file).material.sheen_color, Vector3f::Zero());
+  cv::Mat with_alpha(1, 2, CV_8UC4, cv::Scalar(9, 9, 9, 255));
+  with_alpha.at<cv::Vec4b>(0, 1)[3] = 51;
+  std::vector<std::uint8_t> png;
+  cv::imencode(".png", with_alpha, png);
+  file.json["images"].push_back({{"uri", "data:image/png;base64," + to_base64(std::string(png.begin(), png.end()))}});
+  file.json["textures"].push_back({{"source", 2}});
+  material(file)["extensions"]["KHR_materials_sheen"] = {{"sheenColorFactor", {0.5, 0.25, 1}},
+                                                         {"sheenRoughnessFactor", 0.5},
+                                                         {"sheenColorTexture", {{"index", 1}}},
+                                                         {"sheenRoughnessTexture", {{"index", 2}}}};
+  const Model::Part part = part_of(file);
+  EXPECT_EQ(part.sheen_color_factor, Vector3f(0.5f, 0.25f, 1));
+  EXPECT_LT((part.material.sheen_color - Vector3f(0, 0.125f, 0.1329f / 2)).norm(), 1e-4f);
+  ASSERT_NE(part.sheen_roughness_texture.picture, nullptr);
+  EXPECT_EQ(part.sheen_roughness_texture.picture->data, (std::vector<std::uint8_t>{255, 255, 255, 51, 51, 51}));
+  EXPECT_EQ(part.sheen_roughness_factor, 0.5f);
+  EXPECT_NEAR(part.material.sheen_roughness, 0.5 * (1 + 0.2) / 2, 1e-5);
+  EXPECT_TRUE(loaded(file.gltf())->not_drawn.empty());
+  relight::MaterialOverride red;
+  red.base_color = Vector3f(1, 0, 0);
+  EXPECT_EQ(red.over(part.material).sheen_color, Vector3f::Zero()) << "a base colour replaces it";
+}
+
+TEST(GltfMaterials, Anisotropy) {
+  GltfFile file = with_textures();
+  EXPECT_EQ(part_of(file).material.anisotropy, 0);
+  material(file)["extensions"]["KHR_materials_anisotropy"] = {{"anisotropyStrength", 0.8},
+                                                              {"anisotropyRotation", 1.5 + 4 * std::numbers::pi},
+                                                              {"anisotropyTexture", {{"index", 1}}}};
+  const Model::Part part = part_of(file);
+  EXPECT_EQ(part.anisotropy_factor, 0.8f);
+  EXPECT_NEAR(part.material.anisotropy_rotation_rad, 1.5, 1e-5);
+  EXPECT_NE(part.anisotropy_texture.picture, nullptr);
+  EXPECT_NEAR(part.material.anisotropy, 0.8 * 0.2, 1e-5) << "the mean of blue";
+  EXPECT_TRUE(loaded(file.gltf())->not_drawn.empty());
+  relight::MaterialOverride even;
+  even.roughness = 0.5f;
+  EXPECT_EQ(even.over(part.material).anisotropy, 0);
 }
 
 TEST(GltfMaterials, TransmissionAndVolume) {
@@ -176,8 +247,10 @@ TEST(GltfMaterials, Clearcoat) {
   EXPECT_NEAR(textured.material.clearcoat, 0.75 * (1 + 188 / 255.0) / 2, 1e-5);
   EXPECT_NEAR(textured.material.clearcoat_roughness, 0.25, 1e-5);
   EXPECT_TRUE(loaded(file.gltf())->not_drawn.empty());
-  coat["clearcoatNormalTexture"]["index"] = 0;
-  EXPECT_EQ(loaded(file.gltf())->not_drawn, std::vector<std::string>{"clearcoatNormalTexture (material 0)"});
+  coat["clearcoatNormalTexture"] = {{"index", 0}, {"scale", 0.5}};
+  EXPECT_NE(part_of(file).clearcoat_normal_texture.picture, nullptr);
+  EXPECT_EQ(part_of(file).clearcoat_normal_scale, 0.5f);
+  EXPECT_TRUE(loaded(file.gltf())->not_drawn.empty());
 }
 
 // Of an unlit material base colour and alpha count; all else is a fallback of the file's for other programs.
@@ -250,6 +323,37 @@ TEST(GltfMaterials, WhatScenesAskForIsNamedOnce) {
   EXPECT_EQ(loaded(file.gltf())->not_drawn,
             (std::vector<std::string>{"alphaMode BLEND (material 0)", "emission of the back (material 0)",
                                       "KHR_lights_punctual", "cameras"}));
+}
+
+// Headers of broken files may state any size.
+TEST(GltfMaterials, HalvingsOfAPicture) {
+  EXPECT_EQ(relight::halvings(32, 32, 1024), 0);
+  EXPECT_EQ(relight::halvings(33, 32, 1024), 1);
+  EXPECT_EQ(relight::halvings(100, 1, 30), 2);
+  EXPECT_EQ(relight::halvings(std::int64_t{1} << 32, std::int64_t{1} << 32, 1024), 27);
+  EXPECT_EQ(relight::halvings(0, 0, 1), 0);
+}
+
+// Each of n pictures may have an nth of the texels of all; of a larger one each pixel is the mean of a square.
+TEST(GltfMaterials, ManyLargePicturesAreScaledDown) {
+  GltfFile file = with_textures();
+  cv::Mat checker(8, 512, CV_8UC3);
+  for (int v = 0; v < checker.rows; ++v) {
+    for (int u = 0; u < checker.cols; ++u) checker.at<cv::Vec3b>(v, u) = cv::Vec3b::all((u + v) % 2 ? 200 : 100);
+  }
+  std::vector<std::uint8_t> png;
+  cv::imencode(".png", checker, png);
+  file.json["images"][0]["uri"] = "data:image/png;base64," + to_base64(std::string(png.begin(), png.end()));
+  EXPECT_EQ(part_of(file).base_color_texture.picture->width, 512);
+  EXPECT_TRUE(loaded(file.gltf())->not_drawn.empty());
+  while (file.json["images"].size() < (1u << 16)) file.json["images"].push_back({{"uri", "absent.png"}});
+  const auto model = loaded(file.gltf());  // 1024 texels each: 256 by 4
+  const auto& picture = *model->parts[0].base_color_texture.picture;
+  EXPECT_EQ(picture.width, 256);
+  EXPECT_EQ(picture.height, 4);
+  EXPECT_TRUE(std::ranges::all_of(picture.data, [](int value) { return value == 150; }));
+  EXPECT_EQ(model->not_drawn,
+            std::vector<std::string>{"the full size of 1 picture (scaled down to at most 1024 pixels each)"});
 }
 
 TEST(GltfMaterials, PartsAreInTheOrderOfMaterials) {

@@ -43,8 +43,8 @@ TEST(GltfRefusals, Documents) {
       {"asset.version: found \"1.0\", allowed: \"2.0\"", [](GltfFile& f) { f.json["asset"]["version"] = "1.0"; }},
       {"asset.version: found none, allowed: \"2.0\"", [](GltfFile& f) { f.json.erase("asset"); }},
       {"asset.minVersion: found \"2.1\", allowed: \"2.0\"", [](GltfFile& f) { f.json["asset"]["minVersion"] = "2.1"; }},
-      {"extensionsRequired[0]: found \"KHR_materials_sheen\", allowed: an extension that is read here",
-       [](GltfFile& f) { f.json["extensionsRequired"] = {"KHR_materials_sheen"}; }},
+      {"extensionsRequired[0]: found \"KHR_materials_iridescence\", allowed: an extension that is read here",
+       [](GltfFile& f) { f.json["extensionsRequired"] = {"KHR_materials_iridescence"}; }},
       {"extensionsUsed: found an object, allowed: an array",
        [](GltfFile& f) {
          f.json["extensionsUsed"] = {{"a", 1}};
