@@ -15,6 +15,7 @@ inline constexpr struct ComposeParameters {
   float matte_sigma_px = 0.75f;  ///< 1σ of an outline's place in depth against colour, in 320ths of the width
   float matte_reach = 3, matte_samples = 4;  ///< times that: to pixels with a matte; and to those that give colours
   float matte_noise = 0.02f;                 ///< of a pixel's radiance, relative
+  float matte_shade = 0.5f;  ///< 1σ of the shading of one surface, relative: limbs are lit from one side
   /// Without a pose for unseen_ns all that is added fades out at the last pose, within fade_out_ns: five frames at 30 a
   /// second, in which a camera held in a hand moves 2 to 10 cm. In slowly, as poses may be lost again.
   std::int64_t unseen_ns = 70'000'000, fade_out_ns = 180'000'000, fade_in_ns = 400'000'000;
