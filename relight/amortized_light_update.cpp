@@ -88,7 +88,7 @@ void upload_environment(gpu::Device& device, const LightSet& lights, const Volum
 AmortizedLightUpdate::AmortizedLightUpdate(gpu::Device& device)
     : device_(device), light_(device), mix_(device.create_compute("irradiance_mix.comp")) {}
 
-void AmortizedLightUpdate::fit(const Plan& plan, const gpu::Texture& mirror_outlines) {
+void AmortizedLightUpdate::fit(const Plan& plan, const gpu::Texture& mirror_outlines, const gpu::Buffer& gone_cells) {
   if (!shown_ || shown_->volumes.edge != plan.volume) {
     shown_.reset();  // device memory may not suffice for two
     next_.reset();
@@ -97,6 +97,7 @@ void AmortizedLightUpdate::fit(const Plan& plan, const gpu::Texture& mirror_outl
     auto room = std::make_unique<LightVolumeState>(device_, plan.volume);
     room->volumes.fit_cells(device_, smooths_cells(plan));
     room->volumes.mirror_outlines = &mirror_outlines;
+    room->volumes.gone_cells = &gone_cells;
     shown_ = std::move(room);
     older_irradiance_.reset();
     mixed_irradiance_.reset();
@@ -234,6 +235,7 @@ bool AmortizedLightUpdate::make_next(gpu::CommandList& list, const Now& now) {
     return false;
   }
   next_->volumes.mirror_outlines = shown_->volumes.mirror_outlines;
+  next_->volumes.gone_cells = shown_->volumes.gone_cells;
   if (!shown_->lit) {  // the first round is faded in, too
     shown_->params = now.params;
     list.clear(*shown_->volumes.real_irradiance, {});

@@ -44,8 +44,8 @@ class AmortizedLightUpdate {
   /// chunks don't fit in device memory; the volumes must not be used then.
   Done advance(gpu::CommandList& list, const Now& now, BrickPool& bricks);
 
-  /// `mirror_outlines`: of surfaces with known material.
-  void fit(const Plan& plan, const gpu::Texture& mirror_outlines);
+  /// `mirror_outlines`: of surfaces with known material; `gone_cells`: of surface that is gone. Both remain referenced.
+  void fit(const Plan& plan, const gpu::Texture& mirror_outlines, const gpu::Buffer& gone_cells);
   LightVolumeBuilder& passes() { return light_; }
   const LightVolumeBuilder& passes() const { return light_; }
   /// Non-empty: device memory is too small for rounds.

@@ -11,6 +11,7 @@
 #include "reconstruct/math/tag_family.h"
 #include "relight/amortized_light_update.h"
 #include "relight/camera_view.h"
+#include "relight/compose/gone_surfaces.h"
 #include "relight/compose/parameters.h"
 #include "relight/compose/sampled_depth.h"
 #include "relight/gather/moved_surfaces.h"
@@ -102,8 +103,10 @@ struct Relighter::State {
   LightSet lights;
   std::vector<ReferenceMesh> traced_objects;  ///< of `traced`
   std::unique_ptr<const Meshes> traced;       ///< the objects, in which what moved ends; null: nothing moved yet
-  std::optional<SampledDepth> sampled_depth;  ///< in which what moved is found
-  int max_lamps = 1;                          ///< for which there is room: a power of two, so that it rarely changes
+  std::optional<SampledDepth> sampled_depth;  ///< in which what moved or is gone is found
+  GoneSurfaces gone;
+  GoneCells gone_cells;
+  int max_lamps = 1;  ///< for which there is room: a power of two, so that it rarely changes
   const float widest_tangent;
   bool shadows_due = false;  ///< of lamps: what appeared or disappeared has not changed them yet
   bool drawn_live = false;   ///< the last frame was, in the live setting
@@ -121,6 +124,7 @@ struct Relighter::State {
         mirrors(*device),
         light(*device),
         view(*device, session.color),
+        gone_cells(*device, kCompose.gone_max_cells),
         widest_tangent(lens_tangent(session.color.model)) {
     for (const capture::RealSurface& surface : session.real_surfaces) {
       if (known_surfaces.size() == shader::kMaxSurfaces) {
@@ -140,7 +144,7 @@ struct Relighter::State {
     const Quality quality = quality_of(plan);
     const int lamps = std::max(max_lamps, static_cast<int>(std::bit_ceil(lights.lamps.size())));
     const bool more_lamps = lamps > max_lamps;
-    light.fit(plan, mirrors.outlines());
+    light.fit(plan, mirrors.outlines(), gone_cells.buffer());
     if (!quality.cells) {
       lamp_shadows.reset();  // shadows are traced
     } else if (!lamp_shadows || more_lamps || made_for.rsm != plan.rsm) {
@@ -189,23 +193,32 @@ struct Relighter::State {
     return plan;
   }
 
-  /// What this frame's depth shows and the fused room does not, if it may occlude lamps.
-  std::shared_ptr<const Model> moved_surfaces(const capture::FrameSet& frame, const reconstruct::Scene& scene,
-                                              const Exhibit& exhibit, const shader::FrameParams& params) {
+  /// Differences between this frame and the fused room that may occlude lamps: what depth shows and the room does not,
+  /// the reverse in the light volumes, and shadows that the camera sees.
+  void find_occluders(const capture::FrameSet& frame, const reconstruct::Scene& scene, const Exhibit& exhibit,
+                      shader::FrameParams& params) {
+    lamp_maps->observe(*device, params, scene.shadows, lights.lamp_ids);
     const capture::CameraModel& camera = session.color.model;
     const capture::Image<float>* depth_m = depth_of(frame, camera);
-    if (depth_m == nullptr) return nullptr;
+    if (depth_m == nullptr) {
+      gone_cells.take(*device, {}, params);
+      lamp_maps->choose(*device, params);
+      return;
+    }
     // Two samples per voxel at the objects: the fused room has nothing finer to differ from.
     const float distance_m =
         std::max((params.sphere.head<3>() - params.T_tag_camera.topRightCorner<3, 1>()).norm(), kRelight.near_plane_m);
     const float voxel_px = scene.field->voxel_m * static_cast<float>(camera.fx) / distance_m;
-    const int step = std::clamp(static_cast<int>(voxel_px / 2), 1, kGather.moved_max_edge_px);
+    const int step = std::clamp(static_cast<int>(voxel_px / 2), 1, kCompose.moved_max_edge_px);
     if (!sampled_depth || sampled_depth->step() != step) sampled_depth.emplace(camera, step);
     const CurrentDepth depth(sampled_depth->rays(), &sampled_depth->sample(*depth_m), scene.field->voxel_m);
     const CameraRays eye{sampled_depth->rays(), {sampled_depth->model(), Eigen::Isometry3f(params.T_tag_camera)}};
-    return moved_shell(
-        eye, depth, *scene.field, [&](const Eigen::Vector3f& p_m) { return LampMaps::may_occlude(params, p_m); },
-        [&]() -> const Meshes& {
+    const auto may_matter = [&](const Eigen::Vector3f& p_m) { return LampMaps::may_occlude(params, p_m); };
+    // Shadow cones find the volumes' surfaces to half a voxel.
+    const float cell_m = params.cascade[shader::kCascades - 1].w() / 2;
+    gone_cells.take(*device, gone.find(*room.field(), FreeSpace(eye.camera, depth), cell_m, may_matter), params);
+    const std::shared_ptr<const Model> moved =
+        moved_shell(eye, depth, *scene.field, may_matter, [&]() -> const Meshes& {
           std::vector<ReferenceMesh> now = reference_objects_of(exhibit, 1e-9 * static_cast<double>(frame.time_ns));
           if (!traced || !same_meshes(traced_objects, now)) {
             traced_objects = std::move(now);
@@ -213,6 +226,7 @@ struct Relighter::State {
           }
           return *traced;
         });
+    lamp_maps->choose(*device, params, moved.get());
   }
 
   shader::FrameParams frame_params(const capture::FrameSet& frame, const reconstruct::Scene& scene,
@@ -279,7 +293,7 @@ struct Relighter::State {
     p.tag << static_cast<float>(0.5 * print_m), 0, 0, 0;
     p.pass_f.x() = quality.min_code_change;
     light.passes().inject().choose_unit(objects, p);
-    lamp_maps->choose(*device, p, moved_surfaces(frame, scene, exhibit, p).get());
+    find_occluders(frame, scene, exhibit, p);
     mirrors.describe(p);
     LampShadows::choose_views(p);
     return p;
@@ -429,8 +443,8 @@ RelitPicture Relighter::relight(const capture::FrameSet& frame, const reconstruc
     return relight(frame, scene, wanted, asked, with_maps);
   }
   result.passes = std::move(light.passes);
-  const bool occluded_anew = s.lamp_maps->moved_anew();
-  if (occluded_anew) {
+  const bool occluded_anew = s.lamp_maps->moved_anew() || s.gone_cells.changed();
+  if (s.lamp_maps->moved_anew()) {
     list->begin_pass("moved surfaces");
     s.lamp_maps->record_moved(*list);
   }
@@ -457,8 +471,8 @@ RelitPicture Relighter::relight(const capture::FrameSet& frame, const reconstruc
     shadows_wait = s.drawn_live && s.directly_lit && !same_models(s.directly_lit->objects, objects) &&
                    !s.lamp_shadows->other_receivers();
   }
-  if (lit_anew || occluded_anew)
-    s.light_directly(*list, params, key, objects_anew || occluded_anew, lit_anew && !shadows_wait);
+  const bool shadows_anew = (lit_anew || s.gone_cells.changed()) && !shadows_wait;
+  if (lit_anew || occluded_anew) s.light_directly(*list, params, key, objects_anew || occluded_anew, shadows_anew);
   s.shadows_due = shadows_wait;
   const CameraView::View view{
       params,    objects, s.known_surfaces, s.glossy, s.store.white(), plan, moved || lit_anew || occluded_anew,
@@ -470,8 +484,7 @@ RelitPicture Relighter::relight(const capture::FrameSet& frame, const reconstruc
     return result;
   }
   if (light.recorded || lit_anew || occluded_anew) s.submit(*list, &result);
-  if (lit_anew && !shadows_wait)
-    s.lamp_shadows->read(*s.device, params);  // the selection of shadowed blocks depends on it
+  if (shadows_anew) s.lamp_shadows->read(*s.device, params);  // the selection of shadowed blocks depends on it
   s.view.show_live(frame, view, shown, *s.lamp_shadows, &result);
   return result;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "reconstruct/pose/parameters.h"
 
@@ -38,6 +39,15 @@ void DepthTracking::reset() {
   velocity_.setZero();
   tracking_ = false;
   fading_.setIdentity();
+  settled_.reset();
+  next_settled_.reset();
+}
+
+/// Copies of a field share its bricks.
+void DepthTracking::remember(const capture::FrameSet& frame, const DistanceField& field) {
+  if (next_settled_ && frame.time_ns - next_settled_ns_ < kDepthTracking.settled_ns) return;
+  settled_ = std::exchange(next_settled_, std::make_shared<const DistanceField>(field));
+  next_settled_ns_ = frame.time_ns;
 }
 
 void DepthTracking::store(const capture::FrameSet& frame, const PoseEstimate& pose) {
@@ -65,6 +75,15 @@ std::optional<PoseEstimate> DepthTracking::align(const capture::FrameSet& frame,
     start = align_to_frame(grid, *grid_, sampler_.camera(), last_->T_tag_camera,
                            {expected.T_tag_camera, kDepthTracking.frame_prior * expected.covariance});
   auto fit = align_to_field(grid, field, expected, start);
+  // What changed since the last frame may be a person who walks before a camera that rests.
+  const auto apart = step_between(expected.T_tag_camera, start);
+  if (apart.head<3>().norm() > kDepthTracking.step_m || apart.tail<3>().norm() > kDepthTracking.step_rad) {
+    const auto at_expected = align_to_field(grid, field, expected);
+    const auto cost = [&](const SurfaceFit& of) {
+      return surface_cost(grid, settled_ ? *settled_ : field, expected, of.pose.T_tag_camera);
+    };
+    if (at_expected && (!fit || cost(*at_expected) < cost(*fit))) fit = at_expected;
+  }
   if (!fit) return std::nullopt;
   // A jump that no hand makes may be a match with the wrong surface.
   const auto jump = step_between(expected.T_tag_camera, fit->pose.T_tag_camera);
@@ -81,6 +100,7 @@ std::optional<PoseEstimate> DepthTracking::align(const capture::FrameSet& frame,
 
 std::optional<PoseEstimate> DepthTracking::track(const capture::FrameSet& frame, const DistanceField& field) {
   if (!last_) return std::nullopt;
+  remember(frame, field);
   if (!tracking_) {
     // Poses from depth and from the print differ slightly. The last frame that has both gives the difference; without
     // it the image would jump.
@@ -122,6 +142,7 @@ std::optional<PoseEstimate> DepthTracking::restart(const capture::FrameSet& fram
 Isometry3d DepthTracking::tag_seen(const capture::FrameSet& frame, const PoseEstimate& measured,
                                    const DistanceField* field) {
   const double elapsed = elapsed_s(frame);
+  if (field) remember(frame, *field);
   if (tracking_) {
     tracking_ = false;
     fading_.setIdentity();

@@ -41,6 +41,7 @@ class DepthTracking {
  private:
   std::optional<PoseEstimate> align(const capture::FrameSet& frame, const DistanceField& field);
   void store(const capture::FrameSet& frame, const PoseEstimate& pose);
+  void remember(const capture::FrameSet& frame, const DistanceField& field);
   double elapsed_s(const capture::FrameSet& frame) const {
     return 1e-9 * static_cast<double>(frame.time_ns - time_ns_);
   }
@@ -51,6 +52,9 @@ class DepthTracking {
   std::shared_ptr<const capture::DepthFrame> depth_;  ///< of the same frame
   std::optional<DepthGrid> grid_;                     ///< points of that depth, computed when needed
   Eigen::Matrix<double, 6, 1> velocity_ = Eigen::Matrix<double, 6, 1>::Zero();  ///< steps per second
+  /// The room some time ago: a person who walks is fused from the second frame on, but is not where they were then.
+  std::shared_ptr<const DistanceField> settled_, next_settled_;
+  std::int64_t next_settled_ns_ = 0;
   bool tracking_ = false;
   /// The displayed pose relative to the pose from depth when tracking started: depth and print differ slightly.
   Eigen::Isometry3d handover_ = Eigen::Isometry3d::Identity();

@@ -126,6 +126,12 @@ struct Match {
   float residual_m, sigma_m, gate_m;
 };
 
+/// Tukey's biweight as a squared residual over its variance; beyond the gate it is constant.
+double tukey_cost(float residual_m, float sigma_m, float gate_m) {
+  const float ratio = residual_m / gate_m, gate = gate_m / sigma_m, left = std::max(1 - ratio * ratio, 0.0f);
+  return static_cast<double>(gate * gate / 3 * (1 - left * left * left));
+}
+
 /// Finds the surface at points of a depth image.
 struct Matcher {
   const DistanceField& field;
@@ -138,14 +144,21 @@ struct Matcher {
     const auto slope = field.slope(T_tag_camera.translation() + arm);
     if (!slope) return std::nullopt;
     ++known;
-    const float sigma_m = std::hypot(point.sigma_m, static_cast<float>(kIcp.field_sigma_voxels) * field.voxel_m);
-    const float reach_m = kIcp.reach * field.truncation_m;
-    const float gate_m = wide ? reach_m : std::min(reach_m, kIcp.gate_sigmas * sigma_m);
+    const auto [sigma_m, gate_m] = noise(point);
     if (std::abs(slope->distance_m) >= gate_m) return std::nullopt;
     // Between a front and a back the gradient is short and has no meaning.
     const float length = slope->gradient.norm();
     if (length < kIcp.min_gradient) return std::nullopt;
     return Match{arm, slope->gradient / length, slope->distance_m / length, sigma_m, gate_m};
+  }
+
+  struct Noise {
+    float sigma_m, gate_m;
+  };
+  Noise noise(const DepthGrid::Point& point) const {
+    const float sigma_m = std::hypot(point.sigma_m, static_cast<float>(kIcp.field_sigma_voxels) * field.voxel_m);
+    const float reach_m = kIcp.reach * field.truncation_m;
+    return {sigma_m, wide ? reach_m : std::min(reach_m, kIcp.gate_sigmas * sigma_m)};
   }
 };
 
@@ -230,6 +243,22 @@ std::optional<SurfaceFit> align_to_field(const DepthGrid& grid, const DistanceFi
     pose = fit->T_tag_camera;
   }
   return SurfaceFit{*fit, inlier_fraction};
+}
+
+double surface_cost(const DepthGrid& grid, const DistanceField& field, const PoseEstimate& expected,
+                    const Isometry3d& pose) {
+  Matcher matched{field, pose.cast<float>(), false};
+  double sum = 0;
+  for (int r = 0; r < grid.rows; ++r)
+    for (int c = r % 2; c < grid.columns; c += 2) {
+      const DepthGrid::Point& point = grid.at(c, r);
+      if (point.position.z() == 0) continue;
+      const auto match = matched(point);
+      const auto [sigma_m, gate_m] = matched.noise(point);
+      sum += tukey_cost(match ? match->residual_m : gate_m, sigma_m, gate_m);
+    }
+  const Row off = step_between(expected.T_tag_camera, pose);
+  return sum / kIcp.correlation + off.dot(information_of(expected.covariance) * off);
 }
 
 Isometry3d align_to_frame(const DepthGrid& grid, const DepthGrid& earlier, const capture::CameraModel& camera,

@@ -29,6 +29,11 @@ std::optional<SurfaceFit> align_to_field(const DepthGrid& grid, const DistanceFi
                                          const PoseEstimate& expected,
                                          const std::optional<Eigen::Isometry3d>& start = std::nullopt);
 
+/// -2 ln of a pose's posterior up to a constant, with the prior `expected`; points without surface near them count as
+/// the least likely ones. Tells which of several fits to the same points is right.
+double surface_cost(const DepthGrid& grid, const DistanceField& field, const PoseEstimate& expected,
+                    const Eigen::Isometry3d& pose);
+
 /// Projective point-to-plane ICP against an earlier depth image (Rusinkiewicz & Levoy 2001; Newcombe et al. 2011,
 /// §3.5): less exact, but with a reach of decimetres. Returns the pose of `expected` if the images have too little in
 /// common.

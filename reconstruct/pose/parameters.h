@@ -190,6 +190,7 @@ struct DepthTrackingParameters {
   double jump_variance = 0.1;  ///< this fraction of the squared jump
   double max_fade_m = 0.05, max_fade_rad = 0.07;     ///< a tag that is farther off is used at once
   double max_sigma_m = 0.03, max_sigma_rad = 0.035;  ///< 1σ beyond which depth does not determine the pose
+  std::int64_t settled_ns = 1'000'000'000;           ///< in which people walk by more than their width
   // Motion of a hand-held camera: per frame, plus half an acceleration times time squared, up to a limit.
   double step_m = 0.005, step_rad = 0.01;
   double acceleration_mps2 = 3, acceleration_radps2 = 10;

@@ -36,6 +36,20 @@ struct MeansOfSide {
       : color(channels(colors) / colors[0]), variance((channels(squares) / colors[0] - color.square()).max(0)) {}
 };
 
+/// Probability that a colour is of a side of which colours are known some pixels away: a Gaussian about their mean
+/// along which it varies by shading. The other side may have any colour up to the brightest. `noise`: its variance.
+float probability_of(const MeansOfSide& side, const Rgb& color, const Rgb& noise) {
+  constexpr float kTwoPi = 6.2831853f;
+  const Rgb variance = (side.variance + noise).max(std::numeric_limits<float>::min());
+  const Rgb brightest = color.max(side.color).max(std::numeric_limits<float>::min());
+  // By Sherman and Morrison 1950, and the determinant of the same sum.
+  const Rgb off = color - side.color, shade = kCompose.matte_shade * side.color;
+  const float shaded = 1 + (shade.square() / variance).sum(), along = (shade * off / variance).sum();
+  const float distance2 = (off.square() / variance).sum() - along * along / shaded;
+  const float log_ratio = ((brightest.square() / (kTwoPi * variance)).log().sum() - std::log(shaded) - distance2) / 2;
+  return 1 / (1 + std::exp(-log_ratio));
+}
+
 int steps_down(int px, int step) { return px / step; }  // px is not negative
 int steps_up(int px, int step) { return (px + step - 1) / step; }
 
@@ -181,12 +195,19 @@ OutlineMatte::Mixture OutlineMatte::at(int u, int v) const {
     add(node.front, sums.front);
     add(node.behind, sums.behind);
   });
-  if (!(sums.front.colors[0] > 0) || !(sums.behind.colors[0] > 0)) return {prior, own, own, own, false, outside_px < 0};
+  const Rgb own_noise = kCompose.matte_noise * kCompose.matte_noise * own.square();
+  const bool any_front = sums.front.colors[0] > 0, any_behind = sums.behind.colors[0] > 0;
+  if (!any_front || !any_behind) {
+    // As in the shadow that a hand throws in the light of a depth camera's projector.
+    float alpha = prior;
+    if (unknown && any_front) alpha = probability_of({sums.front.colors, sums.front.squares}, own, own_noise);
+    if (unknown && any_behind) alpha = 1 - probability_of({sums.behind.colors, sums.behind.squares}, own, own_noise);
+    return {alpha, own, own, own, false, outside_px < 0};
+  }
   const MeansOfSide front(sums.front.colors, sums.front.squares), behind(sums.behind.colors, sums.behind.squares);
   const Rgb apart = front.color - behind.color;
   // The precision of α by colour, channels being independent, and by depth.
-  const Rgb noise = prior * front.variance + (1 - prior) * behind.variance +
-                    kCompose.matte_noise * kCompose.matte_noise * own.square();
+  const Rgb noise = prior * front.variance + (1 - prior) * behind.variance + own_noise;
   const Rgb precision = apart.square() / noise.max(std::numeric_limits<float>::min());
   const float by_color = precision.sum();
   const float by_depth = 1 / std::max(prior * (1 - prior), 1e-4f);

@@ -39,8 +39,10 @@ class OutlineMatte {
   struct Mixture {
     float foreground;        ///< α
     Rgb own, front, behind;  ///< the colours of the pixel, of the foreground, and of what is behind it
-    bool both = false;       ///< both sides are near; else α is that of depth, and the colours are the pixel's
-    bool in_front = false;   ///< depth shows the foreground at the pixel
+    /// Both sides are near; else α is that of depth, or without it of the colours of the side that is, and the colours
+    /// are the pixel's.
+    bool both = false;
+    bool in_front = false;                                        ///< depth shows the foreground at the pixel
     Rgb values_front = Rgb::Zero(), values_behind = Rgb::Zero();  ///< means of `values` on both sides, if both are near
   };
   Mixture at(int u, int v) const;

@@ -8,9 +8,14 @@ namespace lumigraft::relight {
 inline constexpr struct ComposeParameters {
   float moved_sigmas = 3, moved_min_cosine = 0.2f;  ///< of depth, that noise explains; bound of a grazing view's
   float moved_jump = 0.03f;                         ///< fraction of the depth between neighbours of one surface
+  int moved_max_edge_px = 6;                        ///< bound of a voxel's size in the image
+  float gone_fraction = 0.5f;    ///< of a brick's surface, that depth sees through: noise shows some of any as gone
+  int gone_cell_voxels = 2;      ///< edge of the cells of what is gone; the field displaces surface by up to a voxel
+  int gone_max_cells = 1 << 18;  ///< at most: 32 KB. A person is 10^5 of 2 cm
   float matte_sigma_px = 0.75f;  ///< 1σ of an outline's place in depth against colour, in 320ths of the width
   float matte_reach = 3, matte_samples = 4;  ///< times that: to pixels with a matte; and to those that give colours
   float matte_noise = 0.02f;                 ///< of a pixel's radiance, relative
+  float matte_shade = 0.5f;  ///< 1σ of the shading of one surface, relative: limbs are lit from one side
   /// Without a pose for unseen_ns all that is added fades out at the last pose, within fade_out_ns: five frames at 30 a
   /// second, in which a camera held in a hand moves 2 to 10 cm. In slowly, as poses may be lost again.
   std::int64_t unseen_ns = 70'000'000, fade_out_ns = 180'000'000, fade_in_ns = 400'000'000;

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <limits>
-#include <opencv2/imgproc.hpp>
 #include <utility>
 #include <vector>
 
@@ -15,30 +13,11 @@ namespace {
 
 using Eigen::Vector3f;
 
-/// The smallest depth around each pixel that has one, as far as fusion displaces edges: a pixel next to a thin surface,
-/// or on one that is seen edge-on, shows what is behind it. 0: none at the pixel itself.
-capture::Image<float> nearest_around(const capture::Image<float>& z_m, float fx, float voxel_m) {
-  float near_m = std::numeric_limits<float>::max();
-  capture::Image<float> nearest_m = z_m;
-  for (float& z : nearest_m.data) {
-    if (!(z > 0)) z = std::numeric_limits<float>::max();
-    near_m = std::min(near_m, z);
-  }
-  const float px = voxel_m * fx / std::max(near_m, static_cast<float>(kGather.min_nearest_m));
-  const int edge = 2 * std::clamp(static_cast<int>(std::ceil(px)), 1, kGather.moved_max_edge_px) + 1;
-  const cv::Mat1f nearest(nearest_m.height, nearest_m.width, nearest_m.data.data());
-  cv::erode(nearest, nearest, cv::getStructuringElement(cv::MORPH_RECT, {edge, edge}));
-  for (std::size_t i = 0; i < z_m.data.size(); ++i) {
-    if (!(z_m.data[i] > 0)) nearest_m.data[i] = 0;
-  }
-  return nearest_m;
-}
-
 }  // namespace
 
 MovedOccluders::MovedOccluders(const CameraRays& eye, const CurrentDepth& depth, const MovedPixels& moved,
                                const MovedPixels& fused, const Meshes& objects, const RecentlyMoved& recent)
-    : camera_(eye.camera), recent_(recent) {
+    : recent_(recent) {
   ReferenceMesh mesh;
   mesh.model = moved_shell(eye, depth, moved, fused, objects, false);
   if (mesh.model) surfaces_ = std::make_unique<Meshes>(std::vector{mesh}, nullptr);
@@ -54,9 +33,8 @@ MovedOccluders::MovedOccluders(const CameraRays& eye, const CurrentDepth& depth,
   gone_.extend(recent_.box());
   if (gone_.isEmpty()) return;
   free_z_m_ = hidden_z_m_ = depth.along_z_m();
-  free_around_z_m_ = nearest_around(free_z_m_, static_cast<float>(camera_.model.fx), depth.voxel_m());
-  for (capture::Image<float>* const free : {&free_z_m_, &free_around_z_m_})
-    for (float& z : free->data) z = z > 0 ? std::max(z - depth.allowed_m(z), 0.0f) : 0;
+  free_.emplace(eye.camera, depth);
+  for (float& z : free_z_m_.data) z = z > 0 ? std::max(z - depth.allowed_m(z), 0.0f) : 0;
   for (float& z : hidden_z_m_.data) z = z > 0 ? z + kGather.thickness_m : 0;
 }
 
@@ -99,13 +77,11 @@ bool MovedOccluders::remains(const Meshes& room, const Vector3f& from_m, const V
 }
 
 bool MovedOccluders::is_gone(const Vector3f& p_m) const {
-  const Vector3f p = camera_.T_tag_camera.inverse() * p_m;
-  const auto at = p.z() > 0 ? camera_.model.project(p.cast<double>()) : std::nullopt;
-  if (!at || !camera_.model.inside(*at)) return false;
-  const int u = static_cast<int>(std::lround(at->x())), v = static_cast<int>(std::lround(at->y()));
-  if (p.z() < free_around_z_m_.at(u, v)) return true;
-  const float hidden_m = hidden_z_m_.at(u, v);
-  return (p.z() < free_z_m_.at(u, v) || (hidden_m > 0 && p.z() > hidden_m)) && recent_.contains(p_m);
+  const std::optional<FreeSpace::Place> at = free_->place(p_m);
+  if (!at) return false;
+  if (free_->contains(*at)) return true;
+  const float hidden_m = hidden_z_m_.at(at->u, at->v);
+  return (at->z_m < free_z_m_.at(at->u, at->v) || (hidden_m > 0 && at->z_m > hidden_m)) && recent_.contains(p_m);
 }
 
 }  // namespace lumigraft::relight

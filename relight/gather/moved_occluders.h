@@ -4,7 +4,9 @@
 // does not show.
 #include <Eigen/Geometry>
 #include <memory>
+#include <optional>
 
+#include "relight/compose/free_space.h"
 #include "relight/gather/moved_surfaces.h"
 #include "relight/gather/recently_moved.h"
 
@@ -29,13 +31,13 @@ class MovedOccluders {
   bool remains(const Meshes& room, const Eigen::Vector3f& from_m, const Eigen::Vector3f& w, float limit_m) const;
   bool is_gone(const Eigen::Vector3f& p_m) const;
 
-  PosedCamera camera_;
   RecentlyMoved recent_;
   std::unique_ptr<Meshes> surfaces_;  ///< of this frame's depth; null: none
   Eigen::AlignedBox3f gone_;          ///< encloses fused surface that is gone; empty: none is
-  /// If any is gone: nothing is nearer than the first of these depths along z, nothing around the pixel nearer than the
-  /// second, and nothing behind the third is seen; 0: unknown.
-  capture::Image<float> free_z_m_, free_around_z_m_, hidden_z_m_;
+  std::optional<FreeSpace> free_;     ///< if any is gone
+  /// If any is: nothing is nearer than the first of these depths along z, and nothing behind the second is seen; 0:
+  /// unknown.
+  capture::Image<float> free_z_m_, hidden_z_m_;
 };
 
 }  // namespace lumigraft::relight

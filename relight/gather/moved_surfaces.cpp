@@ -29,7 +29,7 @@ int min_width_px(float voxel_m, const CameraRays& eye, const std::vector<FusedPi
   }
   const float px =
       voxel_m * static_cast<float>(eye.camera.model.fx) / std::max(near_m, static_cast<float>(kGather.min_nearest_m));
-  return 2 * std::clamp(static_cast<int>(std::ceil(px)), 1, kGather.moved_max_edge_px) + 1;
+  return 2 * std::clamp(static_cast<int>(std::ceil(px)), 1, kCompose.moved_max_edge_px) + 1;
 }
 
 /// Whether depth is known and without a jump in the square around a pixel, as far as it is in the image.

@@ -40,10 +40,10 @@ inline constexpr struct GatherParameters {
   float edge_unlike_color = 0.1f, edge_unlike = 0.25f;       ///< of sRGB, 0 to 1, is as unlikely as voxels from a plane
   float penumbra_sigma = 0.35f, wide_px = 4, sparse_px = 6;  ///< filter over penumbra; penumbrae from which visibility
   int penumbra_reach_px = 2;                                 ///< is even over a pixel, and 1 of 2 × 2 px suffices
-  int moved_max_edge_px = 6, moved_normal_px = 3;  ///< bound of a voxel's size; reach of the normal's differences
-  int moved_sample_px = 4;                         ///< between samples that find it in the field
-  float moved_far_m = 12;                          ///< beyond it nothing is fused
-  int moved_vertices = 10000, gone_surfaces = 16;  ///< at most, of an occluder; behind one another on a ray
+  int moved_normal_px = 3;                                   ///< reach of the normal's differences
+  int moved_sample_px = 4;                                   ///< between samples that find it in the field
+  float moved_far_m = 12;                                    ///< beyond it nothing is fused
+  int moved_vertices = 10000, gone_surfaces = 16;            ///< at most, of an occluder; behind one another on a ray
   int clipped_reach_px = 12;    ///< around a pixel in which all channels clip: those in which one does not correct it,
   float clipped_prior = 0.02f;  ///< by half if they are so much of the square
   float gone_margin_m = 0.1f;   ///< around what is gone: its sides that no camera saw

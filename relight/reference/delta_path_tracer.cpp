@@ -82,7 +82,9 @@ std::unique_ptr<const PhotonMap> photons_of(const TraceWorld& world) {
   const PhotonScene scene{
       world.real, world.objects, lamps, [&](std::size_t lamp, const auto& p_m, const auto& w, float distance_m) {
         const float limit_m = distance_m - kTracing.before_lamp_m;
-        return world.real.blocked(p_m, w, limit_m) || behind_other_lamp(lamps, lamp, p_m, w, limit_m) ? 0.0f : 1.0f;
+        return world.real.blocked(p_m, w, limit_m) || behind_other_lamp(lamps, lamp, p_m, w, limit_m)
+                   ? 0.0f
+                   : world.open(lamp, p_m);
       }};
   if (!has_photons(scene)) return nullptr;
   return std::make_unique<const PhotonMap>(trace_photons(scene, kPaths.photons, kPhotonSeed));

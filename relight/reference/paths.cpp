@@ -45,17 +45,19 @@ Rgb Paths::emitted(const PathRay& ray, const Arrival& a, float pdf) const {
   }
   const ReferenceLamp& lamp = world_.scene->lamps[a.lamp];
   const Rgb light = lamp_radiance(lamp, ray.from_m, ray.w);
-  return pdf > 0 ? (light * balanced(pdf, lamp_pdf(lamp, ray.from_m, ray.w))).eval() : light;
+  return pdf > 0 ? (light * (world_.open(a.lamp, ray.from_m) * balanced(pdf, lamp_pdf(lamp, ray.from_m, ray.w)))).eval()
+                 : light;
 }
 
 Rgb Paths::on_the_way(const PathRay& ray, const Arrival& a, float pdf) const {
   const bool ends = a.at != Arrival::At::real || world_.real.hides(a.hit);
   Rgb sum = Rgb::Zero();
-  for (const ReferenceLamp& lamp : world_.scene->lamps) {
+  for (std::size_t i = 0; i < world_.scene->lamps.size(); ++i) {
+    const ReferenceLamp& lamp = world_.scene->lamps[i];
     if (lamp.hides) continue;
     const std::optional<float> t_m = lamp_hit(lamp, ray.from_m, ray.w);
     if (!t_m || (ends && *t_m > a.t_m)) continue;
-    const float weight = pdf > 0 ? balanced(pdf, lamp_pdf(lamp, ray.from_m, ray.w)) : 1;
+    const float weight = pdf > 0 ? world_.open(i, ray.from_m) * balanced(pdf, lamp_pdf(lamp, ray.from_m, ray.w)) : 1;
     sum += weight * lamp_radiance(lamp, ray.from_m, ray.w);
   }
   return sum;
@@ -79,7 +81,9 @@ Rgb Paths::direct(const PathVertex& vertex, bool of_lamps, Counts counts) {
   for (std::size_t i = 0; of_lamps && i < world_.scene->lamps.size(); ++i) {
     const ReferenceLamp& lamp = world_.scene->lamps[i];
     const Vector3f from_m = vertex.leave_to(lamp.centre_m);
-    add(sample_lamp(lamp, from_m, sampler_.two()), from_m, i);
+    LightSample s = sample_lamp(lamp, from_m, sampler_.two());
+    s.radiance *= world_.open(i, from_m);
+    add(s, from_m, i);
   }
   if (world_.sky.is_picture()) {
     const LightSample s = world_.sky.sample(sampler_.two());

@@ -174,6 +174,11 @@ RelitPicture ReferenceRenderer::relight(const capture::FrameSet& frame, const re
       restore_clipped(*scene.illumination, s.lamps, s.camera, seen, *radiance);
     }
   }
+  if (!s.room && scene.shadows) {
+    auto shadowed = std::make_shared<ReferenceScene>(*room);
+    shadowed->shadows = scene.shadows;
+    room = std::move(shadowed);
+  }
   const ReferencePicture& traced = s.traced(room, eye.camera.T_tag_camera, std::move(objects), plan.samples);
   ObjectLayer shown{0, 0, traced.object, traced.coverage, {}};
   if (!s.room) shown = shown_by(depth, traced);

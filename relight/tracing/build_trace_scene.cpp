@@ -49,6 +49,7 @@ std::shared_ptr<const Model> field_model(const reconstruct::DistanceField& field
 ReferenceLamp lamp_of(const reconstruct::PointLight& light, const Vector3f& probe_m) {
   const LampEmitter emitter = lamp_emitter(light, probe_m);
   ReferenceLamp lamp;
+  lamp.id = light.id;
   // The rest of the light from its direction is in the residual environment; a large area light is represented by
   // several overlapping discs.
   lamp.hides = false;

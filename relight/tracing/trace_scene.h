@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "capture/camera/camera_model.h"
+#include "reconstruct/light/lamp_shadows.h"
 #include "reconstruct/light/light.h"
 #include "relight/exhibit/exhibit.h"
 
@@ -64,6 +65,7 @@ struct ReferenceLamp {
   /// false: it occludes nothing; its radiance adds to what is behind it, as both are parts of what the fish-eye camera
   /// saw there.
   bool hides = true;
+  int id = -1;  ///< PointLight::id; -1: none
 };
 
 struct ReferenceScene {
@@ -73,6 +75,8 @@ struct ReferenceScene {
   reconstruct::EnvironmentMap environment;  ///< distant light; empty: `background` from all directions
   Rgb background = Rgb::Zero();
   std::shared_ptr<const SeenMaterials> seen;  ///< null: materials of the meshes only
+  /// Of what `real` does not contain; null: none.
+  std::shared_ptr<const reconstruct::LampShadows> shadows = {};
 };
 
 }  // namespace lumigraft::relight

@@ -78,6 +78,9 @@ TraceWorld::TraceWorld(std::shared_ptr<const ReferenceScene> the_scene)
       any_unlit(objects.any_unlit()),
       emitters(scene->objects),
       sky(*scene),
-      places(change_regions(scene->lamps, real, objects)) {}
+      places(change_regions(scene->lamps, real, objects)) {
+  if (!scene->shadows) return;
+  for (const ReferenceLamp& lamp : scene->lamps) shadows.push_back(scene->shadows->of(lamp.id));
+}
 
 }  // namespace lumigraft::relight

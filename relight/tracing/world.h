@@ -29,6 +29,12 @@ struct TraceWorld {
   Sky sky;
   /// Used for importance sampling only: affects noise, not the expected result.
   std::vector<ChangeRegion> places;
+
+  /// Fraction of a lamp's light that arrives at a point past what moved (ReferenceScene::shadows).
+  float open(std::size_t lamp, const Eigen::Vector3f& p_m) const {
+    return shadows.empty() || !shadows[lamp] ? 1 : shadows[lamp]->open_at(p_m);
+  }
+  std::vector<const reconstruct::LampShadow*> shadows;  ///< by lamp; empty: none
 };
 
 }  // namespace lumigraft::relight

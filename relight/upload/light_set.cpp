@@ -69,6 +69,7 @@ LightSet make_light_set(const reconstruct::Illumination& illumination, int max_l
     return a.irradiance.sum() > b.irradiance.sum();
   });
   for (std::size_t i = 0; i < drawn; ++i) {
+    set.lamp_ids.push_back(lamps[i].id);
     set.lamps.push_back(make_lamp(lamp_emitter(lamps[i], illumination.probe_position_m)));
   }
 

@@ -11,6 +11,7 @@ namespace lumigraft::relight {
 
 struct LightSet {
   std::vector<shader::Lamp> lamps;  ///< at most shader::kMaxLamps, strongest first
+  std::vector<int> lamp_ids;        ///< of these, PointLight::id
   /// The residual environment and the lamps that are not rendered as lamps, as an equal-area octahedral map (Clarberg
   /// 2008): the mean of its texels is the mean over the sphere, at every level. RGBA, level 0 first, each level has
   /// half the edge.

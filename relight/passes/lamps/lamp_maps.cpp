@@ -69,7 +69,8 @@ LampMaps::LampMaps(gpu::Device& device, int edge, int max_maps, int max_lamps)
       max_maps_(max_maps),
       raster_(device.create_raster(map_raster())),
       raster_moved_(device.create_raster(moved_raster())),
-      bound_(device.create_compute("lamp_bounds.comp")) {
+      bound_(device.create_compute("lamp_bounds.comp")),
+      observed_(device) {
   const int maps = max_maps + max_lamps;
   depths_ = device.create_texture({.name = "lamp maps",
                                    .width = kColumns * edge,
@@ -143,6 +144,13 @@ void LampMaps::choose(gpu::Device& device, shader::FrameParams& params, const Mo
   if (!views.empty()) device.upload(*views_, 0, std::as_bytes(std::span(views)));
 }
 
+void LampMaps::observe(gpu::Device& device, shader::FrameParams& params,
+                       const std::shared_ptr<const reconstruct::LampShadows>& shadows,
+                       const std::vector<int>& lamp_ids) {
+  observed_.take(device, shadows, lamp_ids, params);
+  moved_anew_ = moved_anew_ || observed_.changed();
+}
+
 bool LampMaps::may_occlude(const shader::FrameParams& params, const Eigen::Vector3f& p_m) {
   for (int l = 0; l < params.counts.x(); ++l) {
     const Eigen::Vector4f& lamp = params.lamps[l].position_radius;
@@ -197,7 +205,7 @@ void LampMaps::record(gpu::CommandList& list, const std::vector<PlacedObject>& o
   list.draw(*raster_, {}, *depths_, draws.calls, &upper);
   record_moved(list);
   if (draws_.empty()) return;
-  list.dispatch(*bound_, bindings(), {}, edge_ / kBoundTile, edge_ / kBoundTile, static_cast<int>(draws_.size()));
+  list.dispatch(*bound_, map_bindings(), {}, edge_ / kBoundTile, edge_ / kBoundTile, static_cast<int>(draws_.size()));
 }
 
 void LampMaps::record_moved(gpu::CommandList& list) {
@@ -215,8 +223,10 @@ void LampMaps::record_moved(gpu::CommandList& list) {
   if (!calls.empty()) list.draw(*raster_moved_, {}, *depths_, calls, &lower);
 }
 
-std::vector<gpu::Binding> LampMaps::bindings() const {
+std::vector<gpu::Binding> LampMaps::map_bindings() const {
   return {gpu::sampled(7, *depths_), gpu::storage(8, *views_), gpu::storage(11, *bounds_)};
 }
+
+std::vector<gpu::Binding> LampMaps::bindings() const { return joined(map_bindings(), {observed_.binding()}); }
 
 }  // namespace lumigraft::relight

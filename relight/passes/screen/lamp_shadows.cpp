@@ -109,15 +109,15 @@ void LampShadows::find_receivers(gpu::CommandList& list, shader::FrameParams par
   dispatch_2d(list, *ground_receivers_,
               {gpu::sampled(1, *volumes.virtual_distance, gpu::Filter::linear),
                gpu::sampled(2, *volumes.real_distance, gpu::Filter::linear),
-               gpu::sampled(9, *volumes.real_normal, gpu::Filter::linear), volumes.chunks(), gpu::image(16, *out.place),
-               gpu::image(17, *out.normal)},
+               gpu::sampled(9, *volumes.real_normal, gpu::Filter::linear), volumes.chunks(), volumes.gone(),
+               gpu::image(16, *out.place), gpu::image(17, *out.normal)},
               params, edge_, edge_ * lamps);
 }
 
 bool LampShadows::update_receivers(gpu::Device& device, gpu::CommandList& list, shader::FrameParams& params,
                                    const LightVolumeState& room) {
   const std::vector<Eigen::Vector4f> views = views_of(params);
-  if (ground_.is_of(room, views)) {
+  if (ground_.is_of(room, views, params.gone_cells.w())) {
     next_.of.reset();
   } else {
     if (!next_.place) next_ = make_receivers(device);
@@ -125,6 +125,7 @@ bool LampShadows::update_receivers(gpu::Device& device, gpu::CommandList& list, 
     if (!next_.of || !(*next_.of == *room.real) || !same_lamps(next_.views, views)) {
       next_.of = room.real;
       next_.views = views;
+      next_.gone = params.gone_cells.w();
       next_lamp_ = 0;
     }
     const int lamps = params.counts.x();
@@ -151,12 +152,15 @@ void LampShadows::record(gpu::CommandList& list, const shader::FrameParams& para
   if (params.counts.x() == 0) return;
   const Volumes& volumes = room.volumes;
   const std::vector<gpu::Binding> distances{gpu::sampled(1, *volumes.virtual_distance, gpu::Filter::linear),
-                                            gpu::sampled(2, *volumes.real_distance, gpu::Filter::linear)};
+                                            gpu::sampled(2, *volumes.real_distance, gpu::Filter::linear),
+                                            volumes.gone()};
   const std::vector<Eigen::Vector4f> views = views_of(params);
-  if (!ground_.of || ground_.views != views || !(updating_receivers() || *ground_.of == *room.real)) {
+  if (!ground_.of || ground_.views != views ||
+      !(updating_receivers() || ground_.is_of(room, views, params.gone_cells.w()))) {
     find_receivers(list, params, 0, params.counts.x(), room, ground_);
     ground_.of = room.real;
     ground_.views = views;
+    ground_.gone = params.gone_cells.w();
     recorded_ = ++receivers_;
   }
   const std::vector<gpu::Binding> ground =

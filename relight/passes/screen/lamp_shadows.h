@@ -48,9 +48,10 @@ class LampShadows {
     std::unique_ptr<gpu::Texture> place, normal;
     std::optional<RealKey> of;
     std::vector<Eigen::Vector4f> views;
+    int gone = 0;  ///< FrameParams::gone_cells.w
 
-    bool is_of(const LightVolumeState& room, const std::vector<Eigen::Vector4f>& of_views) const {
-      return of && *of == *room.real && views == of_views;
+    bool is_of(const LightVolumeState& room, const std::vector<Eigen::Vector4f>& of_views, int of_gone) const {
+      return of && *of == *room.real && views == of_views && gone == of_gone;
     }
   };
   Receivers make_receivers(gpu::Device& device) const;

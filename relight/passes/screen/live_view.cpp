@@ -12,6 +12,7 @@ std::vector<gpu::Binding> inputs(const Volumes& volumes, const gpu::Texture& irr
           gpu::sampled(21, *volumes.real_normal, Filter::linear),
           gpu::sampled(22, irradiance, Filter::linear),
           volumes.chunks(),
+          volumes.gone(),
           gpu::sampled(25, *screen.rays),
           gpu::sampled(26, *screen.depth),
           gpu::sampled(27, *screen.codes)};

@@ -83,7 +83,7 @@ void ObjectLight::record(gpu::Device& device, gpu::CommandList& list, shader::Fr
     list.dispatch(*light_up_,
                   joined(maps.bindings(),
                          {gpu::sampled(1, *volumes.virtual_distance, gpu::Filter::linear),
-                          gpu::sampled(2, *volumes.real_distance, gpu::Filter::linear),
+                          gpu::sampled(2, *volumes.real_distance, gpu::Filter::linear), volumes.gone(),
                           gpu::storage(16, *mesh.vertices), gpu::storage(17, *light_[i]),
                           gpu::storage(18, *(newer_weight < 1 ? older : newer)[i]), gpu::storage(19, *newer[i])}),
                   gpu::bytes_of(params), (mesh.vertex_count + kVerticesAGroup - 1) / kVerticesAGroup);

@@ -93,7 +93,8 @@ std::vector<gpu::Binding> Volumes::bindings() const {
           gpu::sampled(6, *environment, Filter::linear_mip_linear),
           gpu::sampled(30, *mirror_outlines, Filter::linear),
           gpu::sampled(31, *enclosure_change, Filter::linear),
-          chunks()};
+          chunks(),
+          gone()};
 }
 
 }  // namespace lumigraft::relight

@@ -32,6 +32,7 @@ struct Volumes {
   std::unique_ptr<gpu::Buffer> cells;              ///< of 2³ voxels, containing real surface near the objects
   std::unique_ptr<gpu::Texture> environment;
   const gpu::Texture* mirror_outlines = nullptr;  ///< of surfaces with known material; not owned
+  const gpu::Buffer* gone_cells = nullptr;        ///< GoneCells; not owned
   // Octahedral maps of the enclosure around the reconstructed room.
   std::unique_ptr<gpu::Texture> enclosure_response, enclosure_lost;         ///< radiance over irradiance; lamps' loss
   std::unique_ptr<gpu::Texture> enclosure_change, enclosure_change_before;  ///< change of radiance, last two rounds
@@ -46,6 +47,8 @@ struct Volumes {
   std::vector<gpu::Binding> bindings() const;
   /// As declared in chunks.glsl.
   gpu::Binding chunks() const { return gpu::storage(32, *chunk_table); }
+  /// As declared in volume.glsl, for passes with shadow cones.
+  gpu::Binding gone() const { return gpu::storage(34, *gone_cells); }
 };
 
 }  // namespace lumigraft::relight

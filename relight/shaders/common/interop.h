@@ -44,6 +44,14 @@ struct LampMap {
                  // texels per unit of x / z; rotation of the filter taps on that disc
 };
 
+// The shadow of a lamp that the colour camera sees (reconstruct/light/lamp_shadows.h).
+struct ObservedShadow {
+  vec4 origin;   // of the projection; a: 1: parallel, of a lamp that is infinitely far
+  vec4 x, y, z;  // two axes across the light, and along it
+  vec4 place;    // projected centre of the first cell; edge of a cell
+  ivec4 cells;   // along x and y, 0: none; first value
+};
+
 // A known material of a real surface ([[real_surface]] of the session).
 struct Surface {
   vec4 base_color_roughness;
@@ -103,6 +111,9 @@ struct FrameParams {
   vec4 probe;           // where the environment was captured; a: number of sides of the enclosure, 0: unknown
   vec4 enclosure;       // a point well inside the enclosure, origin of its map of change; a: number of measured sides
   vec4 sides[12];       // inward normals; offset: n·p + a > 0 inside
+  vec4 gone;            // corner of the cells of surface that is gone; a: their edge, m, 0: none is
+  ivec4 gone_cells;     // along x, y, z; w: differs between grids
+  ivec4 observed;       // x: lamps with an ObservedShadow
   vec4 tag;             // x: half the edge of the printed tag including its white border
   ivec4 pass_i;         // parameters of a single pass
   vec4 pass_f;

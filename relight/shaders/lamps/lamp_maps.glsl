@@ -5,6 +5,7 @@
 layout(binding = 7) uniform sampler2D lamp_depths;
 layout(std430, binding = 8) readonly buffer LampViews { LampMap lamp_views[]; };
 #include "lamps/lamp_bounds.glsl"
+#include "lamps/observed_shadows.glsl"
 layout(std430, binding = 11) readonly buffer LampBounds { uint lamp_bounds[]; };
 
 // Minimum distance of the objects in front of a real surface to occlude it.

@@ -29,7 +29,7 @@ vec3 lamps_lost(vec3 p, vec3 n, float slack) {
     float far2 = dot(to, to);
     vec3 w = to * inversesqrt(far2);
     float hidden = lamp_hidden(i, p, slack);
-    if (hidden > 0.0) hidden *= moved_open(first, maps, p);
+    if (hidden > 0.0) hidden *= moved_open(first, maps, p) * shadow_open(i, p);
     lost += lamp.intensity.rgb * (emission(lamp, -w) * max(dot(n, w), 0.0) * hidden / far2);
   }
   return frame.blocked.rgb * lost;

@@ -50,7 +50,7 @@ void main() {
         sent += f;
         gone += hidden * f;
       }
-      float open = lamp_open(k, lamp, sent != vec3(0));
+      float open = lamp_open(k, lamp, sent != vec3(0)) * shadow_open(l, r.p);
       mirror_all += open * sent;
       mirror_lost += open * gone;
       map += maps;

@@ -110,7 +110,7 @@ void main() {
         if (cosine <= 0.0) continue;
         reflected += s.irradiance * reflects(o, share, lobe, s.w, s.tan_half) * cosine;
       }
-      float open = open_group[l & 3];
+      float open = open_group[l & 3] * shadow_open(l, o.p);
       int maps = int(frame.lamps[l].intensity.a);
       if (maps > 0) open *= map_open(map, maps, o.p, o.n);
       radiance += reflected * open;

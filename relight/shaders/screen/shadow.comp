@@ -47,7 +47,8 @@ void main() {
     Cone k = cone_from_real(texelFetch(real_position, at, 0).xyz, n);
     for (int l = 0, map = 0; l < frame.counts.x; ++l) {
       int maps = int(frame.lamps[l].intensity.a);
-      lost += maps > 0 ? lost_by_maps(k, frame.lamps[l], map, maps, n) : lost_by_cones(k, frame.lamps[l], n, cell);
+      vec3 of_lamp = maps > 0 ? lost_by_maps(k, frame.lamps[l], map, maps, n) : lost_by_cones(k, frame.lamps[l], n, cell);
+      lost += shadow_open(l, k.from_virtual) * of_lamp;
       map += maps;
     }
   }

@@ -46,7 +46,7 @@ void main() {
         }
       }
       // The fraction of the lamp that real surfaces occlude is applied to each sample.
-      float open = lamp_open(k, lamp, gone != vec3(0) || mirror_sent != vec3(0));
+      float open = lamp_open(k, lamp, gone != vec3(0) || mirror_sent != vec3(0)) * shadow_open(l, p);
       lost += open * gone;
       mirror_lost += open * mirror_gone;
       mirror_all += open * mirror_sent;

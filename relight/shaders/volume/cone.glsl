@@ -279,8 +279,11 @@ float real_shadow(Cone k, float t_far) {
   t_far = min(t_far, known.y);
   for (int i = 0; i < kMaxSteps; ++i) {
     if (t >= t_far || m > 0.995) break;
-    float reach = reach_of(k, t, min_m), d = real_distance(real_place(k, t));
-    m = max(m, hidden_fraction(d / reach));
+    vec3 p = real_place(k, t);
+    float reach = reach_of(k, t, min_m), d = real_distance(p), hidden = hidden_fraction(d / reach);
+    // A loop that is not entered costs nothing on software devices, unlike a branch.
+    for (int j = 0; j < (frame.gone.w > 0.0 && hidden > m ? 1 : 0); ++j) hidden = is_gone(p, d) ? 0.0 : hidden;
+    m = max(m, hidden);
     t += next_step(d, reach, min_m);
   }
   return m;

@@ -17,7 +17,7 @@ vec3 of_lamps(vec3 p, vec3 n) {
   for (int l = 0, map = 0; l < frame.counts.x; ++l) {
     Lamp lamp = frame.lamps[l];
     int maps = int(lamp.intensity.a);
-    float open = lamp_visibility(p, n, from_real, from_virtual, lamp, 0, 1).x;
+    float open = lamp_visibility(p, n, from_real, from_virtual, lamp, 0, 1).x * shadow_open(l, p);
     if (maps > 0) open *= map_open(map, maps, p, n);
     e += lamp.intensity.rgb * open;
     map += maps;

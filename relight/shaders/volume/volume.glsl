@@ -18,6 +18,7 @@ layout(binding = 5) uniform sampler3D real_change_volume;       // L_delta of re
 layout(binding = 6) uniform sampler2D environment;  // residual environment of the fish-eye image, equal-area octahedral
 layout(binding = 30) uniform sampler2D mirror_outlines;  // of known flat pieces, stacked vertically
 
+layout(std430, binding = 34) readonly buffer GoneCells { uint gone_bits[]; };  // passes/volume/gone_cells.h
 layout(binding = 31) uniform sampler2D enclosure_change;  // L_delta of the enclosure, octahedral around its centre
 
 const float kFar = 1e3;
@@ -70,6 +71,19 @@ float real_distance(vec3 p) {
   int c = in_cascade(0, p, 0.5) ? 0 : 1;
   float d = textureLod(real_distance_m, cascade_place(c, p, 0.5), 0.0).r;
   return c == 0 || in_cascade(1, p, 0.5) ? d : kFar;
+}
+
+// Whether the real surface that is d away from p, or the solid that p is in, is gone.
+bool is_gone_at(vec3 p) {
+  ivec3 cell = ivec3(floor((p - frame.gone.xyz) / frame.gone.w));
+  bool inside = all(greaterThanEqual(cell, ivec3(0))) && all(lessThan(cell, frame.gone_cells.xyz));
+  int i = inside ? cell.x + frame.gone_cells.x * (cell.y + frame.gone_cells.y * cell.z) : 0;
+  return inside && (gone_bits[i >> 5] >> uint(i & 31) & 1u) != 0u;
+}
+bool is_gone(vec3 p, float d) {
+  float h = 0.5 * frame.cascade[0].w;
+  vec3 slope = vec3(real_distance(p + vec3(h, 0, 0)), real_distance(p + vec3(0, h, 0)), real_distance(p + vec3(0, 0, h))) - d;
+  return is_gone_at(p - d * slope / max(length(slope), 1e-9)) || (d < 0.0 && is_gone_at(p));
 }
 
 // Mean over a footprint of the given radius, times the surface weight; a: the weight.

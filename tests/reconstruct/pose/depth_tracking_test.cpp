@@ -99,6 +99,41 @@ TEST_F(DepthTrackingFrames, TracksByDepthAndReturnsToTheTag) {
   }
 }
 
+// The camera rests, and a person walks between it and the tag: much of the picture moves as a whole, also against the
+// field, in which they are where they were in the last frame.
+TEST_F(DepthTrackingFrames, APersonWhoWalksByMovesNoCamera) {
+  constexpr std::int64_t kIntervalNs = 200'000'000;
+  constexpr float kStep_m = 0.15f, kInReach_m = 1.1f;
+  const Isometry3d rests = camera_on_path(0);
+  const auto with_person = [&](float x_m) {
+    TestRoom now = room;
+    now.boxes.push_back({{x_m - 0.15f, -0.3f, -0.1f}, {x_m + 0.15f, -0.2f, 1.2f}});
+    return now;
+  };
+  PoseStage stage(some_tag(), camera);
+  double off_mm = 0;
+  int tracked = 0;
+  for (int i = 0; i < 16; ++i) {
+    const float x_m = -1.9f + static_cast<float>(i) * kStep_m, before_m = x_m - kStep_m;
+    capture::Frame picture;
+    if (std::abs(x_m) < 0.3f)
+      picture.encoded = capture::Image<std::uint8_t>(320, 240, 3, 120);
+    else
+      picture = test::view_of_tag(camera, finder.pattern(), 0.16, rests, {2, static_cast<unsigned>(i) + 1});
+    capture::FrameSet seen = test::frame_of(std::move(picture), static_cast<std::uint64_t>(i), i * kIntervalNs);
+    seen.depth = std::make_shared<capture::DepthFrame>(
+        test::depth_of_room(with_person(x_m), camera, rests, static_cast<unsigned>(i) + 1, 1));
+    const DistanceField fused = std::abs(before_m) < kInReach_m ? with_person(before_m).field() : field;
+    const auto result = stage.locate(seen, &fused);
+    ASSERT_TRUE(result.pose) << i;
+    if (result.pose->from != Pose::From::surface) continue;
+    ++tracked;
+    off_mm = std::max(off_mm, test::millimetres_apart(result.pose->T_tag_camera, rests));
+  }
+  EXPECT_GT(tracked, 2);
+  EXPECT_LT(off_mm, 10);
+}
+
 // The camera rests; the tag is pushed by 4 cm along the floor and stays there.
 TEST_F(DepthTrackingFrames, ATagThatIsPushedMovesNoObject) {
   constexpr std::uint64_t kPushed = 5, kKnown = kPushed + 3;

@@ -121,6 +121,22 @@ TEST(ForegroundMatte, UnknownDepthBesideAHandIsDecidedByColour) {
   EXPECT_LT(outline.error(4), 0.08);
 }
 
+/// The shadow of a hand in the light of a depth camera's projector is wider than the reach of colours.
+TEST(ForegroundMatte, InAWideBandWithoutDepthTheHandIsKnownByItsColour) {
+  Outline outline(kSkin, kTable, kGreen, [](int) { return 0.0f; });
+  for (int v = 0; v < kHeight; ++v) {
+    for (int u = 0; u < kWidth; ++u) {
+      const float beyond_px = static_cast<float>(u) - Outline::edge(v);
+      if (beyond_px > -1 && beyond_px < 20) outline.depth_m.at(u, v) = 0;
+    }
+  }
+  outline.hide();
+  EXPECT_LT(outline.error(4), 0.1) << "pixels of both are of one";
+  for (int v = 0; v < kHeight; ++v)
+    for (int px = 2; px < 20; ++px)
+      EXPECT_GT(outline.objects.coverage.at(static_cast<int>(Outline::edge(v)) + px, v), 0.95f) << px;
+}
+
 TEST(ForegroundMatte, WithoutDepthNothingIsHidden) {
   Outline outline(kSkin, kTable, kGreen, [](int) { return 0.0f; });
   std::fill(outline.depth_m.data.begin(), outline.depth_m.data.end(), 0.0f);
