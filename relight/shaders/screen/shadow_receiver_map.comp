@@ -26,11 +26,19 @@ void main() {
   float min_step = 0.5 * frame.cascade[0].w, t = max(known.x + frame.cascade[1].w, 0.0);
   bool hit = false;
   for (int i = 0; i < 128 && t < known.y && !hit; ++i) {
-    vec3 at_t = from + t * w;
-    float d = real_distance(at_t);
+    float d = real_distance(from + t * w);
     hit = d < 0.1 * min_step;
-    for (int j = 0; j < (hit && frame.gone.w > 0.0 ? 1 : 0); ++j) hit = !is_gone(at_t, d);
     t += hit ? 0.0 : max(d, 0.5 * min_step);
+  }
+  // On past what is gone, as in real_shadow.
+  for (int j = 0; j < (frame.gone.w > 0.0 && hit ? 1 : 0); ++j) {
+    hit = false;
+    for (int i = 0; i < 128 && t < known.y && !hit; ++i) {
+      vec3 at_t = from + t * w;
+      float d = real_distance(at_t);
+      hit = d < 0.1 * min_step && !is_gone(at_t, d);
+      t += hit ? 0.0 : max(d, 0.5 * min_step);
+    }
   }
   // Without a known surface the ray ends at the volumes' border; points beyond use the shadow from there.
   vec3 p = from + (hit ? t : max(known.y, view.z_far.w)) * w, n = -w;
