@@ -21,7 +21,7 @@ Eigen::Array3f log_albedo(const SurfaceSample& sample, const Eigen::Vector3f& ir
 float rms(const Eigen::Array3f& a) { return std::sqrt(a.square().mean()); }
 
 /// Albedo of some samples of a plane. Its texture differs in brightness more than in colour (wood, print): the shadow
-/// of one of two lamps of different colours is told from texture by its colour.
+/// of one of two lamps of different colours is distinguished from texture by its colour.
 struct PlaneAlbedo {
   Eigen::Array3f log_albedo = Eigen::Array3f::Zero();  ///< medians
   float brightness_sigma = 0, color_sigma = 0;         ///< 1σ of texture and modelled light

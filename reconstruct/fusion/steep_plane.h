@@ -1,5 +1,5 @@
 #pragma once
-// Planes seen at a grazing angle, told from jumps in depth.
+// Planes at grazing incidence, distinguished from jumps in depth.
 #include <optional>
 
 #include "reconstruct/fusion/depth_preprocess.h"

@@ -14,7 +14,7 @@ namespace lumigraft::relight {
 /// Called while a model is loaded, on its thread, with the fraction that is done; never falls.
 using LoadProgress = std::function<void(float)>;
 
-/// As load_model of exhibit.h. `progress` may be empty; of glTF files alone it tells more than the end.
+/// As load_model of exhibit.h. `progress` may be empty; files that are not glTF report only the end.
 std::shared_ptr<const Model> load_model(const std::filesystem::path& path, char up, const LoadProgress& progress);
 
 /// Gives a loaded model to its object, at its place of the moment. Throws InputError if the model lacks what the
@@ -29,7 +29,7 @@ struct UnloadedObject {
   std::function<GiveModel(const LoadProgress&)> load;
 };
 
-/// As read_exhibit, but objects whose model files are larger are left without models, and told in `later`.
+/// As read_exhibit, but objects whose model files are larger are left without models, and listed in `later`.
 Exhibit read_exhibit(const capture::ConfigTable& root, std::uintmax_t max_model_bytes,
                      std::vector<UnloadedObject>* later);
 

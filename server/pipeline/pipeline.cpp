@@ -358,11 +358,11 @@ void Pipeline::State::load_next_model() {
     store.publish_warnings("loading", std::move(lines));
   };
   const StageTimer timer(metrics, "load model");
-  int told_percent = -1;
+  int reported_percent = -1;
   try {
     exhibit.give_model(object.index, object.load([&](float done) {
       const int percent = static_cast<int>(100 * done);
-      if (percent != std::exchange(told_percent, percent))
+      if (percent != std::exchange(reported_percent, percent))
         warn("object \"" + object.name + "\" is being loaded: " + std::to_string(percent) + " %");
     }));
   } catch (const capture::InputError& error) {

@@ -43,21 +43,22 @@ std::span<const std::uint8_t> GltfBuffers::part(const GltfValue& of) {
 }
 
 /// A view counts once, when it is asked for: those before it are done.
-void GltfBuffers::tell_progress(std::size_t of_view) {
+void GltfBuffers::report_progress(std::size_t of_view) {
   const std::size_t all = document_.binary_chunk().size() + loaded_bytes_;
-  if (all > 0) told_ = std::max(told_, std::min(static_cast<float>(bytes_asked_for_) / static_cast<float>(all), 0.99f));
-  progress_(told_);
-  if (asked_for_.size() <= of_view) asked_for_.resize(of_view + 1);
-  if (asked_for_[of_view]) return;
-  asked_for_[of_view] = true;
-  bytes_asked_for_ += document_.root().member("bufferViews")[of_view].integer("byteLength", 0, kGltf.max_file_bytes, 0);
+  if (all > 0)
+    reported_ = std::max(reported_, std::min(static_cast<float>(bytes_requested_) / static_cast<float>(all), 0.99f));
+  progress_(reported_);
+  if (requested_.size() <= of_view) requested_.resize(of_view + 1);
+  if (requested_[of_view]) return;
+  requested_[of_view] = true;
+  bytes_requested_ += document_.root().member("bufferViews")[of_view].integer("byteLength", 0, kGltf.max_file_bytes, 0);
 }
 
 GltfBuffers::View GltfBuffers::view(const GltfValue& reference) {
   const GltfValue views = document_.root().member("bufferViews");
   const std::size_t index = reference.index(views.size(), "bufferViews");
   const GltfValue value = views[index];
-  if (progress_) tell_progress(index);
+  if (progress_) report_progress(index);
   const std::size_t stride = value.integer("byteStride", 4, 252, 0);
   const GltfValue compressed = value.extension("EXT_meshopt_compression");
   if (!compressed.exists()) return {part(value), stride};

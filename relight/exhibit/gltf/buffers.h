@@ -14,8 +14,7 @@ namespace lumigraft::relight {
 /// Loads what is asked for, once. All verbs throw InputError that names the value that is wrong.
 class GltfBuffers {
  public:
-  /// `progress`: told the share of the buffers' bytes that was asked for, without what is made of the last; may be
-  /// empty.
+  /// `progress`: called with the fraction of the buffers' bytes that was requested before the last view; may be empty.
   explicit GltfBuffers(const GltfDocument& document, LoadProgress progress = {})
       : document_(document), progress_(std::move(progress)) {}
 
@@ -33,13 +32,13 @@ class GltfBuffers {
 
   const GltfDocument& document_;
   std::map<std::size_t, std::vector<std::uint8_t>> buffers_, decompressed_;  // by index of the buffer or view
-  void tell_progress(std::size_t of_view);
+  void report_progress(std::size_t of_view);
 
   std::size_t loaded_bytes_ = 0;
   LoadProgress progress_;
-  std::vector<bool> asked_for_;  // by index of the view
-  std::size_t bytes_asked_for_ = 0;
-  float told_ = 0;
+  std::vector<bool> requested_;  // by index of the view
+  std::size_t bytes_requested_ = 0;
+  float reported_ = 0;
 };
 
 }  // namespace lumigraft::relight

@@ -52,12 +52,12 @@ TEST_F(LoadLater, LargeFilesAlone) {
   EXPECT_EQ(later_[0].index, 1u);
   EXPECT_EQ(later_[0].name, "large");
 
-  std::vector<float> told;
-  const GiveModel give = later_[0].load([&](float done) { told.push_back(done); });
-  EXPECT_GT(told.size(), 2u);
-  EXPECT_TRUE(std::ranges::is_sorted(told));
-  EXPECT_EQ(told.front(), 0);
-  EXPECT_EQ(told.back(), 1);
+  std::vector<float> reported;
+  const GiveModel give = later_[0].load([&](float done) { reported.push_back(done); });
+  EXPECT_GT(reported.size(), 2u);
+  EXPECT_TRUE(std::ranges::is_sorted(reported));
+  EXPECT_EQ(reported.front(), 0);
+  EXPECT_EQ(reported.back(), 1);
   large.position_m = {1, 2, 3};  // as a viewer moved it meanwhile
   give(large);
   ASSERT_NE(large.model, nullptr);
