@@ -4,7 +4,6 @@
 #include <numbers>
 
 #include "relight/gather/ray_renderer.h"
-#include "relight/reference/reference_renderer.h"
 #include "tests/relight/closed_form/closed_scene.h"
 
 namespace lumigraft::test {
@@ -51,44 +50,12 @@ std::vector<ClosedScene> plates() {
 
 /// A coat that is smoother than the metal below it, and one as rough as plastic, over a floor under a lamp and a sky.
 ClosedScene coated_ball(float metallic, float coat_roughness) {
-  ClosedScene scene = ball_under_lamp();
-  scene.width = 32;
-  scene.height = 24;
-  scene.focal_px = 80;
-  scene.look_at_m = {0, 0, 0.12f};
-  scene.extent.min().head<2>().setConstant(-0.5f);
-  scene.extent.max().head<2>().setConstant(0.5f);
-  scene.radiance = [lamp = scene.lamps[0], albedo = scene.albedo](const Eigen::Vector3f& p) {
-    return albedo * (irradiance(lamp, {p.x(), p.y(), 0}, Eigen::Vector3f::UnitZ()) / std::numbers::pi_v<float> + 1);
-  };
+  ClosedScene scene = ball_under_lamp_and_sky();
   relight::Material material{.base_color = {0.7f, 0.7f, 0.7f}, .metallic = metallic, .roughness = 0.8f, .gltf = true};
   material.clearcoat = 1;
   material.clearcoat_roughness = coat_roughness;
   scene.exhibit.objects[0].material = material;
   return scene;
-}
-
-/// Radiance of channel 0, over the pixels that the ball fills.
-double mean_of_ball(const relight::RelitPicture& picture) {
-  double sum = 0;
-  int count = 0;
-  for (int v = 0; v < picture.srgb.height; ++v) {
-    for (int u = 0; u < picture.srgb.width; ++u) {
-      if (picture.maps->mask.at(u, v) < 1) continue;
-      sum += static_cast<double>(picture_radiance(picture, u, v));
-      ++count;
-    }
-  }
-  EXPECT_GT(count, 50);
-  return sum / std::max(count, 1);
-}
-
-relight::RelitPicture by_reference(const ClosedScene& scene, int samples) {
-  relight::Plan plan;
-  plan.method = "reference";
-  plan.samples = samples;
-  relight::ReferenceRenderer renderer(scene.session());
-  return scene.relit(renderer, plan);
 }
 
 TEST(RaysCoat, APlateUnderAnEvenSky) {
@@ -102,7 +69,7 @@ TEST(ReferenceCoat, APlateUnderAnEvenSky) {
   for (ClosedScene scene : plates()) {
     scene.extent.min().head<2>().setConstant(-0.5f);
     scene.extent.max().head<2>().setConstant(0.5f);
-    expect_closed_form(scene, by_reference(scene, 32), 0.02);
+    expect_closed_form(scene, traced(scene, 32), 0.02);
   }
 }
 
@@ -110,8 +77,8 @@ TEST(RaysCoat, AgreesWithTheReference) {
   for (const auto& [metallic, roughness] : {std::pair{1.0f, 0.1f}, {0.0f, 0.5f}}) {
     const ClosedScene scene = coated_ball(metallic, roughness);
     relight::RayRenderer renderer(scene.session());
-    const double expected = mean_of_ball(by_reference(scene, 32));
-    EXPECT_NEAR(mean_of_ball(scene.relit(renderer, rays_plan(2, 16))), expected, 0.02 * expected) << metallic;
+    const double expected = mean_of_objects(traced(scene, 32));
+    EXPECT_NEAR(mean_of_objects(scene.relit(renderer, rays_plan(2, 16))), expected, 0.02 * expected) << metallic;
   }
 }
 
@@ -129,8 +96,8 @@ TEST_P(ClosedCoat, AgreesWithRays) {
   for (const auto& [metallic, roughness] : {std::pair{1.0f, 0.1f}, {0.0f, 0.5f}}) {
     const ClosedScene scene = coated_ball(metallic, roughness);
     relight::RayRenderer renderer(scene.session());
-    const double expected = mean_of_ball(scene.relit(renderer, rays_plan(2, 16)));
-    EXPECT_NEAR(mean_of_ball(scene.relit(relighter, careful_plan(32, 1))), expected, 0.05 * expected) << metallic;
+    const double expected = mean_of_objects(scene.relit(renderer, rays_plan(2, 16)));
+    EXPECT_NEAR(mean_of_objects(scene.relit(relighter, careful_plan(32, 1))), expected, 0.05 * expected) << metallic;
   }
 }
 
@@ -164,7 +131,7 @@ TEST_P(ClosedCoat, TexturesMultiplyIt) {
   for (std::size_t i = 0; i < plain.srgb.data.size(); ++i) ASSERT_NEAR(textured.srgb.data[i], plain.srgb.data[i], 1);
   ClosedScene none = ball(false);
   none.exhibit.objects[0].material.clearcoat = 0.0f;
-  EXPECT_LT(mean_of_ball(none.relit(relighter, plan)), 0.95 * mean_of_ball(plain));
+  EXPECT_LT(mean_of_objects(none.relit(relighter, plan)), 0.95 * mean_of_objects(plain));
 }
 
 }  // namespace

@@ -5,7 +5,6 @@
 
 #include "relight/exhibit/sheen.h"
 #include "relight/gather/ray_renderer.h"
-#include "relight/reference/reference_renderer.h"
 #include "tests/relight/closed_form/closed_scene.h"
 
 namespace lumigraft::test {
@@ -47,16 +46,7 @@ relight::Material brushed_steel() {
 }
 
 ClosedScene layered_ball(const relight::Material& material) {
-  ClosedScene scene = ball_under_lamp();
-  scene.width = 32;
-  scene.height = 24;
-  scene.focal_px = 80;
-  scene.look_at_m = {0, 0, 0.12f};
-  scene.extent.min().head<2>().setConstant(-0.5f);
-  scene.extent.max().head<2>().setConstant(0.5f);
-  scene.radiance = [lamp = scene.lamps[0], albedo = scene.albedo](const Vector3f& p) {
-    return albedo * (irradiance(lamp, {p.x(), p.y(), 0}, Vector3f::UnitZ()) / relight::kPi + 1);
-  };
+  ClosedScene scene = ball_under_lamp_and_sky();
   give_material(material, &scene.exhibit.objects[0]);
   return scene;
 }
@@ -73,28 +63,6 @@ double differing(const relight::RelitPicture& found, const relight::RelitPicture
     }
   }
   return std::sqrt(off / all);
-}
-
-double mean_of_object(const relight::RelitPicture& picture) {
-  double sum = 0;
-  int count = 0;
-  for (int v = 0; v < picture.srgb.height; ++v) {
-    for (int u = 0; u < picture.srgb.width; ++u) {
-      if (picture.maps->mask.at(u, v) < 1) continue;
-      sum += static_cast<double>(picture_radiance(picture, u, v));
-      ++count;
-    }
-  }
-  EXPECT_GT(count, 50);
-  return sum / std::max(count, 1);
-}
-
-relight::RelitPicture traced(const ClosedScene& scene, int samples) {
-  relight::Plan plan;
-  plan.method = "reference";
-  plan.samples = samples;
-  relight::ReferenceRenderer renderer(scene.session());
-  return scene.relit(renderer, plan);
 }
 
 relight::RelitPicture gathered(const ClosedScene& scene) {
@@ -127,12 +95,12 @@ double expected_velvet(const ClosedScene& scene) {
 
 TEST(RaysLayers, VelvetUnderAnEvenSky) {
   const ClosedScene scene = velvet_under_sky();
-  EXPECT_NEAR(mean_of_object(gathered(scene)), expected_velvet(scene), 0.02);
+  EXPECT_NEAR(mean_of_objects(gathered(scene)), expected_velvet(scene), 0.02);
 }
 
 TEST(ReferenceLayers, VelvetUnderAnEvenSky) {
   const ClosedScene scene = velvet_under_sky();
-  EXPECT_NEAR(mean_of_object(traced(scene, 32)), expected_velvet(scene), 0.02);
+  EXPECT_NEAR(mean_of_objects(traced(scene, 32)), expected_velvet(scene), 0.02);
 }
 
 TEST(RaysLayers, AgreeWithTheReference) {
@@ -141,7 +109,7 @@ TEST(RaysLayers, AgreeWithTheReference) {
     const relight::RelitPicture wanted = traced(scene, 64);
     const relight::RelitPicture found = gathered(scene);
     EXPECT_LT(differing(found, wanted), 0.1) << material.metallic;
-    EXPECT_NEAR(mean_of_object(found), mean_of_object(wanted), 0.03 * mean_of_object(wanted));
+    EXPECT_NEAR(mean_of_objects(found), mean_of_objects(wanted), 0.03 * mean_of_objects(wanted));
   }
 }
 
@@ -186,8 +154,8 @@ TEST_P(ClosedLayers, AreDrawnAsTheNearestThatDevicesHave) {
   for (const relight::Material& material : {velvet(), brushed_steel()}) {
     const ClosedScene scene = layered_ball(material);
     const relight::RelitPicture picture = scene.relit(relighter, careful_plan(32, 1));
-    const double expected = mean_of_object(gathered(scene));
-    EXPECT_NEAR(mean_of_object(picture), expected, 0.1 * expected) << material.metallic;
+    const double expected = mean_of_objects(gathered(scene));
+    EXPECT_NEAR(mean_of_objects(picture), expected, 0.1 * expected) << material.metallic;
     const std::string said = material.metallic > 0 ? "anisotropic roughness as" : "sheen as";
     EXPECT_TRUE(std::ranges::any_of(picture.warnings, [&](const std::string& line) {
       return line.find(said) != std::string::npos && line.find("plan.method = rays") != std::string::npos;

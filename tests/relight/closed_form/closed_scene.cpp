@@ -5,6 +5,8 @@
 #include <numbers>
 
 #include "capture/camera/srgb.h"
+#include "relight/quality.h"
+#include "relight/reference/reference_renderer.h"
 #include "tests/relight/exhibit/model_shapes.h"
 
 namespace lumigraft::test {
@@ -150,6 +152,17 @@ relight::Plan live_plan(int volume) {
   return plan;
 }
 
+relight::Plan coarse_plan() {
+  relight::Plan plan = careful_plan(32, 1);
+  plan.trace_scale = 2;
+  relight::Quality coarse = relight::quality_of(plan);
+  coarse.delta_cones = coarse.change_cones = coarse.hemisphere_cones = 6;
+  coarse.voxel_cones = 4;
+  coarse.lamp_maps = 12;
+  plan.quality = std::make_shared<const relight::Quality>(coarse);
+  return plan;
+}
+
 relight::Plan rays_plan(int trace_scale, int rays, int bounces) {
   relight::Plan plan;
   plan.method = "rays";
@@ -205,6 +218,20 @@ ClosedScene ball_under_lamp() {
   return scene;
 }
 
+ClosedScene ball_under_lamp_and_sky() {
+  ClosedScene scene = ball_under_lamp();
+  scene.width = 32;
+  scene.height = 24;
+  scene.focal_px = 80;
+  scene.look_at_m = {0, 0, 0.12f};
+  scene.extent.min().head<2>().setConstant(-0.5f);
+  scene.extent.max().head<2>().setConstant(0.5f);
+  scene.radiance = [lamp = scene.lamps[0], albedo = scene.albedo](const Eigen::Vector3f& p) {
+    return albedo * (irradiance(lamp, {p.x(), p.y(), 0}, Eigen::Vector3f::UnitZ()) / std::numbers::pi_v<float> + 1);
+  };
+  return scene;
+}
+
 ClosedScene floor_under_lamp() {
   ClosedScene scene;
   scene.width = 48;
@@ -227,6 +254,28 @@ float box_distance(const Eigen::AlignedBox3f& box, const Eigen::Vector3f& p_m) {
 
 float picture_radiance(const relight::RelitPicture& picture, int u, int v) {
   return capture::srgb_to_linear(static_cast<float>(picture.srgb.at(u, v, 0)) / 255.0f);
+}
+
+double mean_of_objects(const relight::RelitPicture& picture) {
+  double sum = 0;
+  int count = 0;
+  for (int v = 0; v < picture.srgb.height; ++v) {
+    for (int u = 0; u < picture.srgb.width; ++u) {
+      if (picture.maps->mask.at(u, v) < 1) continue;
+      sum += static_cast<double>(picture_radiance(picture, u, v));
+      ++count;
+    }
+  }
+  EXPECT_GT(count, 50);
+  return sum / std::max(count, 1);
+}
+
+relight::RelitPicture traced(const ClosedScene& scene, int samples) {
+  relight::Plan plan;
+  plan.method = "reference";
+  plan.samples = samples;
+  relight::ReferenceRenderer renderer(scene.session());
+  return scene.relit(renderer, plan);
 }
 
 }  // namespace lumigraft::test

@@ -47,6 +47,9 @@ relight::Plan careful_plan(int volume = 64, int bounces = 2);
 /// careful_plan for one of 16 pixels, as in live settings.
 relight::Plan live_plan(int volume = 32);
 
+/// careful_plan with few cones, for one of four pixels: fast, for what does not depend on accuracy.
+relight::Plan coarse_plan();
+
 /// A plan that gathers by rays, at one of trace_scale² pixels.
 relight::Plan rays_plan(int trace_scale = 2, int rays = 20, int bounces = 2);
 
@@ -64,6 +67,9 @@ ClosedScene box_on_floor();
 
 ClosedScene ball_under_lamp();
 
+/// The same seen by a small camera, with the light of the lamp and of an even sky on the floor.
+ClosedScene ball_under_lamp_and_sky();
+
 /// A floor with the light that a lamp and an even sky give it, seen from near by a small camera; no object.
 ClosedScene floor_under_lamp();
 
@@ -72,6 +78,12 @@ float box_distance(const Eigen::AlignedBox3f& box, const Eigen::Vector3f& p_m);
 
 /// Radiance of channel 0 of the picture, W/sr/m², with a resolution of half a pixel value.
 float picture_radiance(const relight::RelitPicture& picture, int u, int v);
+
+/// Its mean over the pixels that objects fill.
+double mean_of_objects(const relight::RelitPicture& picture);
+
+/// By the path tracer, with so many samples per pixel.
+relight::RelitPicture traced(const ClosedScene& scene, int samples);
 
 /// Tests of a suite run on both devices, one of each kind for all of them, with the validation layer or debug output
 /// on. A suite declares ON_BOTH_DEVICES (device_fixture.h) and its tests are TEST_P.

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "relight/gather/ray_renderer.h"
-#include "relight/quality.h"
 #include "tests/relight/closed_form/closed_scene.h"
 
 namespace lumigraft::test {
@@ -131,13 +130,7 @@ class MovedShadow : public ClosedTest {
 
 /// Light is looked up in one plan, and computed per pixel in the other.
 TEST_P(MovedShadow, IsOnObjectsAndNotTakenTwice) {
-  std::vector<relight::Plan> plans{live_plan(), careful_plan(32, 1)};
-  plans[1].trace_scale = 2;
-  relight::Quality coarse = relight::quality_of(plans[1]);
-  coarse.delta_cones = coarse.change_cones = coarse.hemisphere_cones = 6;
-  coarse.voxel_cones = 4;
-  coarse.lamp_maps = 12;
-  plans[1].quality = std::make_shared<const relight::Quality>(coarse);
+  std::vector<relight::Plan> plans{live_plan(), coarse_plan()};
   for (const relight::Plan& plan : plans) {
     SCOPED_TRACE("at 1/" + std::to_string(plan.trace_scale));
     relight::Relighter relighter(device_, scene_.session());

@@ -6,7 +6,6 @@
 #include <string>
 
 #include "relight/gather/ray_renderer.h"
-#include "relight/quality.h"
 #include "relight/reference/reference_renderer.h"
 #include "tests/relight/closed_form/closed_scene.h"
 
@@ -27,13 +26,7 @@ class OccludersOfNow : public ClosedTest {
   /// Light is looked up in one, and computed per pixel in the other, which one device is enough for: it takes longer.
   static std::vector<relight::Plan> plans() {
     if (GetParam() != relight::gpu::Backend::vulkan) return {live_plan()};
-    std::vector<relight::Plan> plans{live_plan(), careful_plan(32, 1)};
-    plans[1].trace_scale = 2;
-    relight::Quality coarse = relight::quality_of(plans[1]);
-    coarse.delta_cones = coarse.change_cones = coarse.hemisphere_cones = 6;
-    coarse.voxel_cones = 4;
-    coarse.lamp_maps = 12;
-    plans[1].quality = std::make_shared<const relight::Quality>(coarse);
+    std::vector<relight::Plan> plans{live_plan(), coarse_plan()};
     return plans;
   }
   RelitPicture relit(relight::Renderer& renderer, const reconstruct::Scene& room, const relight::Plan& plan) const {

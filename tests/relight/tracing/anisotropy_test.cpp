@@ -6,6 +6,7 @@
 
 #include "relight/tracing/bsdf.h"
 #include "relight/tracing/vertex.h"
+#include "tests/relight/tracing/sampled_lobe.h"
 
 namespace lumigraft::relight {
 namespace {
@@ -72,20 +73,10 @@ TEST(Anisotropy, SamplesHaveTheDensityTheyClaim) {
                albedo = over_directions(800, [&](const Vector3f&w) { return reflected(bsdf, v, w)[0] * w.z(); }),
                spread_x = over_directions(
                    800, [&](const Vector3f&w) { return reflected(bsdf, v, w)[0] * w.z() * w.x() * w.x(); });
-  double above = 0, sampled = 0, sampled_x = 0;
-  constexpr std::uint32_t kCount = 1 << 16;
-  for (std::uint32_t i = 0; i < kCount; ++i) {
-    Sampler sampler(1, 0, i);
-    const Vector3f w = sample_direction(bsdf, v, sampler);
-    if (w.z() <= 0) continue;
-    above += 1.0 / kCount;
-    const double brought = static_cast<double>(reflected(bsdf, v, w)[0] * w.z() / direction_pdf(bsdf, v, w)) / kCount;
-    sampled += brought;
-    sampled_x += brought * static_cast<double>(w.x() * w.x());
-  }
-  EXPECT_NEAR(density, above, 0.005);
-  EXPECT_NEAR(sampled, albedo, 0.005);
-  EXPECT_NEAR(sampled_x, spread_x, 0.005);
+  const auto sampled = test::sampled_lobe(bsdf, v, 1, 1 << 16, [](const Vector3f& w) { return w.x() * w.x(); });
+  EXPECT_NEAR(density, sampled.above, 0.005);
+  EXPECT_NEAR(sampled.albedo, albedo, 0.005);
+  EXPECT_NEAR(sampled.moment, spread_x, 0.005);
   EXPECT_LE(albedo, 1);
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "relight/tracing/bsdf.h"
+#include "tests/relight/tracing/sampled_lobe.h"
 
 namespace lumigraft::relight {
 namespace {
@@ -104,20 +105,10 @@ TEST(Clearcoat, SamplesHaveTheDensityTheyClaim) {
     moment += brought * static_cast<double>(w.x());
     density += static_cast<double>(direction_pdf(bsdf, v, w)) * sr;
   }
-  double sampled = 0, sampled_moment = 0, above = 0;
-  constexpr int kCount = 1 << 17;
-  for (std::uint32_t i = 0; i < kCount; ++i) {
-    Sampler sampler(0, 0, i);
-    const Vector3f w = sample_direction(bsdf, v, sampler);
-    if (w.z() <= 0) continue;
-    above += 1.0 / kCount;
-    const double brought = static_cast<double>(reflected(bsdf, v, w)[0] * w.z() / direction_pdf(bsdf, v, w)) / kCount;
-    sampled += brought;
-    sampled_moment += brought * static_cast<double>(w.x());
-  }
-  EXPECT_NEAR(density, above, 0.005);
-  EXPECT_NEAR(sampled, albedo, 0.003 * albedo);
-  EXPECT_NEAR(sampled_moment, moment, 0.003 * albedo);
+  const auto sampled = test::sampled_lobe(bsdf, v, 0, 1 << 17, [](const Vector3f& w) { return w.x(); });
+  EXPECT_NEAR(density, sampled.above, 0.005);
+  EXPECT_NEAR(sampled.albedo, albedo, 0.003 * albedo);
+  EXPECT_NEAR(sampled.moment, moment, 0.003 * albedo);
 }
 
 // Of the coat alone, the lobe and what is under it, in the terms that gathering and volumes use.

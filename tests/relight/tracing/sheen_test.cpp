@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "relight/tracing/bsdf.h"
+#include "tests/relight/tracing/sampled_lobe.h"
 
 namespace lumigraft::relight {
 namespace {
@@ -123,20 +124,10 @@ TEST(Sheen, SamplesHaveTheDensityTheyClaim) {
   const double albedo = over_w([&](const Vector3f&w) { return reflected(bsdf, v, w)[0] * w.z(); }),
                density = over_w([&](const Vector3f&w) { return direction_pdf(bsdf, v, w); }),
                moment = over_w([&](const Vector3f&w) { return reflected(bsdf, v, w)[0] * w.z() * w.x(); });
-  double sampled = 0, sampled_moment = 0, above = 0;
-  constexpr std::uint32_t kCount = 1 << 16;
-  for (std::uint32_t i = 0; i < kCount; ++i) {
-    Sampler sampler(3, 0, i);
-    const Vector3f w = sample_direction(bsdf, v, sampler);
-    if (w.z() <= 0) continue;
-    above += 1.0 / kCount;
-    const double brought = static_cast<double>(reflected(bsdf, v, w)[0] * w.z() / direction_pdf(bsdf, v, w)) / kCount;
-    sampled += brought;
-    sampled_moment += brought * static_cast<double>(w.x());
-  }
-  EXPECT_NEAR(density, above, 0.005);
-  EXPECT_NEAR(sampled, albedo, 0.005 * albedo);
-  EXPECT_NEAR(sampled_moment, moment, 0.005 * albedo);
+  const auto sampled = test::sampled_lobe(bsdf, v, 3, 1 << 16, [](const Vector3f& w) { return w.x(); });
+  EXPECT_NEAR(density, sampled.above, 0.005);
+  EXPECT_NEAR(sampled.albedo, albedo, 0.005 * albedo);
+  EXPECT_NEAR(sampled.moment, moment, 0.005 * albedo);
 }
 
 TEST(Sheen, WithoutColourThereIsNone) {

@@ -25,6 +25,14 @@ ServiceInput tabletop(const relight::Plan& plan) {
   return read_service(files, plan);
 }
 
+/// Without a GPU.
+ServiceInput tabletop_by_rays() {
+  relight::Plan plan;
+  plan.method = "rays";
+  plan.trace_scale = 8;
+  return tabletop(plan);
+}
+
 /// A recording's frames of one stream, delivered like those of a live camera, twenty times a second.
 class AsLive : public capture::Source {
  public:
@@ -113,10 +121,7 @@ std::size_t fused_bytes(const Metrics& metrics) {
 }
 
 TEST(Pipeline, MemoryOfTheFieldIsSet) {
-  relight::Plan plan;
-  plan.method = "rays";  // needs no GPU
-  plan.trace_scale = 8;
-  ServiceInput input = tabletop(plan);
+  ServiceInput input = tabletop_by_rays();
   input.exhibit = {};
   input.server.fusion.max_memory_mb = 1;
   const auto open = [&]() -> Pipeline::Cameras {
@@ -145,10 +150,7 @@ bool warns(const Pipeline& pipeline, const std::string& text) {
 
 // Two models that take their time: of one the page reads how much is done while frames go on, the other is broken.
 TEST(Pipeline, FramesGoOnWhileModelsAreLoaded) {
-  relight::Plan plan;
-  plan.method = "rays";  // needs no GPU
-  plan.trace_scale = 8;
-  ServiceInput input = tabletop(plan);
+  ServiceInput input = tabletop_by_rays();
   const std::shared_ptr<const relight::Model> model = std::exchange(input.exhibit.objects[0].model, nullptr);
   std::promise<void> may_end;
   const auto slow = [model, ended = may_end.get_future().share()](const relight::LoadProgress& progress) {
