@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "reconstruct/albedo/albedo.h"
 #include "tests/reconstruct/albedo/albedo_room.h"
 #include "tests/reconstruct/pose/pose_room.h"
@@ -93,13 +95,18 @@ TEST(UnobservedOccluders, NoneWhereCamerasSawThroughTheSpace) {
 
 /// A board that the camera sees edge-on, with a warm lamp on its left and a cold one on its right: the floor of each
 /// side is in the shadow of the other side's lamp.
-TEST(UnobservedOccluders, BoardBetweenTwoLamps) {
+HalfSeenBox board_between_two_lamps() {
   HalfSeenBox scene;
   scene.box = {{-0.004f, -0.15f, 0}, {0.004f, 0.65f, 0.4f}};
   scene.room.boxes = {scene.box};
   scene.room.lamps = {{{-0.9f, 0.1f, 0.7f}, {1.2f, 0.7f, 0.3f}, 0.03f},
                       {{0.9f, 0.1f, 0.7f}, {0.3f, 0.6f, 1.0f}, 0.03f}};
   scene.room.albedo = [](const Vector3f&) -> Vector3f { return {0.5f, 0.45f, 0.4f}; };
+  return scene;
+}
+
+TEST(UnobservedOccluders, BoardBetweenTwoLamps) {
+  const HalfSeenBox scene = board_between_two_lamps();
   AlbedoStage stage{capture::Session()};
   const auto result = stage.solve(scene.field(), scene.room.illumination());
   for (const float x : {-0.25f, -0.1f, 0.1f, 0.25f}) {
@@ -107,6 +114,22 @@ TEST(UnobservedOccluders, BoardBetweenTwoLamps) {
     const auto [albedo, sigma] = albedo_at(*result.albedo, place);
     EXPECT_GE(sigma, 0) << x;
     EXPECT_LT((albedo - scene.room.albedo(place)).cwiseAbs().maxCoeff(), 0.08f) << x << ": " << albedo.transpose();
+  }
+}
+
+// Planks differ by up to half in brightness, and not in colour: only colour tells their shadows.
+TEST(UnobservedOccluders, BoardBetweenTwoLampsOnPlanks) {
+  HalfSeenBox scene = board_between_two_lamps();
+  scene.room.albedo = [](const Vector3f& p) -> Vector3f {
+    const int plank = static_cast<int>(std::floor(p.x() / 0.07f));
+    return (0.7f + 0.1f * static_cast<float>((plank * 5 % 7 + 7) % 7)) * Vector3f(0.5f, 0.45f, 0.4f);
+  };
+  AlbedoStage stage{capture::Session()};
+  const auto result = stage.solve(scene.field(), scene.room.illumination());
+  for (const float x : {-0.245f, -0.105f, 0.105f, 0.245f}) {  // in the middle of planks
+    const auto [albedo, sigma] = albedo_at(*result.albedo, Vector3f(x, 0.25f, 0));
+    EXPECT_GE(sigma, 0) << x;
+    EXPECT_NEAR(albedo[0] / albedo[2], 0.5f / 0.4f, 0.2f) << x << ": " << albedo.transpose();
   }
 }
 
