@@ -159,6 +159,7 @@ std::shared_ptr<const Illumination> carry_lamps(const Illumination& newest, cons
         const float distance_m = (known->position_m - solved.probe_position_m).norm();
         lamp.distance_known = true;
         lamp.position_m = carried->probe_position_m + distance_m * lamp.direction;
+        lamp.distance_log_sigma = known->distance_log_sigma;
         lamp.radius_m = distance_m * std::tan(lamp.angular_radius_rad);
       }
       if (!lamp.flat) {

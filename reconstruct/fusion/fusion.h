@@ -42,8 +42,8 @@ class FusionStage {
   /// pose was not measured in it, only updates radiance to the changed light. Null before the first depth image.
   /// `light_change`: relative change of the room's light since the previous call (relative_change of light.h).
   /// It is added, squared, to the relative variance of the radiance of earlier frames (WorkingBrick::forget_radiance).
-  /// `light_ratio`: irradiance at a place now over that at the previous call, per channel; radiance
-  /// that the frame does not measure is multiplied by it. Empty: it keeps what it had.
+  /// `light_ratio`: irradiance at a place now over that at the previous call, per channel; earlier radiance is
+  /// multiplied by it, and less certain by its logarithm. Empty: it keeps what it had.
   std::shared_ptr<const DistanceField> fuse(
       const capture::FrameSet& frame, const Pose& pose, double light_change = 0,
       const std::function<Eigen::Array3f(const Eigen::Vector3f& position_m)>& light_ratio = {});

@@ -88,9 +88,7 @@ struct FusionLevel::State {
                     const LightRatio& light_ratio);
   void record_change(WorkingBrick& brick, bool open, const BrickUpdate::Change& change);
   bool publication_due() const { return frames - last_publication >= kPublication.interval_frames || new_viewpoint; }
-  void forget_light(WorkingBrick& brick) const;
-  void predict_unmeasured(WorkingBrick& brick, const std::array<float, kBrickVoxels>& earlier_weight,
-                          const LightRatio& light_ratio) const;
+  void follow_light(WorkingBrick& brick, const LightRatio& light_ratio) const;
   void follow_light(const LightRatio& light_ratio);
   void copy_drifted(WorkingBrick& brick) const;
   void publish();
@@ -300,18 +298,14 @@ void FusionLevel::State::update_brick(const BrickUpdate& update, const VisibleBr
   WorkingBrick& brick = *visible.brick;
   const bool open = visible.visibility.kind == BrickVisibility::Kind::open;
   const bool light_changed = !open && with_color && brick.light_variance < light_variance;
-  std::optional<std::array<float, kBrickVoxels>> earlier_weight;
   if (light_changed && brick.now) {
-    brick.prepare_change(maker);
-    forget_light(brick);
+    follow_light(brick, light_ratio);
     brick.urgent = true;
-    if (light_ratio) earlier_weight = brick.now->radiance_weight;
   } else if (light_changed) {
     brick.light_variance = light_variance;
   }
   const BrickUpdate::Change change =
       open ? update.update_open(brick, maker) : update.update(brick, visible.visibility.hidden_m, maker);
-  if (earlier_weight) predict_unmeasured(brick, *earlier_weight, light_ratio);
   // Of its mean voxel: new ones have none yet.
   brick.update_count -= brick.update_count * static_cast<std::uint32_t>(change.new_voxels) / kBrickVoxels;
   ++brick.update_count;
@@ -320,18 +314,6 @@ void FusionLevel::State::update_brick(const BrickUpdate& update, const VisibleBr
   if (change.observed) record_change(brick, open, change);
   // Now, while the brick is in the cache.
   if (brick.queued && (publication_due() || brick.urgent)) copy_drifted(brick);
-}
-
-/// The colours of voxels that the frame does not show, or that clip in it, follow the light, to first order.
-void FusionLevel::State::predict_unmeasured(WorkingBrick& brick, const std::array<float, kBrickVoxels>& earlier_weight,
-                                            const LightRatio& light_ratio) const {
-  std::optional<Eigen::Array3f> ratio;
-  for (std::size_t i = 0; i < kBrickVoxels; ++i) {
-    // A lower bound, of weight 0, may be that of this frame.
-    if (!(earlier_weight[i] > 0) || brick.now->radiance_weight[i] != earlier_weight[i]) continue;
-    if (!ratio) ratio = light_ratio(brick_centre(brick.key, voxel_m));
-    brick.now->radiance[i].array() *= *ratio;
-  }
 }
 
 /// Updates the brick's counters and queues it for publication if it may have drifted.
@@ -350,10 +332,18 @@ void FusionLevel::State::record_change(WorkingBrick& brick, bool open, const Bri
   if (brick.urgent || brick.model || brick.may_have_drifted()) queue(brick);
 }
 
-/// What was seen under earlier light is less certain now.
-void FusionLevel::State::forget_light(WorkingBrick& brick) const {
-  brick.forget_radiance(light_variance - brick.light_variance);
+/// Colours seen under earlier light follow it, to first order, and are less certain by what the room's light changed
+/// and by what it changed here: beside a lamp that is carried past, all of it.
+void FusionLevel::State::follow_light(WorkingBrick& brick, const LightRatio& light_ratio) const {
+  brick.prepare_change(maker);
+  double variance = light_variance - brick.light_variance;
   brick.light_variance = light_variance;
+  if (light_ratio) {
+    const Eigen::Array3f ratio = light_ratio(brick_centre(brick.key, voxel_m));
+    for (Vector3f& radiance : brick.now->radiance) radiance = (radiance.array() * ratio).matrix();
+    variance += ratio.max(kRadianceMemory.min_ratio).log().square().maxCoeff();
+  }
+  brick.forget_radiance(variance);
 }
 
 /// The colours of bricks that were not measured in the light of now follow it, to first order.
@@ -365,10 +355,7 @@ void FusionLevel::State::follow_light(const LightRatio& light_ratio) {
       brick.light_variance = light_variance;
       continue;
     }
-    const Eigen::Array3f ratio = light_ratio(brick_centre(brick.key, voxel_m));
-    brick.prepare_change(maker);
-    forget_light(brick);
-    for (Vector3f& radiance : brick.now->radiance) radiance = (radiance.array() * ratio).matrix();
+    follow_light(brick, light_ratio);
     brick.urgent = urgent = true;
     queue(brick);
   }

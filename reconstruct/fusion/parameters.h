@@ -87,6 +87,7 @@ inline constexpr PublicationParameters kPublication;
 /// Radiance of voxels while the light of the room changes (working_brick).
 struct RadianceMemoryParameters {
   double log_sigma = 0.05;  ///< 1σ of an observation of weight 1: texture, gloss, pose; as of the colour gain's cells
+  float min_ratio = 1e-3f;  ///< of light now over that before: less is as uncertain
 };
 inline constexpr RadianceMemoryParameters kRadianceMemory;
 

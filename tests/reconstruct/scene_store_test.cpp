@@ -26,6 +26,7 @@ Illumination at_two_metres(Illumination light) {
   lamp.distance_known = true;
   lamp.position_m = light.probe_position_m + 2 * lamp.direction;
   lamp.intensity = 4 * lamp.irradiance;
+  lamp.distance_log_sigma = 0.03f;
   lamp.flat = true;
   lamp.normal = {-0.8f, 0, -0.6f};
   return light;
@@ -98,6 +99,7 @@ TEST(SceneStore, SolvedDistancesHoldForLaterLight) {
   EXPECT_FLOAT_EQ(lamp.intensity.x(), 120);  // 30 W/m² at 2 m
   EXPECT_FLOAT_EQ(lamp.irradiance.x(), 30);
   EXPECT_NEAR(lamp.radius_m, 2 * std::tan(0.1), 1e-6);
+  EXPECT_FLOAT_EQ(lamp.distance_log_sigma, 0.03f);
   EXPECT_TRUE(lamp.flat) << "a window stays one";
   EXPECT_EQ(lamp.normal, Eigen::Vector3f(-0.8f, 0, -0.6f));
   EXPECT_EQ(board.newest().illumination, later.illumination) << "made once, so that caches hold";

@@ -455,6 +455,26 @@ TEST(Fusion, RadianceFollowsTheLight) {
   EXPECT_NEAR(radiance_after(kRadianceMemory.log_sigma), 0.25, 0.04);
 }
 
+// A lamp that is carried past a place changes its light by much more than that of the room.
+TEST(Fusion, RadianceFollowsALampCarriedPast) {
+  const capture::CameraModel camera = test::small_camera();
+  const Isometry3d pose = test::looking_at_tag(0.9, 0.8, -1.5);
+  FusionStage stage(test::session_with(camera), FusionSettings{});
+  const auto lit = [](double radiance) { return [radiance](const Vector3d&) { return radiance; }; };
+  const Vector3f place(0.05f, 0.01f, 0);
+  for (std::uint64_t i = 0; i < 40; ++i)
+    stage.fuse(test::frame_of(test::table, camera, pose, i, {}, lit(0.1)), test::pose_at(pose));
+  double radiance = 0.1;
+  for (std::uint64_t i = 40; i < 48; ++i) {
+    radiance *= 1.2;
+    // To first order: surfaces that turn to the lamp get more.
+    const auto ratio = [](const Vector3f&) { return Eigen::Array3f::Constant(1.13f).eval(); };
+    const auto field =
+        stage.fuse(test::frame_of(test::table, camera, pose, i, {}, lit(radiance)), test::pose_at(pose), 0.02, ratio);
+    EXPECT_NEAR(field->radiance(place)->x(), radiance, 0.02 * radiance) << i;
+  }
+}
+
 TEST(Fusion, ColoursOfACoveredLensAreNotFused) {
   const capture::CameraModel camera = test::small_camera();
   const Isometry3d pose = test::looking_at_tag(0.9, 0.8, -1.5);
