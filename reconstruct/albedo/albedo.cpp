@@ -389,7 +389,7 @@ bool AlbedoStage::State::search_changed(const DistanceField& field, const Irradi
     const IrradianceModel::Gathered own = room.gather(sample.position, sample.normal, kFollowing.gather_rays);
     gathered.push_back(own.irradiance + room.irradiance_from_floor(own, floor_grid));
   }
-  follow.lamps = follow_lamps(room, merged, samples, gathered, follow.lamps, follow.changed);
+  follow.lamps = follow_lamps(room, merged, samples, gathered, follow.lamps, follow.changed, lamp_memory);
   ++followed;
   return true;
 }

@@ -10,8 +10,8 @@
 namespace lumigraft::reconstruct {
 
 /// Successive solutions see mostly the same room and share their errors, so their information fades, and the published
-/// uncertainty is that of a single solution. A lamp that turned in the fish-eye image, whose measured power changed or
-/// that is of another shape starts anew.
+/// uncertainty is that of a single solution. A lamp whose measured power changed or that is of another shape starts
+/// anew; of one that turned in the fish-eye image, which was carried, the intensity is remembered.
 class LampMemory {
  public:
   /// For lamps of these shapes; empty if none is remembered.
@@ -26,6 +26,8 @@ class LampMemory {
     LampShape shape;
     Eigen::Vector3f normal;
   };
+  void add_intensity(const PointLight& light, LampShape shape, const Lamp& was, Eigen::Index of, Eigen::Index at,
+                     LampPrior& prior) const;
   std::vector<Lamp> lamps_;
   Eigen::MatrixXd covariance_;
   double misfit_ = 0;

@@ -115,15 +115,16 @@ class LampSearch {
   }
 
   /// From earlier estimates, of which those that did not change are held.
-  LampPosterior follow(const std::vector<LampEstimate>& before, const std::vector<bool>& changed) {
+  LampPosterior follow(const std::vector<LampEstimate>& before, const std::vector<bool>& changed,
+                       const LampMemory& memory) {
     for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
       start_at(lamp, before[lamp]);
       shapes_[lamp].held = !changed[lamp];
       shapes_[lamp].far = before[lamp].far;
       if (before[lamp].far) shapes_[lamp].inverse_distance = kSearch.distant_inverse[0];
     }
-    const std::optional<LampPosterior> found = solve_within_reach({});
-    return found ? *found : solve_lamps(model_, pairs_, paper_, shapes_, Search::fine);
+    const std::optional<LampPosterior> found = solve_within_reach(memory);
+    return found ? *found : solve(memory);
   }
 
   std::vector<LampEstimate> estimates(const LampPosterior& found) const {
@@ -518,9 +519,10 @@ std::vector<LampEstimate> locate_lamps(const IrradianceModel& room, const Illumi
 std::vector<LampEstimate> follow_lamps(const IrradianceModel& room, const Illumination& illumination,
                                        const std::vector<SurfaceSample>& samples,
                                        const std::vector<Eigen::Vector3f>& gathered,
-                                       const std::vector<LampEstimate>& before, const std::vector<bool>& changed) {
+                                       const std::vector<LampEstimate>& before, const std::vector<bool>& changed,
+                                       const LampMemory& memory) {
   LampSearch search(room, illumination, Evidence(samples, gathered, 1));
-  std::vector<LampEstimate> result = search.estimates(search.follow(before, changed));
+  std::vector<LampEstimate> result = search.estimates(search.follow(before, changed, memory));
   for (std::size_t lamp = 0; lamp < result.size(); ++lamp)
     if (!changed[lamp]) result[lamp] = before[lamp];
   return result;

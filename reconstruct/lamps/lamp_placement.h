@@ -49,6 +49,7 @@ std::vector<LampEstimate> locate_lamps(const IrradianceModel& room, const Illumi
 std::vector<LampEstimate> follow_lamps(const IrradianceModel& room, const Illumination& illumination,
                                        const std::vector<SurfaceSample>& samples,
                                        const std::vector<Eigen::Vector3f>& gathered,
-                                       const std::vector<LampEstimate>& before, const std::vector<bool>& changed);
+                                       const std::vector<LampEstimate>& before, const std::vector<bool>& changed,
+                                       const LampMemory& memory);
 
 }  // namespace lumigraft::reconstruct

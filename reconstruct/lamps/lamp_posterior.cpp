@@ -438,6 +438,10 @@ LampPosterior solve_lamps(const ShadingModel& model, const std::vector<SamplePai
   const std::vector<LinearRows> heights = height_rows(model, start);
   for (const LinearRows& row : heights)
     problem.AddResidualBlock(new LinearCost(evaluation, row), new ceres::CauchyLoss(1), blocks);
+  if (prior)
+    for (const LinearRows& row : prior->intensities)
+      problem.AddResidualBlock(new LinearCost(evaluation, row),
+                               new ceres::CauchyLoss(kLampParameters.memory.changed_sigmas), blocks);
   // What contradicts the earlier solutions wins in the end: their weight falls with the difference.
   if (prior)
     problem.AddResidualBlock(new LinearCost(evaluation, prior_rows(*prior)),
@@ -469,6 +473,10 @@ LampPosterior solve_lamps(const ShadingModel& model, const std::vector<SamplePai
     const Eigen::VectorXd off = evaluation.unknowns() - prior->mean;
     const double contradiction = off.dot(prior->information * off) / std::pow(kPosterior.contradiction_sigmas, 2);
     result.with_prior += prior->information / (1 + contradiction);
+    for (const LinearRows& row : prior->intensities) {
+      const double sigmas = (row.a * evaluation.unknowns() - row.b).norm() / kLampParameters.memory.changed_sigmas;
+      result.with_prior += row.a.transpose() * row.a / (1 + sigmas * sigmas);
+    }
   }
   return result;
 }

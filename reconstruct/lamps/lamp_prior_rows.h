@@ -32,6 +32,7 @@ double usual_inverse_distance(const PointLight& light);
 struct LampPrior {
   Eigen::VectorXd mean;
   Eigen::MatrixXd information;
+  std::vector<LinearRows> intensities = {};  ///< of lamps that moved, linearized; each may have changed
 };
 
 /// Distance, a panel that faces the probe, and level and colour of a lamp whose power is unknown.

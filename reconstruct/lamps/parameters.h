@@ -103,6 +103,11 @@ struct LampParameters {
     double kept = 0.75;              ///< of their information: about four solutions count
     float same_direction = 0.9999f;  ///< cosine of 0.8°
     float same_irradiance = 0.2f;    ///< relative change of a measured irradiance
+    /// 1σ of log intensity towards the probe of a lamp that was carried: of its measured flux; per radian by which its
+    /// elevation changed, as an upright lamp emits alike all around, and bulbs within a quarter of their mean over 135°
+    /// of elevation (ENERGY STAR, omnidirectional lamps); and per radian of direction, by a hand that turns it.
+    double flux_log_sigma = 0.01, raised_slope = 0.13, turned_slope = 0.03;
+    double changed_sigmas = 3.3;  ///< beyond which an intensity probably changed: 0.1 % of normal variates exceed it
   } memory;
 
   struct Reflections {

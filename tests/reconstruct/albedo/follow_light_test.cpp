@@ -55,6 +55,25 @@ TEST(FollowLight, CarriedLampKeepsItsDistanceAndAlbedoStays) {
   }
 }
 
+// What reflects otherwise under another light, as glossy wood does, looks like a lamp at another distance. Its power is
+// known.
+TEST(FollowLight, CarriedLampKeepsItsPower) {
+  TestRoom room = striped_room();
+  AlbedoStage stage{capture::Session()};
+  const Moment first = moment(room, 1);
+  stage.solve_complete(first.field, first.light);
+  const auto albedo = room.albedo;
+  room.albedo = [&](const Vector3f& p) -> Vector3f { return (1 + 0.2f * (p.x() + p.y())) * albedo(p); };
+  for (int step = 1; step <= 5; ++step) {
+    const float angle = 0.25f * static_cast<float>(step);
+    room.lamps[0].position = {0.58f * std::cos(angle), -0.58f * std::sin(angle), 0.9f};
+    const Moment now = moment(room, 1 + static_cast<std::uint64_t>(step));
+    const auto followed = stage.follow_light(now.field, now.light);
+    ASSERT_TRUE(followed) << step;
+    EXPECT_LT(distance_error(*followed, room, 0), 0.05f) << step;
+  }
+}
+
 TEST(FollowLight, DimmedLampStaysWhereItIs) {
   TestRoom room = striped_room();
   AlbedoStage stage{capture::Session()};

@@ -189,9 +189,44 @@ TEST(LampMemory, RemembersPowerAndPlaceOfALampThatStays) {
   EXPECT_NEAR(prior->information(0, 0), 100 * kLampParameters.memory.kept, 1e-6);
 
   EXPECT_FALSE(memory.prior(again, {{.flat = true}})) << "another shape";
-  next.lights[0].direction = Vector3f(0.3f, 0.3f, 0.9f).normalized();
-  EXPECT_FALSE(memory.prior(ShadingModel(*scene.irradiance, next, scene.samples, scene.gathered), found.shapes))
-      << "it moved";
+}
+
+TEST(LampMemory, RemembersTheIntensityOfALampThatIsCarried) {
+  Scene scene({0.5f, -0.3f, 0.8f});
+  LampPosterior found;
+  found.shapes = {{.inverse_distance = 0.8, .flat = true, .tilt = {0.3, 0}}};
+  found.with_prior = 1e8 * Eigen::MatrixXd::Identity(kUnknownsPerLamp, kUnknownsPerLamp);
+  LampMemory memory;
+  memory.keep(*scene.model, found);
+  const auto prior = [&](const Vector3f& direction, float factor, const LampShape& shape) {
+    Illumination next = scene.light;
+    next.lights[0].direction = direction.normalized();
+    next.lights[0].irradiance *= factor;
+    return memory.prior(ShadingModel(*scene.irradiance, next, scene.samples, scene.gathered), {shape});
+  };
+  const Vector3f was = scene.light.lights[0].direction, around(-was.y(), was.x(), was.z());
+  // Half as near, and turned to the probe: E d² / cos(tilt) is as before.
+  const auto factor = static_cast<float>(0.25 / std::sqrt(1 / (1 + 0.3 * 0.3)));
+  const auto carried = prior(around, factor, {.inverse_distance = 0.5, .flat = true});
+  ASSERT_TRUE(carried);
+  EXPECT_EQ(carried->information.norm(), 0) << "of its place nothing is known";
+  ASSERT_EQ(carried->intensities.size(), 1u);
+  const auto sigmas = [](const LampPrior& of, double inverse_distance) {
+    Eigen::VectorXd unknowns = Eigen::VectorXd::Zero(kUnknownsPerLamp);
+    unknowns[0] = inverse_distance;
+    return std::abs((of.intensities[0].a * unknowns - of.intensities[0].b)[0]);
+  };
+  EXPECT_LT(sigmas(*carried, 0.4), 0.01);
+  // By a hand that turns it, over a quarter of a circle; 1 % of distance are 2 % of intensity.
+  const double turned = std::acos(was.dot(around));
+  EXPECT_NEAR(0.02 / sigmas(*carried, 0.404), std::hypot(0.01, 0.03 * turned), 1e-3);
+  // Upwards bulbs emit otherwise.
+  const double up = std::asin(was.z());
+  const auto raised = prior({was.x(), was.y(), was.head<2>().norm() * static_cast<float>(std::tan(up + 0.2))}, 1,
+                            {.inverse_distance = 0.8, .flat = true});
+  EXPECT_NEAR(0.01 / sigmas(*raised, raised->intensities[0].b[0] / raised->intensities[0].a(0, 0) * 1.005),
+              std::hypot(0.01, 0.13 * 0.2, 0.03 * 0.2), 1e-3);
+  EXPECT_FALSE(prior(was, 0.5f, found.shapes[0])) << "it was dimmed";
 }
 
 }  // namespace
