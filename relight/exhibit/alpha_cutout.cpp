@@ -98,11 +98,13 @@ class Cutter {
       bounds.all_opaque = bounds.none_opaque = false;
       return bounds;
     }
+    columns_.clear();
+    for (std::int64_t i = 0; i < columns; ++i)
+      columns_.push_back(texel(low.x() + static_cast<float>(i), mask_.alpha->width, mask_.slot.wrap_u));
     for (std::int64_t j = 0; j < rows; ++j) {
       texels_ += columns;
       const int v = texel(low.y() + static_cast<float>(j), mask_.alpha->height, mask_.slot.wrap_v);
-      for (std::int64_t i = 0; i < columns; ++i) {
-        const int u = texel(low.x() + static_cast<float>(i), mask_.alpha->width, mask_.slot.wrap_u);
+      for (const int u : columns_) {
         (opaque(mask_.alpha->at(u, v)) ? bounds.none_opaque : bounds.all_opaque) = false;
         if (!bounds.all_opaque && !bounds.none_opaque) return bounds;
       }
@@ -142,6 +144,7 @@ class Cutter {
   std::vector<Corner> kept_;
   std::size_t parts_ = 0;
   std::int64_t texels_ = 0;
+  std::vector<int> columns_;  ///< of the square around a triangle; kept for its memory
 };
 
 }  // namespace
