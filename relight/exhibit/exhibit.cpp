@@ -190,7 +190,7 @@ ReadObject read_object(const capture::ConfigTable& table, const std::shared_ptr<
     } catch (const capture::InputError& error) {
       keys.table.fail("model", error.what());
     }
-    return [keys, model](VirtualObject& object) { give_model(keys, model, object); };
+    return [keys, model](VirtualObject& loaded) { give_model(keys, model, loaded); };
   };
   return {std::move(object), std::filesystem::file_size(file), load};
 }
