@@ -84,6 +84,13 @@ struct Located {
   }
 };
 
+/// Of all lamps' irradiance at the probe.
+float share_of(const PointLight& light, const Illumination& illumination) {
+  float all = 0;
+  for (const PointLight& lamp : illumination.lights) all += lamp.irradiance.mean();
+  return light.irradiance.mean() / std::max(all, 1e-9f);
+}
+
 std::string distance_warning(const std::vector<PointLight>& lights) {
   const auto unknown =
       std::count_if(lights.begin(), lights.end(), [](const PointLight& l) { return !l.distance_known; });
@@ -191,6 +198,7 @@ struct AlbedoStage::State {
   struct KnownLamp {
     LampEstimate estimate;
     PointLight light;  ///< as measured then
+    float share = 0;   ///< of all lamps' irradiance at the probe when it was estimated
   };
   std::map<int, KnownLamp> estimates;  ///< by the lamp's id; also of lamps that are off now
   std::size_t searched_points = 0;     ///< surface points when lamps were last searched without earlier estimates
@@ -249,8 +257,10 @@ std::vector<LampEstimate> AlbedoStage::State::locate(const IrradianceModel& room
     result[i].flat = true;
     result[i].normal = light.normal;
   }
-  for (std::size_t i = 0; i < result.size(); ++i)
-    estimates[illumination.lights[i].id] = {result[i], illumination.lights[i]};
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    const PointLight& light = illumination.lights[i];
+    estimates[light.id] = {result[i], light, share_of(light, illumination)};
+  }
   if (estimates.size() > kStage.max_estimates)
     std::erase_if(estimates, [&](const auto& entry) { return !lamp_with_id(illumination.lights, entry.first); });
   located = {points, illumination.lights, 0};
@@ -367,10 +377,14 @@ std::optional<AlbedoStage::State::Followed> AlbedoStage::State::known_lamps(cons
     if (before == estimates.end()) return std::nullopt;
     const PointLight& was = before->second.light;
     result.lamps.push_back(before->second.estimate);
-    result.changed.push_back(!Located::same_place(was, light, merged.probe_position_m) ||
-                             (light.clipped && !Located::same_power(was, light)));
-    // A lamp that turned was carried; its power is as before.
-    if (result.changed.back() && !light.clipped && !light.distance_known)
+    const bool carried = !Located::same_place(was, light, merged.probe_position_m);
+    // Where others were switched off the room shows much better where this one is.
+    const float share = share_of(light, merged);
+    const bool clearer = !before->second.estimate.far && share > kFollowing.min_share &&
+                         share > kFollowing.clearer_share * before->second.share;
+    result.changed.push_back(carried || clearer || (light.clipped && !Located::same_power(was, light)));
+    // The power of a lamp that was carried is as before.
+    if (carried && !light.clipped && !light.distance_known)
       result.lamps.back().distance_m *= std::sqrt(was.irradiance.mean() / std::max(light.irradiance.mean(), 1e-9f));
   }
   return result;
@@ -412,8 +426,11 @@ std::optional<AlbedoStage::Result> AlbedoStage::State::follow_light(const Distan
   std::optional<IrradianceModel> room;
   if (any_changed || !grown.bricks.empty()) room.emplace(field, rays, metal, *lit, closed.get());
   if (any_changed && !search_changed(field, *room, merged, *follow)) return std::nullopt;
-  for (std::size_t i = 0; i < follow->lamps.size(); ++i)
-    estimates[merged.lights[i].id] = {follow->lamps[i], merged.lights[i]};
+  for (std::size_t i = 0; i < follow->lamps.size(); ++i) {
+    const PointLight& light = merged.lights[i];
+    KnownLamp& lamp = estimates.at(light.id);
+    lamp = {follow->lamps[i], light, follow->changed[i] ? share_of(light, merged) : lamp.share};
+  }
   located.lights = merged.lights;
   place_lamps(lit, merged, follow->lamps, unseen, field, rays);
   if (!grown.bricks.empty()) {

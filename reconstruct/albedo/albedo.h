@@ -56,8 +56,9 @@ class AlbedoStage {
   Result solve(const DistanceField& field, const Illumination& illumination);
   Result solve_complete(const DistanceField& field, const Illumination& illumination);
   /// Only the lamps, where their light changed and albedo is known: those that moved are searched around the distance
-  /// that their irradiance implies, the others keep theirs. Empty if the light is as before, if a lamp is new or much
-  /// surface, and after some such solutions in a row, as a complete one learns more of albedo from every other light.
+  /// that their irradiance implies, those whose share of the light rose much around theirs, the others keep theirs.
+  /// Empty if the light is as before, if a lamp is new or much surface, and after some such solutions in a row, as a
+  /// complete one learns more of albedo from every other light.
   std::optional<Result> follow_light(const DistanceField& field, const Illumination& illumination);
   /// Solves only the samples of bricks that are new or changed since they were solved; all other samples, lamps and the
   /// surroundings stay fixed. Empty if that is not valid, as a lamp or the environment changed; and, unless

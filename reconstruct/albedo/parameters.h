@@ -34,7 +34,10 @@ struct AlbedoParameters {
     float min_samples_fraction = 0.6f;  ///< of them that must still be there
     int gather_rays = 32;               ///< per sample
     double min_change = 0.01;           ///< relative, of the light
-    int solves = 8;                     ///< between complete solutions, which learn more of albedo
+    /// A lamp's distance is searched again where its share of the lamps' light rose by this factor, to min_share at
+    /// least: what shading says of it rises with the square.
+    float clearer_share = 1.5f, min_share = 0.2f;
+    int solves = 8;  ///< between complete solutions, which learn more of albedo
   } following;
 
   struct Gather {

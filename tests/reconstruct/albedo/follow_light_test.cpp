@@ -88,6 +88,33 @@ TEST(FollowLight, DimmedLampStaysWhereItIs) {
               1e-3);
 }
 
+// An error of the strong lamp moves the weak one, which shading hardly determines beside it.
+TEST(FollowLight, WhereOthersGoALampIsFoundBetter) {
+  TestRoom room = striped_room();
+  room.lamps[1].intensity *= 0.4f;
+  AlbedoStage stage{capture::Session()};
+  Moment first = moment(room, 1);
+  first.light.lights[0].irradiance *= 0.9f;  // an error of the fish-eye
+  const float before = distance_error(stage.solve_complete(first.field, first.light), room, 1);
+  const TestLamp strong = room.lamps[0];
+  Moment alone = moment(room, 2);
+  room.lamps[0].intensity.setZero();
+  alone.field = room.field();
+  alone.field.version = 2;
+  alone.light.lights.erase(alone.light.lights.begin());
+  const auto followed = stage.follow_light(alone.field, alone.light);
+  ASSERT_TRUE(followed);
+  const float after = distance_error(*followed, room, 1);
+  std::printf("error of distance: %.3f beside a strong lamp, %.3f alone\n", before, after);
+  EXPECT_LT(after, 0.7f * before);
+
+  room.lamps[0] = strong;
+  const Moment both = moment(room, 3);
+  const auto again = stage.follow_light(both.field, both.light);
+  ASSERT_TRUE(again);
+  EXPECT_FLOAT_EQ(distance_error(*again, room, 1), after) << "it is not forgotten";
+}
+
 TEST(FollowLight, LampThatGoesIsGoneAndANewOneNeedsASearch) {
   TestRoom room = striped_room();
   AlbedoStage stage{capture::Session()};
