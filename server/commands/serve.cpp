@@ -162,11 +162,13 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
       views_saved = std::chrono::steady_clock::now();
     }
   }
-  pipeline.stop();  // requests the stages to stop, while viewers are disconnected
-  web.stop();
-  pipeline.join();  // or the stop signal's grace period ends first
+  pipeline.stop();  // requests the stages to stop; one may be in a long call
+  pipeline.keep_room();
   save_tag_map();
   save_views();
+  stop.saved();
+  web.stop();
+  pipeline.join();  // or the stop signal's grace period ends first
 }
 
 }  // namespace lumigraft::server

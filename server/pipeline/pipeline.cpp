@@ -47,6 +47,7 @@ struct Pipeline::State {
   Metrics& metrics;
   Publish publish;
   Keep keep;
+  std::mutex keep_mutex;
 
   reconstruct::SceneBuilder builder;
   reconstruct::SceneStore& store = builder.store();
@@ -142,6 +143,7 @@ struct Pipeline::State {
   void load_next_model();
   void models_turn();
   void keep_turn();
+  bool keep_room();
   void encode_turn();
 };
 
@@ -390,12 +392,18 @@ void Pipeline::State::models_turn() {
 void Pipeline::State::keep_turn() {
   if (!sleep_until(keep_due)) return;
   keep_due = Clock::now() + keep_wait;
-  if (const std::optional<reconstruct::RoomToKeep> room = builder.room_to_keep()) {
-    const StageTimer timer(metrics, "keep room");
-    metrics.kept(keep(*room));
-    keep_wait = std::min<Clock::duration>(2 * keep_wait, kPipeline.longest_keep);
-  }
+  if (keep_room()) keep_wait = std::min<Clock::duration>(2 * keep_wait, kPipeline.longest_keep);
   store.publish_warnings("keep room stage", {});
+}
+
+/// False if it is not worth it.
+bool Pipeline::State::keep_room() {
+  std::lock_guard lock(keep_mutex);
+  const std::optional<reconstruct::RoomToKeep> room = keep ? builder.room_to_keep() : std::nullopt;
+  if (!room) return false;
+  const StageTimer timer(metrics, "keep room");
+  metrics.kept(keep(*room));
+  return true;
 }
 
 void Pipeline::State::encode_turn() {
@@ -462,6 +470,8 @@ ExhibitState& Pipeline::exhibit() { return state_->exhibit; }
 Playback& Pipeline::playback() { return state_->playback; }
 
 std::optional<reconstruct::KeyframeMap::Views> Pipeline::take_views() { return state_->builder.take_views(); }
+
+void Pipeline::keep_room() { state_->keep_room(); }
 
 std::optional<reconstruct::TagMap::State> Pipeline::take_tag_map() { return state_->builder.take_tag_map(); }
 
