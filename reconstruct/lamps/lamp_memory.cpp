@@ -14,12 +14,26 @@ bool same_lamp(const PointLight& was, const PointLight& now) {
          (now.clipped || (was.irradiance - now.irradiance).norm() < kMemory.same_irradiance * was.irradiance.norm());
 }
 
+bool same_place(const KeptLamp& kept, const Eigen::Vector3f& probe_m, const PointLight& light) {
+  const Eigen::Vector3f way = kept.position_m - probe_m;
+  const float angular_radius_rad = std::atan(kept.radius_m / way.norm());
+  return way.normalized().dot(light.direction) > kMemory.same_direction &&
+         std::abs(light.angular_radius_rad - angular_radius_rad) < kMemory.same_size * angular_radius_rad;
+}
+
 }  // namespace
+
+const KeptLamp* LampMemory::kept_at(const Eigen::Vector3f& probe_m, const PointLight& light) const {
+  const auto found =
+      std::find_if(kept_.begin(), kept_.end(), [&](const KeptLamp& kept) { return same_place(kept, probe_m, light); });
+  return found == kept_.end() ? nullptr : &*found;
+}
 
 std::optional<LampPrior> LampMemory::prior(const ShadingModel& model, const std::vector<LampShape>& shapes) const {
   const auto size = static_cast<Eigen::Index>(kUnknownsPerLamp * shapes.size());
   LampPrior prior{Eigen::VectorXd::Zero(size), Eigen::MatrixXd::Zero(size, size)};
   std::vector<Eigen::Index> from, to;
+  bool any_kept = false;
   for (std::size_t lamp = 0; lamp < shapes.size(); ++lamp) {
     const PointLight& light = model.light(lamp);
     const LampShape& shape = shapes[lamp];
@@ -27,8 +41,17 @@ std::optional<LampPrior> LampMemory::prior(const ShadingModel& model, const std:
       return same_lamp(l.light, light) && l.shape.flat == shape.flat && l.shape.beam == shape.beam &&
              l.shape.far == shape.far;
     });
-    if (was == lamps_.end()) continue;
     const auto at = static_cast<Eigen::Index>(kUnknownsPerLamp * lamp);
+    if (was == lamps_.end()) {
+      const KeptLamp* kept = kept_at(model.probe_m(), light);
+      if (!kept || shape.far || kept->flat != shape.flat || kept->beam != shape.beam) continue;
+      prior.mean[at] = 1 / static_cast<double>((kept->position_m - model.probe_m()).norm());
+      const double sigma =
+          prior.mean[at] * std::hypot(double{kept->distance_log_sigma}, double{kMemory.kept_log_sigma});
+      prior.information(at, at) = 1 / (sigma * sigma);
+      any_kept = true;
+      continue;
+    }
     prior.mean[at] = was->shape.inverse_distance;
     if (shape.flat) prior.mean.segment<2>(at + 1) = Eigen::Vector2d::Map(model.tilt_of(lamp, was->normal).data());
     for (Eigen::Index c = 0; c < 3; ++c)  // the power is remembered; what clipping left of it may differ
@@ -40,8 +63,8 @@ std::optional<LampPrior> LampMemory::prior(const ShadingModel& model, const std:
       from.push_back(kUnknownsPerLamp * (was - lamps_.begin()) + i);
     }
   }
-  if (from.empty()) return std::nullopt;
-  prior.information(to, to) = kMemory.kept * covariance_(from, from).inverse();
+  if (from.empty() && !any_kept) return std::nullopt;
+  if (!from.empty()) prior.information(to, to) = kMemory.kept * covariance_(from, from).inverse();
   return prior;
 }
 
@@ -49,6 +72,11 @@ void LampMemory::keep(const ShadingModel& model, const LampPosterior& posterior)
   lamps_.clear();
   for (std::size_t lamp = 0; lamp < posterior.shapes.size(); ++lamp)
     lamps_.push_back({model.light(lamp), posterior.shapes[lamp], model.normal(lamp, posterior.shapes[lamp])});
+  // From here on the posterior has what these say.
+  std::erase_if(kept_, [&](const KeptLamp& kept) {
+    return std::any_of(lamps_.begin(), lamps_.end(),
+                       [&](const Lamp& lamp) { return same_place(kept, model.probe_m(), lamp.light); });
+  });
   misfit_ = posterior.misfit;
   covariance_ = posterior.with_prior.inverse();
 }

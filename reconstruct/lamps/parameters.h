@@ -103,6 +103,11 @@ struct LampParameters {
     double kept = 0.75;              ///< of their information: about four solutions count
     float same_direction = 0.9999f;  ///< cosine of 0.8°
     float same_irradiance = 0.2f;    ///< relative change of a measured irradiance
+    /// Places that an earlier run of the program found. A lamp that was carried along its direction by so much differs
+    /// in size by as much.
+    float same_size = 0.15f;       ///< relative change of the angular radius
+    float kept_log_sigma = 0.05f;  ///< added to that of a kept distance: errors that both runs share
+    std::size_t max_kept = 64;     ///< also of lamps that did not shine in this run
   } memory;
 
   struct Reflections {
