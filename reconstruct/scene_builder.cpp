@@ -134,7 +134,7 @@ struct SceneBuilder::State {
         const FusionSettings& fusion_settings)
       : overrides(std::move(the_overrides)),
         registration(session),
-        pose(session.tag, session.color.model, session.color.response),
+        pose(session.tag, session.color.model, session.color.response, session.depth_noise()),
         never_located(session.tag.present()
                           ? session.tag.family + " " + std::to_string(session.tag.id) +
                                 ": not seen since the start; objects are shown once it is in the colour camera's view"
@@ -148,7 +148,7 @@ struct SceneBuilder::State {
         light_from_shading(session),
         fisheye_awaited_ns(session.fisheye ? kFisheyeAwaited_ns : 0),
         schedule(std::move(pace)),
-        room_check(session.color.model) {}
+        room_check(session.color.model, session.depth_noise()) {}
 
   std::optional<AlbedoStage::Result> solve(AlbedoWork work, const std::shared_ptr<const DistanceField>& field,
                                            const Illumination& measured);
