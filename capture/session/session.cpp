@@ -222,7 +222,8 @@ double read_noise_scale(const ConfigTable& table, const std::optional<ConfigTabl
   const bool of_calibration = measured && measured->has("noise_scale");
   if (of_calibration && table.has("noise_scale"))
     table.fail("noise_scale", "found it here and in " + measured->file().string() + ", allowed: one of both");
-  return (of_calibration ? *measured : table).number("noise_scale", kSessionLimits.min_noise_scale, kSessionLimits.max_noise_scale, 1.0);
+  return (of_calibration ? *measured : table)
+      .number("noise_scale", kSessionLimits.min_noise_scale, kSessionLimits.max_noise_scale, 1.0);
 }
 
 DepthCamera read_depth(const ConfigTable& table, const CameraModel& color,
@@ -239,8 +240,8 @@ DepthCamera read_depth(const ConfigTable& table, const CameraModel& color,
   }
   if (kind != "openni2" && kind != "oni") camera.settings = read_settings(table);
   // Cameras of USB Video Class with depth, and those of the helpers, have two lenses.
-  camera.principle =
-      read_principle(table, kind == "v4l2" || kind == "helper" ? DepthPrinciple::stereo : DepthPrinciple::structured_light);
+  camera.principle = read_principle(
+      table, kind == "v4l2" || kind == "helper" ? DepthPrinciple::stereo : DepthPrinciple::structured_light);
   camera.noise_scale = read_noise_scale(table, calibration);
   camera.registered = table.flag("registered", true);
   if (camera.registered) {

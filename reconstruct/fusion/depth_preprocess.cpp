@@ -35,7 +35,8 @@ template <typename Value>
 /// Largest difference of inverse depth q over so many pixels on one surface; a jump exceeds it. On a plane 1/z is
 /// affine in the image: a surface inclined by θ has the slope q tan θ / f per pixel. Includes the sensor's noise.
 template <typename Value>
-[[gnu::always_inline]] inline Value max_surface_step(Value q, float pixels, float focal, const capture::DepthNoise& noise) {
+[[gnu::always_inline]] inline Value max_surface_step(Value q, float pixels, float focal,
+                                                     const capture::DepthNoise& noise) {
   return q * (pixels * kDepthPreprocess.max_slope / focal) + kDepthPreprocess.jump_sigmas * noise.inverse_sigma(q);
 }
 
@@ -296,8 +297,7 @@ void DepthPreprocessor::set_plane(PreparedDepth& view, std::size_t i, float q, f
   PreparedDepth::Block& block = view.blocks[i];
   // DepthNoise::sigma_m(1 / q, acos(facing)) with the angular term from the table.
   const float root = std::sqrt(q), grown = noise_.oblique_grows ? 1 / (q * root) : root;
-  const float sigma =
-      noise_.axial_sigma_m(1 / q) + grown * oblique_[static_cast<std::size_t>(facing * kObliqueSteps)];
+  const float sigma = noise_.axial_sigma_m(1 / q) + grown * oblique_[static_cast<std::size_t>(facing * kObliqueSteps)];
   block.normal = distance * Eigen::Vector3f(a, b, c);
   block.distance_m = distance;
   block.weight = std::min(kMinVariance / (sigma * sigma), 1.0f);
@@ -481,7 +481,8 @@ void DepthPreprocessor::measure_noise(PreparedDepth& view) const {
   for (int v = 0; v < blocks_y_; v += 3)
     for (int u = 1; u + 1 < blocks_x_; u += 3) {
       const float* q = &block_inverse_[static_cast<std::size_t>(v) * blocks_x_ + u];
-      if (q[-1] == 0 || q[0] == 0 || q[1] == 0 || std::abs(q[1] - q[-1]) > max_surface_step(q[0], 4, focal_, noise_)) continue;
+      if (q[-1] == 0 || q[0] == 0 || q[1] == 0 || std::abs(q[1] - q[-1]) > max_surface_step(q[0], 4, focal_, noise_))
+        continue;
       // E|x| = 0.8 σ for a Gaussian.
       sum += static_cast<double>(std::abs(q[-1] - 2 * q[0] + q[1]) / (0.8f * second_difference_sigma(*q, noise_)));
       ++count;

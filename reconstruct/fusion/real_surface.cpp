@@ -22,7 +22,8 @@ bool is_mirror(const capture::RealSurface& surface) {
 }  // namespace
 
 RealSurfaces::RealSurfaces(const capture::Session& session, float voxel_m)
-    : voxel_m_(voxel_m), noise_(session.depth_noise()),
+    : voxel_m_(voxel_m),
+      noise_(session.depth_noise()),
       step_(std::max(1, session.color.model.width / kRealSurface.columns)),
       columns_(session.color.model.width / step_),
       rows_(session.color.model.height / step_) {

@@ -52,7 +52,8 @@ std::vector<Vector2f> projected(const Keyframe& view, const Isometry3d& T_tag_ca
 }
 
 void add_sightings(const Keyframe& view, const ViewFeatures& seen, const std::vector<int>& matches,
-                   const capture::CameraModel& camera, const capture::DepthNoise& noise, std::vector<Sighting>& sightings) {
+                   const capture::CameraModel& camera, const capture::DepthNoise& noise,
+                   std::vector<Sighting>& sightings) {
   for (std::size_t i = 0; i < matches.size(); ++i) {
     if (matches[i] < 0) continue;
     const auto ray = ray_of(camera, seen.pixels[matches[i]]);

@@ -221,7 +221,8 @@ std::vector<TagReading> PoseStage::State::read_tags(const capture::FrameSet& fra
     const TagSighting* nearest = nearest_sighting(sightings, tags[t].id, expected_px);
     if (!nearest) continue;
     TagReading reading{t, tags[t].estimator.estimate(nearest->corners, *frame.color, hints), nearest->corners};
-    const auto surface = frame.depth ? plane_around(frame.depth->depth_m, camera, nearest->corners, depth_noise) : std::nullopt;
+    const auto surface =
+        frame.depth ? plane_around(frame.depth->depth_m, camera, nearest->corners, depth_noise) : std::nullopt;
     for (PoseCandidate& candidate : reading.candidates) tags[t].tilt.correct(candidate, surface);
     if (!reading.candidates.empty()) readings.push_back(std::move(reading));
   }

@@ -167,8 +167,10 @@ void write_calibration_file(std::ostream& out, const std::optional<CalibratedCam
     out << "\n[depth]\n";
     write_size(out, rest.depth->width, rest.depth->height, rest.depth->serial);
     // What is outside would be refused.
-    out << "noise_scale = " << number(std::clamp(rest.depth->noise_scale, capture::kSessionLimits.min_noise_scale,
-                                             capture::kSessionLimits.max_noise_scale)) << '\n'
+    out << "noise_scale = "
+        << number(std::clamp(rest.depth->noise_scale, capture::kSessionLimits.min_noise_scale,
+                             capture::kSessionLimits.max_noise_scale))
+        << '\n'
         << "T_color_depth = " << rows_of(rest.depth->T_color_depth);
   }
 }

@@ -110,7 +110,7 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
   handlers.get = [&](std::string_view path) { return get(path, pipeline, metrics, snapshots); };
   handlers.hello = [&] { return hello_text(session, pipeline.exhibit()); };
   handlers.state = [&] { return state_text(pipeline.exhibit()); };
-  handlers.change_object = [&](const ObjectCommand& command) { return pipeline.exhibit().apply(command); };
+  handlers.change_object = [&](const ObjectCommand& command) { return pipeline.change_object(command); };
   handlers.record = [&](bool on) -> std::optional<std::string> {
     if (!button) {
       return "record: found a service that does not, allowed where its configuration has server.recordings and cameras";

@@ -14,6 +14,7 @@
 #include "server/pipeline/mailbox.h"
 #include "server/pipeline/pacing.h"
 #include "server/pipeline/resting_pace.h"
+#include "server/pipeline/touched_place.h"
 
 namespace lumigraft::server {
 namespace {
@@ -70,6 +71,7 @@ struct Pipeline::State {
   mutable std::mutex newest_mutex;
   ShownFrame newest;
   Record newest_record;
+  reconstruct::Scene newest_scene;  ///< with its pose
   std::vector<std::string> faults;  ///< current faults of the cameras
 
   std::mutex newest_color_mutex;
@@ -280,6 +282,7 @@ void Pipeline::State::relight_turn() {
     std::lock_guard lock(newest_mutex);
     shown.sequence = newest.sequence + 1;
     newest = shown;
+    newest_scene = scene;
     newest_record = {
         .warnings = std::move(warnings),
         .T_tag_camera = located.pose ? std::optional(located.pose->T_tag_exhibit.inverse() * located.pose->T_tag_camera)
@@ -466,6 +469,25 @@ void Pipeline::stop() {
 void Pipeline::join() { state_->threads.clear(); }
 
 ExhibitState& Pipeline::exhibit() { return state_->exhibit; }
+
+std::optional<std::string> Pipeline::change_object(ObjectCommand command) {
+  State& s = *state_;
+  const std::optional<relight::VirtualObject> object = s.exhibit.object(command);
+  if (command.on_pixel && object) {
+    reconstruct::Scene scene;
+    {
+      std::lock_guard lock(s.newest_mutex);
+      scene = s.newest_scene;
+    }
+    if (!scene.pose || !scene.field)
+      return "on_pixel: found no pose of the camera or no surface yet, allowed: while objects are shown";
+    const auto place = touched_place({scene.pose->T_tag_camera, scene.pose->T_tag_exhibit, scene.field.get()},
+                                     s.session.color.model, *command.on_pixel, *object);
+    if (const auto* error = std::get_if<std::string>(&place)) return *error;
+    command.position_m = std::get<Eigen::Vector3d>(place);
+  }
+  return s.exhibit.apply(command);
+}
 
 Playback& Pipeline::playback() { return state_->playback; }
 

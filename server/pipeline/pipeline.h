@@ -60,6 +60,8 @@ class Pipeline {
   void join();
 
   ExhibitState& exhibit();
+  /// ExhibitState::apply, with `on_pixel` of the newest picture. Returns the error, if any. Any thread.
+  std::optional<std::string> change_object(ObjectCommand command);
   /// Playback of a recording; without effect on live cameras.
   Playback& playback();
   /// Where the tags are, if more was learnt since the last call.

@@ -70,8 +70,7 @@ DepthScene depth_scene(int count, unsigned seed, bool slanted = true, const Nois
     poses.push_back(slanted ? board_at(0.45 + 0.02 * (i % 12), 0.15 + 0.1 * (i % 3), 2.4 * i + 0.3 * seed,
                                        0.25 + 0.03 * (i % 14), 1.3 * i, 0.4 * i)
                             : board_at(0.5, 0, 0, 0, 0, 0.4 * i));
-  for (const Eigen::Isometry3d& pose : poses)
-    all.pictures.push_back(depth_of(test_board(), pose, noise, random));
+  for (const Eigen::Isometry3d& pose : poses) all.pictures.push_back(depth_of(test_board(), pose, noise, random));
   for (std::size_t i = 0; i < poses.size(); ++i) {
     // The colour camera's error of the board's pose.
     const Eigen::Vector3d w = 3e-4 * Eigen::Vector3d(gauss(random), gauss(random), gauss(random));
@@ -105,9 +104,8 @@ TEST(CalibrateDepth, NoiseIsMeasured) {
   for (const auto principle : {capture::DepthPrinciple::structured_light, capture::DepthPrinciple::time_of_flight,
                                capture::DepthPrinciple::stereo}) {
     const capture::DepthNoise truth = capture::usual_noise(principle, 1.7);
-    const DepthScene seen = depth_scene(16, 3, true, [&](double z, double incidence_rad) {
-      return truth.sigma_m(z, incidence_rad);
-    });
+    const DepthScene seen =
+        depth_scene(16, 3, true, [&](double z, double incidence_rad) { return truth.sigma_m(z, incidence_rad); });
     const DepthNoiseCalibration found =
         measure_depth_noise(depth_camera(), principle, true_T_color_depth(), test_board(), seen.views);
     EXPECT_EQ(found.views, 16);

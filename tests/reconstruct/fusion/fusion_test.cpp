@@ -15,7 +15,6 @@ using Eigen::Vector3d;
 using Eigen::Vector3f;
 using namespace test;
 
-
 TEST(Fusion, WeightsAreThoseOfTheCamerasPrinciple) {
   const capture::CameraModel camera = test::small_camera();
   const double height_m = 1.6;

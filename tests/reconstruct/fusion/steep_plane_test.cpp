@@ -8,7 +8,6 @@
 #include <numbers>
 #include <random>
 
-
 namespace lumigraft::reconstruct {
 namespace {
 
