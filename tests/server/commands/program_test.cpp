@@ -224,9 +224,9 @@ TEST(Program, KeepsItsRoomForTheNextStart) {
 TEST(Program, AStopSignalKeepsWhatTheRoomIsThen) {
   const TinySession scratch("stop-keeps-room");
   const std::filesystem::path file = scratch.folder / "hall.room";
-  Program program(scratch.folder,
-                  {"serve", "--session", LUMIGRAFT_SOURCE_DIR "/recordings/tabletop", "--listen", "127.0.0.1:0",
-                   "--set", "plan.method=rays", "--set", "server.room=" + file.string()});
+  const std::string recording = LUMIGRAFT_SOURCE_DIR "/recordings/tabletop";
+  Program program(scratch.folder, {"serve", "--session", recording, "--listen", "127.0.0.1:0", "--set",
+                                   "plan.method=rays", "--set", "server.room=" + file.string()});
   const std::uint16_t port = program.port();
   ASSERT_NE(port, 0) << program.stderr_text();
   const Clock::time_point deadline = Clock::now() + std::chrono::seconds(60);
