@@ -19,7 +19,7 @@ using std::chrono::milliseconds;
 /// A server with a fake service that publishes a JPEG-kind message every 10 ms.
 class WebServerTest : public testing::Test {
  protected:
-  void start(WebSettings settings = {}, std::size_t picture_bytes = 1000) {
+  void start(const WebSettings& settings = {}, std::size_t picture_bytes = 1000) {
     WebHandlers handlers;
     handlers.get = [](std::string_view path) {
       return path == "/" ? WebReply{200, "text/html", "the page"} : WebReply{404, "text/plain", "none"};
