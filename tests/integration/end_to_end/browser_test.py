@@ -133,6 +133,7 @@ class BrowserTest(unittest.TestCase):
 
     def test_1b_a_tap_puts_the_object_there(self):
         page = self.page
+        page.wait(lambda: page.data("grafted") == "true", "pictures with the object")
         before = [float(page.driver.find_element("id", axis).get_attribute("value")) for axis in "xyz"]
         target = np.array([before[0] - 0.1, before[1] - 0.05, 0.0])
         p = np.linalg.inv(self.T_tag_camera) @ [*target, 1]
