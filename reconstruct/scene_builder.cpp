@@ -121,7 +121,8 @@ struct SceneBuilder::State {
   Shared<std::optional<KeyframeMap::Views>> newest_views;  ///< the same
   std::optional<KeptRoom> kept_room;                       ///< until it is used or found to be another one
   RoomCheck room_check;
-  Shared<std::shared_ptr<const AlbedoField>> restored_albedo;  ///< of that room, until albedo is solved with it
+  Shared<std::shared_ptr<const AlbedoField>> restored_albedo;   ///< of that room, until albedo is solved with it
+  Shared<std::vector<KeptLamp>> restored_lamps, lamps_to_keep;  ///< the former until lamps are solved with them
   std::optional<KeptAlbedo> kept_albedo;
   std::atomic<bool> room_is_certain = true, restored_another = false;
   std::uint64_t taken_version = 0;  ///< of the field that room_to_keep returned last
@@ -133,7 +134,7 @@ struct SceneBuilder::State {
         const FusionSettings& fusion_settings)
       : overrides(std::move(the_overrides)),
         registration(session),
-        pose(session.tag, session.color.model, session.color.response),
+        pose(session.tag, session.color.model, session.color.response, session.depth_noise()),
         never_located(session.tag.present()
                           ? session.tag.family + " " + std::to_string(session.tag.id) +
                                 ": not seen since the start; objects are shown once it is in the colour camera's view"
@@ -147,12 +148,12 @@ struct SceneBuilder::State {
         light_from_shading(session),
         fisheye_awaited_ns(session.fisheye ? kFisheyeAwaited_ns : 0),
         schedule(std::move(pace)),
-        room_check(session.color.model) {}
+        room_check(session.color.model, session.depth_noise()) {}
 
   std::optional<AlbedoStage::Result> solve(AlbedoWork work, const std::shared_ptr<const DistanceField>& field,
                                            const Illumination& measured);
   void compare_kept_room(const capture::FrameSet& frame, const Pose& where);
-  void use_kept_albedo();
+  void use_kept_solution();
   void estimate_light(const DistanceField& field);
   void publish(AlbedoStage::Result solution, const DistanceField& field,
                const std::shared_ptr<const Illumination>& measured);
@@ -206,7 +207,9 @@ std::optional<RoomToKeep> SceneBuilder::room_to_keep() {
   if (!s.room_is_certain || !field || field->bricks.empty() || field->version == s.taken_version) return std::nullopt;
   s.taken_version = field->version;
   s.store.publish_warnings("kept room", {});
-  RoomToKeep result{.room = {.field = *field, .albedo = nullptr, .albedo_error = 0}, .another = s.restored_another};
+  RoomToKeep result{.room = {.field = *field, .albedo = nullptr, .albedo_error = 0, .lamps = {}},
+                    .another = s.restored_another};
+  result.room.lamps = s.lamps_to_keep.get();
   // What was solved in a guessed light is no knowledge.
   if (const Scene scene = s.store.newest(); scene.illumination && !scene.illumination->from_shading) {
     result.room.albedo = scene.albedo;
@@ -281,6 +284,8 @@ void SceneBuilder::State::compare_kept_room(const capture::FrameSet& frame, cons
   } else {
     fusion.restore(std::move(kept_room->field));
     restored_albedo.put(kept_room->albedo);
+    restored_lamps.put(kept_room->lamps);
+    lamps_to_keep.put(std::move(kept_room->lamps));
   }
   store.publish_warnings("kept room", std::move(warnings));
   if (verdict == RoomCheck::Verdict::undecided) return;
@@ -315,7 +320,8 @@ void SceneBuilder::fuse_depth(const capture::FrameSet& frame, const Pose& pose) 
   s.store.publish_warnings("geometry", s.fusion.warnings());
 }
 
-void SceneBuilder::State::use_kept_albedo() {
+void SceneBuilder::State::use_kept_solution() {
+  if (std::vector<KeptLamp> lamps = restored_lamps.take(); !lamps.empty()) albedo.restore_lamps(std::move(lamps));
   const std::shared_ptr<const AlbedoField> kept = restored_albedo.take();
   if (!kept) return;
   kept_albedo.emplace(kept);
@@ -370,7 +376,7 @@ void SceneBuilder::State::publish(AlbedoStage::Result solution, const DistanceFi
 
 bool SceneBuilder::solve_albedo() {
   State& s = *state_;
-  s.use_kept_albedo();
+  s.use_kept_solution();
   if (!s.color_shows_room) return false;
   const std::shared_ptr<const DistanceField> field = s.store.observed_field();
   if (field) s.estimate_light(*field);
@@ -382,6 +388,7 @@ bool SceneBuilder::solve_albedo() {
   std::optional<AlbedoStage::Result> solution = s.solve(work, field, *measured);
   if (!solution) return false;
   s.schedule.solved(solution->albedo, solution->due);
+  s.lamps_to_keep.put(s.albedo.lamps_to_keep());
   s.publish(*std::move(solution), *field, measured);
   return true;
 }

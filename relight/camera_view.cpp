@@ -53,11 +53,12 @@ std::shared_ptr<const RelightMaps> read_maps(gpu::Device& device, const Screen& 
 
 }  // namespace
 
-CameraView::CameraView(gpu::Device& device, const capture::ColorCamera& camera)
+CameraView::CameraView(gpu::Device& device, const capture::ColorCamera& camera, const capture::DepthNoise& depth_noise)
     : device_(device),
       camera_(camera),
       model_(camera.model),
       pixel_rays_(camera.model),
+      depth_noise_(depth_noise),
       object_view_(device),
       real_view_(device),
       real_change_(device),
@@ -95,7 +96,7 @@ void CameraView::show_live(const capture::FrameSet& frame, const View& view, con
     submit(*list, result);
     live_picture_.read(device_, *screen_, camera_, changed);
   }
-  const CurrentDepth depth(pixel_rays_, depth_of(frame, model_), view.params.field.x());
+  const CurrentDepth depth(pixel_rays_, depth_of(frame, model_), view.params.field.x(), depth_noise_);
   result->srgb = live_picture_.over(camera_, depth, blur_px());
   add_noise_to(live_picture_.shown(), frame.index, &result->srgb);
   shown_ = Shown::live;
@@ -130,7 +131,7 @@ void CameraView::show_full(const capture::FrameSet& frame, const View& view, con
     full_vignetting_ = camera_.vignetting();
     read_layers();
   }
-  const CurrentDepth depth(pixel_rays_, depth_of(frame, model_), view.params.field.x());
+  const CurrentDepth depth(pixel_rays_, depth_of(frame, model_), view.params.field.x(), depth_noise_);
   if (drawn || full_blur_px_ != blur_px()) {
     full_blur_px_ = blur_px();
     full_soft_ = softened(full_objects_, full_blur_px_, model_.width, model_.height);

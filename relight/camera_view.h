@@ -23,7 +23,7 @@ namespace lumigraft::relight {
 
 class CameraView {
  public:
-  CameraView(gpu::Device& device, const capture::ColorCamera& camera);
+  CameraView(gpu::Device& device, const capture::ColorCamera& camera, const capture::DepthNoise& depth_noise = {});
 
   /// `glossy`: real surfaces of known material exist.
   void fit(const Plan& plan, int max_lamps, bool glossy);
@@ -79,6 +79,7 @@ class CameraView {
   bool like_camera_ = false;
   capture::CameraModel model_;
   PixelRays pixel_rays_;
+  capture::DepthNoise depth_noise_;
   std::unique_ptr<Screen> screen_;
   // Passes in execution order.
   ObjectView object_view_;

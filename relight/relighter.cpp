@@ -7,7 +7,6 @@
 #include <optional>
 #include <utility>
 
-#include "reconstruct/math/depth_noise.h"
 #include "reconstruct/math/tag_family.h"
 #include "relight/amortized_light_update.h"
 #include "relight/camera_view.h"
@@ -65,9 +64,9 @@ float lens_tangent(const capture::CameraModel& lens) {
   return static_cast<float>(low);
 }
 
-/// Coefficients of CurrentDepth::allowed_m() in depth without its voxel: noise is quadratic (axial_sigma_m).
-Eigen::Vector4f noise_of_depth() {
-  const auto at = [](float depth_m) { return kCompose.moved_sigmas * reconstruct::axial_sigma_m(depth_m); };
+/// Coefficients of CurrentDepth::allowed_m() in depth without its voxel: noise is quadratic.
+Eigen::Vector4f noise_of_depth(const capture::DepthNoise& noise) {
+  const auto at = [&](float depth_m) { return kCompose.moved_sigmas * noise.axial_sigma_m(depth_m); };
   const float square = 0.5f * (at(2) - 2 * at(1) + at(0));
   return {at(0), at(1) - at(0) - square, square, 0};
 }
@@ -123,7 +122,7 @@ struct Relighter::State {
         bricks(*device),
         mirrors(*device),
         light(*device),
-        view(*device, session.color),
+        view(*device, session.color, session.depth_noise()),
         gone_cells(*device, kCompose.gone_max_cells),
         widest_tangent(lens_tangent(session.color.model)) {
     for (const capture::RealSurface& surface : session.real_surfaces) {
@@ -211,7 +210,8 @@ struct Relighter::State {
     const float voxel_px = scene.field->voxel_m * static_cast<float>(camera.fx) / distance_m;
     const int step = std::clamp(static_cast<int>(voxel_px / 2), 1, kCompose.moved_max_edge_px);
     if (!sampled_depth || sampled_depth->step() != step) sampled_depth.emplace(camera, step);
-    const CurrentDepth depth(sampled_depth->rays(), &sampled_depth->sample(*depth_m), scene.field->voxel_m);
+    const CurrentDepth depth(sampled_depth->rays(), &sampled_depth->sample(*depth_m), scene.field->voxel_m,
+                             session.depth_noise());
     const CameraRays eye{sampled_depth->rays(), {sampled_depth->model(), Eigen::Isometry3f(params.T_tag_camera)}};
     const auto may_matter = [&](const Eigen::Vector3f& p_m) { return LampMaps::may_occlude(params, p_m); };
     // Shadow cones find the volumes' surfaces to half a voxel.
@@ -260,7 +260,7 @@ struct Relighter::State {
     p.virtual_grid = placement.virtual_grid;
     p.grid << plan.volume, placement.virtual_size;
     bricks.describe(p);
-    p.depth_noise = noise_of_depth();
+    p.depth_noise = noise_of_depth(session.depth_noise());
     p.sphere << placement.sphere.centre_m, placement.sphere.radius_m;
     p.counts << static_cast<int>(lights.lamps.size()), quality.delta_cones, quality.hemisphere_cones,
         quality.shadow_cones;

@@ -15,8 +15,9 @@ inline constexpr struct SessionLimits {
   double max_time_offset_s = 1.0;  ///< magnitude, between fish-eye and colour; real delays are a few frames
   double min_tag_size_m = 0.001, max_tag_size_m = 10.0;  ///< edge of the black square
   double min_lamp_radius_m = 0.001, max_lamp_radius_m = 2.0;
-  double max_lamp_offset_m = 5.0;        ///< magnitude per axis, from a lamp's tag to its centre
-  double max_lamp_intensity_w_sr = 1e6;  ///< per channel
+  double min_noise_scale = 0.1, max_noise_scale = 10.0;  ///< of depth, relative to a usual camera of its principle
+  double max_lamp_offset_m = 5.0;                        ///< magnitude per axis, from a lamp's tag to its centre
+  double max_lamp_intensity_w_sr = 1e6;                  ///< per channel
 } kSessionLimits;
 
 }  // namespace lumigraft::capture

@@ -206,6 +206,26 @@ ColorCamera read_color(const ConfigTable& table, const ConfigTable& lens) {
   return camera;
 }
 
+DepthPrinciple read_principle(const ConfigTable& table, DepthPrinciple usual) {
+  const std::string name = table.text("principle", name_of(usual));
+  std::string allowed;
+  for (const DepthPrinciple principle :
+       {DepthPrinciple::structured_light, DepthPrinciple::time_of_flight, DepthPrinciple::stereo}) {
+    if (name == name_of(principle)) return principle;
+    allowed += (allowed.empty() ? "\"" : ", \"") + std::string(name_of(principle)) + "\"";
+  }
+  table.fail("principle", "found \"" + name + "\", allowed: " + allowed);
+}
+
+double read_noise_scale(const ConfigTable& table, const std::optional<ConfigTable>& calibration) {
+  const auto measured = calibration ? calibration->optional_table("depth") : std::nullopt;
+  const bool of_calibration = measured && measured->has("noise_scale");
+  if (of_calibration && table.has("noise_scale"))
+    table.fail("noise_scale", "found it here and in " + measured->file().string() + ", allowed: one of both");
+  return (of_calibration ? *measured : table)
+      .number("noise_scale", kSessionLimits.min_noise_scale, kSessionLimits.max_noise_scale, 1.0);
+}
+
 DepthCamera read_depth(const ConfigTable& table, const CameraModel& color,
                        const std::optional<ConfigTable>& calibration) {
   DepthCamera camera;
@@ -219,6 +239,10 @@ DepthCamera read_depth(const ConfigTable& table, const CameraModel& color,
                                  "colour camera's pixels");
   }
   if (kind != "openni2" && kind != "oni") camera.settings = read_settings(table);
+  // Cameras of USB Video Class with depth, and those of the helpers, have two lenses.
+  camera.principle = read_principle(
+      table, kind == "v4l2" || kind == "helper" ? DepthPrinciple::stereo : DepthPrinciple::structured_light);
+  camera.noise_scale = read_noise_scale(table, calibration);
   camera.registered = table.flag("registered", true);
   if (camera.registered) {
     if (const auto lens = calibration ? calibration->optional_table("depth") : std::nullopt) {

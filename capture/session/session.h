@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "capture/camera/camera_model.h"
+#include "capture/camera/depth_noise.h"
 #include "capture/camera/response.h"
 #include "capture/camera/vignetting.h"
 #include "capture/session/camera_settings.h"
@@ -31,6 +32,8 @@ struct DepthCamera {
   bool registered = true;  ///< depth is on the colour camera's pixels; else `model` and `T_color_depth` register it
   CameraModel model;       ///< of the depth camera if not registered, else the colour camera's
   Eigen::Isometry3d T_color_depth = Eigen::Isometry3d::Identity();
+  DepthPrinciple principle = DepthPrinciple::structured_light;
+  double noise_scale = 1;        ///< measured noise over that of a usual camera of its principle
   CameraSettings settings = {};  ///< of live cameras
 };
 
@@ -96,6 +99,8 @@ struct Session {
   Tag tag;
   std::vector<TaggedLamp> lamps;
   std::vector<RealSurface> real_surfaces;
+
+  DepthNoise depth_noise() const { return depth ? usual_noise(depth->principle, depth->noise_scale) : DepthNoise(); }
 };
 
 /// Reads the camera tables of `root`. `calibration = "FILE"` names a file written by `lumigraft calibrate`; it replaces

@@ -285,6 +285,25 @@ AlbedoStage::~AlbedoStage() = default;
 
 void AlbedoStage::hold(bool hold) { state_->held = hold; }
 
+void AlbedoStage::restore_lamps(std::vector<KeptLamp> kept) { state_->lamp_memory.restore(std::move(kept)); }
+
+std::vector<KeptLamp> AlbedoStage::lamps_to_keep() const {
+  const State& s = *state_;
+  std::vector<KeptLamp> result;
+  for (const PointLight& light : s.last_lamps) {
+    const auto found = s.estimates.find(light.id);
+    if (!light.distance_known || light.lamp_tag >= 0 || light.distance_log_sigma > kStage.guess_log_sigma ||
+        s.followed_light.from_shading || found == s.estimates.end())
+      continue;
+    result.push_back(
+        {light.position_m, light.radius_m, light.distance_log_sigma, light.flat, found->second.estimate.beam});
+  }
+  const std::vector<KeptLamp>& earlier = s.lamp_memory.kept();
+  result.insert(result.end(), earlier.begin(), earlier.end());
+  if (result.size() > kLampParameters.memory.max_kept) result.resize(kLampParameters.memory.max_kept);
+  return result;
+}
+
 std::optional<AlbedoStage::Result> AlbedoStage::State::solve_incremental(const DistanceField& field,
                                                                          const Illumination& illumination,
                                                                          bool even_if_due) {

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "reconstruct/field/distance_field.h"
+#include "reconstruct/lamps/kept_lamp.h"
 #include "reconstruct/light/light.h"
 #include "reconstruct/room/reflected_colors.h"
 
@@ -39,6 +40,10 @@ class AlbedoStage {
   /// While shadows move the room shows neither where its lamps are nor albedo: lamps that stay keep their estimates,
   /// and only new surface is solved.
   void hold(bool hold);
+  /// Call before lamps are solved: where an earlier run of the program found them.
+  void restore_lamps(std::vector<KeptLamp> kept);
+  /// Those of the last solution with a known place, and those that were restored and did not shine since.
+  std::vector<KeptLamp> lamps_to_keep() const;
   struct Result {
     std::shared_ptr<const AlbedoField> albedo = {};
     std::shared_ptr<const Illumination> illumination = {};  ///< the input with lamp distances filled in

@@ -68,7 +68,9 @@ float near_gain(const std::vector<float>& logs, float last) {
 }  // namespace
 
 struct ColorGainStage::State {
-  State(const capture::Session& session) : camera(session.color), sampler(session.color) { set_falloff(falloff); }
+  State(const capture::Session& session) : camera(session.color), sampler(session.color, session.depth_noise()) {
+    set_falloff(falloff);
+  }
 
   std::vector<Place> places_of(const capture::FrameSet& frame, const Eigen::Isometry3f& T_tag_camera) const {
     return sampler.places(frame, T_tag_camera, vignetting.get());

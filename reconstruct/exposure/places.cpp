@@ -55,10 +55,10 @@ std::optional<PixelRadiance> radiance_at(const capture::Frame& color, const capt
 
 }  // namespace
 
-PlaceSampler::PlaceSampler(const capture::ColorCamera& camera)
+PlaceSampler::PlaceSampler(const capture::ColorCamera& camera, const capture::DepthNoise& noise)
     : response_(camera.response),
       corner_rad_(static_cast<float>(capture::corner_angle_rad(camera.model))),
-      sampler_(camera.model) {}
+      sampler_(camera.model, noise) {}
 
 std::vector<Place> PlaceSampler::places(const capture::FrameSet& frame, const Eigen::Isometry3f& T_tag_camera,
                                         const capture::Image<float>* vignetting) const {

@@ -23,7 +23,7 @@ struct Place {
 
 class PlaceSampler {
  public:
-  explicit PlaceSampler(const capture::ColorCamera& camera);
+  explicit PlaceSampler(const capture::ColorCamera& camera, const capture::DepthNoise& noise = {});
   /// Of a frame with colour and depth. `vignetting`: factor by pixel, as FrameSet::color_vignetting; may be null.
   std::vector<Place> places(const capture::FrameSet& frame, const Eigen::Isometry3f& T_tag_camera,
                             const capture::Image<float>* vignetting) const;

@@ -19,9 +19,9 @@ constexpr float kToCorner_px = 0.75f;  // from the centre of a block to a pixel'
 
 /// 1σ of the second difference of three blocks' inverse depth q: a block's mean has half the noise of a pixel.
 template <typename Value>
-[[gnu::always_inline]] inline Value second_difference_sigma(Value q) {
+[[gnu::always_inline]] inline Value second_difference_sigma(Value q, const capture::DepthNoise& noise) {
   constexpr float kRoot6 = 2.44948974f;
-  return 0.5f * kRoot6 * inverse_depth_sigma(q);
+  return 0.5f * kRoot6 * noise.inverse_sigma(q);
 }
 
 /// Depth behind which a plane observes nothing: beyond the truncation distance from it, or so far along the ray.
@@ -35,14 +35,15 @@ template <typename Value>
 /// Largest difference of inverse depth q over so many pixels on one surface; a jump exceeds it. On a plane 1/z is
 /// affine in the image: a surface inclined by θ has the slope q tan θ / f per pixel. Includes the sensor's noise.
 template <typename Value>
-[[gnu::always_inline]] inline Value max_surface_step(Value q, float pixels, float focal) {
-  return q * (pixels * kDepthPreprocess.max_slope / focal) + kDepthPreprocess.jump_sigmas * inverse_depth_sigma(q);
+[[gnu::always_inline]] inline Value max_surface_step(Value q, float pixels, float focal,
+                                                     const capture::DepthNoise& noise) {
+  return q * (pixels * kDepthPreprocess.max_slope / focal) + kDepthPreprocess.jump_sigmas * noise.inverse_sigma(q);
 }
 
 }  // namespace
 
 DepthPreprocessor::DepthPreprocessor(const capture::CameraModel& camera, double voxel_m, double truncation_m,
-                                     double far_m, bool wide)
+                                     double far_m, bool wide, const capture::DepthNoise& noise)
     : width_(camera.width),
       height_(camera.height),
       blocks_x_(camera.width / 2),
@@ -51,10 +52,11 @@ DepthPreprocessor::DepthPreprocessor(const capture::CameraModel& camera, double 
       voxel_m_(static_cast<float>(voxel_m)),
       truncation_m_(static_cast<float>(truncation_m)),
       far_m_(static_cast<float>(far_m)),
+      noise_(noise),
       wide_(wide && simd8_supported()) {
   for (std::size_t i = 0; i < oblique_.size(); ++i) {
     const double facing = std::min(1.0, (static_cast<double>(i) + 0.5) / kObliqueSteps);
-    oblique_[i] = static_cast<float>(oblique_noise(std::acos(facing)));
+    oblique_[i] = static_cast<float>(noise.oblique_m * capture::DepthNoise::oblique(std::acos(facing)));
   }
   constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
   const auto ray_at = [&](double u, double v) {
@@ -140,7 +142,7 @@ void DepthPreprocessor::find_jumps(PreparedDepth& view, int first_v, int end_v) 
     const Value low_ab = a < b ? a : b, low_cd = c < d ? c : d, high_ab = a > b ? a : b, high_cd = c > d ? c : d;
     const Value low = low_ab < low_cd ? low_ab : low_cd, high = high_ab > high_cd ? high_ab : high_cd;
     // A missing measurement next to a valid one counts as a jump.
-    return high - low > (low > 0 ? max_surface_step(high, 1, focal_) : none);
+    return high - low > (low > 0 ? max_surface_step(high, 1, focal_, noise_) : none);
   };
   for (int v = std::max(first_v - 1, 0); v + 1 < end_v; ++v) {
     const float* q = &view.inverse_depth[static_cast<std::size_t>(v) * width_];
@@ -175,7 +177,7 @@ void DepthPreprocessor::add_jump(PreparedDepth& view, int u, int v) {
   }
   const float near = q(jump.near);
   // A missing measurement says nothing about the surface behind.
-  if (near - q(jump.far) <= max_surface_step(near, 1, focal_)) jump.far = -1;
+  if (near - q(jump.far) <= max_surface_step(near, 1, focal_, noise_)) jump.far = -1;
   jump.divide = jump.far < 0 ? 0 : (near + q(jump.far)) / 2;
   jump.pixel = Eigen::Vector2f(static_cast<float>(u) + 0.5f, static_cast<float>(v) + 0.5f);
   jump.voxel_pixels = voxel_m_ * focal_ * near;
@@ -200,7 +202,7 @@ void DepthPreprocessor::accept_steep_planes(PreparedDepth& view) {
     const int u = std::min(x / 2, blocks_x_ - 1), v = std::min(y / 2, blocks_y_ - 1);
     const std::size_t i = static_cast<std::size_t>(v) * blocks_x_ + u;
     if (view.jumps[k].far >= 0)
-      if (const auto plane = steep_plane_at(view, 2 * u, 2 * v, focal_)) {
+      if (const auto plane = steep_plane_at(view, 2 * u, 2 * v, focal_, noise_)) {
         steep_.emplace_back(i, *plane);
         block_jumps_[i] = -1;
         block_inverse_[i] = plane->inverse_depth;
@@ -232,7 +234,7 @@ void DepthPreprocessor::average_blocks(const PreparedDepth& view, int first_v, i
 /// crease, where the second difference exceeds `bend`, from the straighter side (as in ENO schemes, Harten et al.
 /// 1987). `before` and `after`: number of blocks in the image to either side.
 float DepthPreprocessor::slope(const float* q, std::ptrdiff_t step, int before, int after, float bend) const {
-  const float here = *q, max_step = max_surface_step(here, 2, focal_);
+  const float here = *q, max_step = max_surface_step(here, 2, focal_, noise_);
   const bool back = before > 0 && q[-step] > 0 && std::abs(here - q[-step]) <= max_step;
   const bool ahead = after > 0 && q[step] > 0 && std::abs(q[step] - here) <= max_step;
   if (back && ahead) {
@@ -278,7 +280,7 @@ void DepthPreprocessor::fit_plane(PreparedDepth& view, int u, int v) {
   block_hidden_m_[i] = 0;
   const float q = block_inverse_[i];
   if (q == 0) return;
-  const float bend = kDepthPreprocess.crease_sigmas * view.noise_scale * second_difference_sigma(q);
+  const float bend = kDepthPreprocess.crease_sigmas * view.noise_scale * second_difference_sigma(q, noise_);
   const float by_u = slope(&block_inverse_[i], 1, u, blocks_x_ - 1 - u, bend);
   const float by_v = slope(&block_inverse_[i], blocks_x_, v, blocks_y_ - 1 - v, bend);
   set_plane(view, i, q, by_u, by_v);
@@ -293,12 +295,12 @@ void DepthPreprocessor::set_plane(PreparedDepth& view, std::size_t i, float q, f
   const float facing = std::min(q * distance * block_rays_.inverse_length[i], 1.0f);
   if (!(facing >= kDepthPreprocess.min_facing)) return;  // also for unknown slopes (NaN)
   PreparedDepth::Block& block = view.blocks[i];
-  // depth_sigma_m(1 / q, acos(facing)) with the angular term from the table.
-  const float sigma =
-      axial_sigma_m(1 / q) + 0.0001f * std::sqrt(q) * oblique_[static_cast<std::size_t>(facing * kObliqueSteps)];
+  // DepthNoise::sigma_m(1 / q, acos(facing)) with the angular term from the table.
+  const float root = std::sqrt(q), grown = noise_.oblique_grows ? 1 / (q * root) : root;
+  const float sigma = noise_.axial_sigma_m(1 / q) + grown * oblique_[static_cast<std::size_t>(facing * kObliqueSteps)];
   block.normal = distance * Eigen::Vector3f(a, b, c);
   block.distance_m = distance;
-  block.weight = kMinVariance / (sigma * sigma);
+  block.weight = std::min(kMinVariance / (sigma * sigma), 1.0f);
   block.facing = facing;
   view.planes[i] = Simd4{a, b, c, distance};
   view.plane_weights[i] = block.weight;
@@ -310,8 +312,8 @@ void DepthPreprocessor::set_plane(PreparedDepth& view, std::size_t i, float q, f
 [[gnu::always_inline]] inline void DepthPreprocessor::fit_eight_planes(PreparedDepth& view, int u, int v) {
   const std::size_t i = static_cast<std::size_t>(v) * blocks_x_ + u;
   const Simd8 q = load8(&block_inverse_[i]);
-  const Simd8 bend = kDepthPreprocess.crease_sigmas * view.noise_scale * second_difference_sigma(q);
-  const Simd8 max_step = max_surface_step(q, 2, focal_);
+  const Simd8 bend = kDepthPreprocess.crease_sigmas * view.noise_scale * second_difference_sigma(q, noise_);
+  const Simd8 max_step = max_surface_step(q, 2, focal_, noise_);
   // `slope` for eight blocks, along u or v.
   const auto slopes = [&](std::ptrdiff_t step) __attribute__((always_inline)) {
     const Simd8 back = load8(&block_inverse_[i] - step), ahead = load8(&block_inverse_[i] + step);
@@ -339,8 +341,9 @@ void DepthPreprocessor::set_plane(PreparedDepth& view, std::size_t i, float q, f
   const auto oblique_at = [&](int lane) { return oblique_[static_cast<std::size_t>(step[lane])]; };
   const Simd8 oblique = {oblique_at(0), oblique_at(1), oblique_at(2), oblique_at(3),
                          oblique_at(4), oblique_at(5), oblique_at(6), oblique_at(7)};
-  const Simd8 sigma = axial_sigma_m(1 / q) + 0.0001f * sqrt(q) * oblique;
-  const Simd8 weights = select(known, kMinVariance / (sigma * sigma), Simd8{});
+  const Simd8 root = sqrt(q), grown = noise_.oblique_grows ? 1 / (q * root) : root;
+  const Simd8 sigma = noise_.axial_sigma_m(1 / q) + grown * oblique;
+  const Simd8 weights = select(known, min(kMinVariance / (sigma * sigma), broadcast8(1)), Simd8{});
   store(&view.plane_weights[i], weights);
   const Simd8 facings = select(known, facing, Simd8{});
   const Simd8 low_q = max(q - kToCorner_px * (abs(by_u) + abs(by_v)), 0.5f * q);
@@ -478,9 +481,10 @@ void DepthPreprocessor::measure_noise(PreparedDepth& view) const {
   for (int v = 0; v < blocks_y_; v += 3)
     for (int u = 1; u + 1 < blocks_x_; u += 3) {
       const float* q = &block_inverse_[static_cast<std::size_t>(v) * blocks_x_ + u];
-      if (q[-1] == 0 || q[0] == 0 || q[1] == 0 || std::abs(q[1] - q[-1]) > max_surface_step(q[0], 4, focal_)) continue;
+      if (q[-1] == 0 || q[0] == 0 || q[1] == 0 || std::abs(q[1] - q[-1]) > max_surface_step(q[0], 4, focal_, noise_))
+        continue;
       // E|x| = 0.8 σ for a Gaussian.
-      sum += static_cast<double>(std::abs(q[-1] - 2 * q[0] + q[1]) / (0.8f * second_difference_sigma(*q)));
+      sum += static_cast<double>(std::abs(q[-1] - 2 * q[0] + q[1]) / (0.8f * second_difference_sigma(*q, noise_)));
       ++count;
     }
   view.noise_scale = count > 0 ? static_cast<float>(sum / count) : 0.0f;

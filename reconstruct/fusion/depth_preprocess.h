@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "capture/camera/camera_model.h"
+#include "capture/camera/depth_noise.h"
 #include "capture/image.h"
 #include "reconstruct/math/simd4.h"
 
@@ -18,7 +19,7 @@ struct PreparedDepth {
   struct Block {
     Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< unit, camera frame, away from the camera
     float distance_m = 0;                              ///< of the plane: normal · p = distance_m
-    float weight = 0;                                  ///< (smallest σ / σ)², at most 1; 0 = no plane
+    float weight = 0;                                  ///< (kMinDepthSigma_m / σ)², at most 1; 0 = no plane
     float facing = 0;                                  ///< cosine of incidence
     std::int32_t jump = -1;                            ///< the closest jump in depth within reach; −1 = none
   };
@@ -81,13 +82,14 @@ class DepthPreprocessor {
  public:
   /// `wide` false: without vectors of eight floats, as on processors that lack them; the result is bit-identical.
   DepthPreprocessor(const capture::CameraModel& camera, double voxel_m, double truncation_m, double far_m,
-                    bool wide = true);
+                    bool wide = true, const capture::DepthNoise& noise = {});
   /// `depth_m` has the camera's size. Reuses the buffers of `view`.
   void prepare(const capture::Image<float>& depth_m, PreparedDepth& view);
   /// x/z, y/z of a pixel's centre; NaN where the lens model has no ray.
   const Eigen::Vector2f& ray(std::int32_t pixel) const { return rays_[static_cast<std::size_t>(pixel)]; }
   const std::vector<Eigen::Vector2f>& rays() const { return rays_; }
   float focal() const { return focal_; }
+  const capture::DepthNoise& noise() const { return noise_; }
 
  private:
   void average_blocks(const PreparedDepth& view, int first_v, int end_v);
@@ -110,6 +112,7 @@ class DepthPreprocessor {
 
   int width_, height_, blocks_x_, blocks_y_;
   float focal_, voxel_m_, truncation_m_, far_m_;
+  capture::DepthNoise noise_;
   bool wide_;
   static constexpr int kObliqueSteps = 256;
   std::array<float, kObliqueSteps + 1> oblique_{};  ///< angular part of the noise, by cosine of incidence

@@ -62,7 +62,7 @@ struct FusionLevel::State {
         weight_cap(static_cast<float>(settings.weight_cap)),
         map(session.color.model),
         preprocessor(session.color.model, settings.voxel_m, settings.voxel_m * settings.truncation_voxels,
-                     scope.depth_to_m),
+                     scope.depth_to_m, true, session.depth_noise()),
         surfaces(session, voxel_m) {
     set_max_memory(settings.max_memory_mb);
   }

@@ -137,7 +137,8 @@ bool DepthLookup::visible_at(const Eigen::Vector2f& pixel, const PreparedDepth::
   const float inverse_depth = view_.inverse_depth[static_cast<std::size_t>(at)];
   if (inverse_depth == 0) return false;
   const float difference_m = block.normal.dot(surface(at)) - distance_m;
-  return std::abs(difference_m) < 0.5f * voxel_m_ + kDepthLookup.noise_sigmas * axial_sigma_m(1 / inverse_depth);
+  return std::abs(difference_m) <
+         0.5f * voxel_m_ + kDepthLookup.noise_sigmas * preprocessor_.noise().axial_sigma_m(1 / inverse_depth);
 }
 
 /// The block whose plane contains a pixel next to a jump, of the 3 × 3 blocks around; null for a pixel between
@@ -158,7 +159,8 @@ std::int32_t DepthLookup::find_plane_block(int u, int v) const {
   const float inverse_depth = view_.inverse_depth[static_cast<std::size_t>(pixel)];
   const Eigen::Vector3f ray = preprocessor_.ray(pixel).homogeneous();
   float min_difference = inverse_depth * (kDepthLookup.max_slope_change * 2 / preprocessor_.focal() +
-                                          kDepthLookup.noise_sigmas * axial_sigma_m(1 / inverse_depth) * inverse_depth);
+                                          kDepthLookup.noise_sigmas *
+                                              preprocessor_.noise().axial_sigma_m(1 / inverse_depth) * inverse_depth);
   std::int32_t best = -1;
   for (int y = std::max((v >> 1) - 1, 0); y <= std::min((v >> 1) + 1, view_.blocks_y - 1); ++y)
     for (int x = std::max((u >> 1) - 1, 0); x <= std::min((u >> 1) + 1, view_.blocks_x - 1); ++x) {

@@ -11,7 +11,6 @@
 #include "capture/frame.h"
 #include "reconstruct/fusion/depth_preprocess.h"
 #include "reconstruct/fusion/parameters.h"
-#include "reconstruct/math/depth_noise.h"
 #include "reconstruct/math/simd4.h"
 
 namespace lumigraft::reconstruct {
@@ -64,7 +63,8 @@ class DepthLookup {
         voxel_m_(voxel_m),
         truncation_m_(truncation_m),
         shell_m_(shell_m),
-        steady_depth_m_(max_depth_m(kDepthLookup.steady_voxels * voxel_m / std::max(view.noise_scale, 1e-6f))) {}
+        steady_depth_m_(preprocessor.noise().max_depth_m(kDepthLookup.steady_voxels * voxel_m /
+                                                         std::max(view.noise_scale, 1e-6f))) {}
 
   /// A voxel outside the image is not observed if it is deeper than this, or more pixels away from the image.
   float extrapolation_depth_m() const { return steady_depth_m_; }

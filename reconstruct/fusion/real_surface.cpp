@@ -6,7 +6,6 @@
 #include "capture/message_text.h"
 #include "reconstruct/field/real_surface_mesh.h"
 #include "reconstruct/fusion/parameters.h"
-#include "reconstruct/math/depth_noise.h"
 #include "reconstruct/pose/icp.h"
 
 namespace lumigraft::reconstruct {
@@ -24,6 +23,7 @@ bool is_mirror(const capture::RealSurface& surface) {
 
 RealSurfaces::RealSurfaces(const capture::Session& session, float voxel_m)
     : voxel_m_(voxel_m),
+      noise_(session.depth_noise()),
       step_(std::max(1, session.color.model.width / kRealSurface.columns)),
       columns_(session.color.model.width / step_),
       rows_(session.color.model.height / step_) {
@@ -49,7 +49,7 @@ DepthGrid RealSurfaces::sample(const capture::Image<float>& depth_m) const {
     if (!(depth > 0) || depth > kRealSurface.far_m) continue;
     grid.points[i].position = depth * rays_[i];
     const float inverse_depth = 1 / depth;
-    grid.points[i].sigma_m = axial_sigma_m(1 / inverse_depth);  // rounded as where depth is stored inverted
+    grid.points[i].sigma_m = noise_.axial_sigma_m(1 / inverse_depth);  // rounded as where depth is stored inverted
   }
   return grid;
 }

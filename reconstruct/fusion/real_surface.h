@@ -56,6 +56,7 @@ class RealSurfaces {
   Observation observe(const Model& model, const DepthGrid& grid, const Eigen::Isometry3d& T_model_camera) const;
 
   float voxel_m_;
+  capture::DepthNoise noise_;
   int step_, columns_, rows_;
   std::vector<Eigen::Vector3f> rays_;  ///< of every step-th pixel, z = 1; 0 where the lens model has no ray
   std::vector<Model> models_;

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "reconstruct/fusion/parameters.h"
-#include "reconstruct/math/depth_noise.h"
 
 namespace lumigraft::reconstruct {
 namespace {
@@ -43,7 +42,8 @@ class Regression {
 
 }  // namespace
 
-std::optional<SteepPlane> steep_plane_at(const PreparedDepth& view, int u, int v, float focal) {
+std::optional<SteepPlane> steep_plane_at(const PreparedDepth& view, int u, int v, float focal,
+                                         const capture::DepthNoise& noise) {
   constexpr int kWindow = kSteepPlane.window_px;
   const int left = u - kBefore, top = v - kBefore;
   if (left < 0 || top < 0 || left + kWindow > view.width || top + kWindow > view.height) return std::nullopt;
@@ -73,7 +73,7 @@ std::optional<SteepPlane> steep_plane_at(const PreparedDepth& view, int u, int v
 
   // What the noise of depth explains at this incidence.
   const float tangent = slope * focal / fit[0];
-  const auto sigma_m = static_cast<float>(depth_sigma_m(1 / static_cast<double>(fit[0]), std::atan(tangent)));
+  const auto sigma_m = static_cast<float>(noise.sigma_m(1 / static_cast<double>(fit[0]), std::atan(tangent)));
   const float sigma = std::max(view.noise_scale, 1.0f) * sigma_m * fit[0] * fit[0];
   float misfit = 0;
   each([&](float x, float y, float q) { misfit += std::pow(q - fit[0] - fit[1] * x - fit[2] * y, 2.0f); });

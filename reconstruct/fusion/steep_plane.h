@@ -11,6 +11,7 @@ namespace lumigraft::reconstruct {
 /// nearly zero. Examined in a window around the block of 2 × 2 pixels whose first pixel is (u, v).
 /// @return empty if that is no steep plane: a jump, an edge, too little measured, or more difference than noise
 /// explains
-std::optional<SteepPlane> steep_plane_at(const PreparedDepth& view, int u, int v, float focal);
+std::optional<SteepPlane> steep_plane_at(const PreparedDepth& view, int u, int v, float focal,
+                                         const capture::DepthNoise& noise);
 
 }  // namespace lumigraft::reconstruct

@@ -6,7 +6,6 @@
 #include <cstdlib>
 
 #include "reconstruct/kept_room/parameters.h"
-#include "reconstruct/math/depth_noise.h"
 
 namespace lumigraft::reconstruct {
 namespace {
@@ -28,7 +27,7 @@ RoomCheck::Points RoomCheck::count(const DistanceField& kept, const DepthGrid& g
     const auto hit = kept.raycast(from_m, (seen_m - from_m).normalized(), kCheck.near_m, kCheck.far_m);
     if (!hit) continue;
     const float away_m = std::abs(hit->normal.dot(seen_m - hit->position_m));
-    const bool on_surface = away_m < kept.truncation_m + kCheck.noise_sigmas * axial_sigma_m(z);
+    const bool on_surface = away_m < kept.truncation_m + kCheck.noise_sigmas * noise_.axial_sigma_m(z);
     all.add(on_surface);
     if (std::max(std::abs(seen_m.z()), std::abs(hit->position_m.z())) > kCheck.near_plane_m) telling.add(on_surface);
   }

@@ -12,7 +12,8 @@ namespace lumigraft::reconstruct {
 
 class RoomCheck {
  public:
-  explicit RoomCheck(const capture::CameraModel& camera) : sampler_(camera) {}
+  explicit RoomCheck(const capture::CameraModel& camera, const capture::DepthNoise& noise = {})
+      : sampler_(camera, noise), noise_(noise) {}
 
   enum class Verdict { undecided, same, another };
   /// Compares a depth image with the kept surfaces that its rays meet first. Where both are in the plane of the tag,
@@ -36,6 +37,7 @@ class RoomCheck {
   Points count(const DistanceField& kept, const DepthGrid& grid, const Eigen::Isometry3f& T_tag_camera) const;
 
   DepthSampler sampler_;
+  capture::DepthNoise noise_;
   Points points_;
   std::int64_t last_ns_ = 0;
   int looks_ = 0, told_ = 0, contradictions_ = 0;  ///< images compared, those with enough points, contradicting ones

@@ -17,7 +17,9 @@
 #include "capture/message_text.h"
 #include "reconstruct/kept_room/atomic_file.h"
 #include "reconstruct/kept_room/brick_codec.h"
+#include "reconstruct/kept_room/lamp_codec.h"
 #include "reconstruct/kept_room/parameters.h"
+#include "reconstruct/lamps/parameters.h"
 #include "reconstruct/pose/keyframe_file.h"
 
 namespace lumigraft::reconstruct {
@@ -27,21 +29,21 @@ using capture::formatted;
 using capture::InputError;
 
 constexpr std::array<char, 8> kMagic = {'L', 'U', 'M', 'I', 'R', 'O', 'O', 'M'};
-constexpr std::uint32_t kRoomFormat = 1;
+constexpr std::uint32_t kRoomFormat = 2;
 constexpr std::size_t kMaxName_bytes = 1024;
 
-enum Kind : std::uint32_t { kField, kCoarseField, kAlbedo, kKinds };
-constexpr std::array<const char*, kKinds> kKindNames = {"field", "coarse field", "albedo"};
+enum Kind : std::uint32_t { kField, kCoarseField, kAlbedo, kLamps, kKinds };
+constexpr std::array<const char*, kKinds> kKindNames = {"field", "coarse field", "albedo", "lamps"};
 
 /// Numbers one after the other.
 struct Sizes {
   double voxel_m = 0, truncation_m = 0;
-  std::array<std::uint64_t, kKinds> bricks{};
+  std::array<std::uint64_t, kKinds> counts{};  ///< of bricks; of lamps
 };
-static_assert(sizeof(Sizes) == 40);
+static_assert(sizeof(Sizes) == 48);
 
 struct ChunkHead {
-  std::uint32_t kind = 0, bricks = 0, bytes = 0;
+  std::uint32_t kind = 0, count = 0, bytes = 0;
 };
 static_assert(sizeof(ChunkHead) == 12);
 
@@ -65,17 +67,20 @@ KeyedBricks<Brick> in_order_of_distance(const BrickMap<Brick>& bricks) {
   return result;
 }
 
+void write_chunk(AtomicFile& out, Kind kind, std::size_t count, const Bytes& content) {
+  const ChunkHead head{kind, static_cast<std::uint32_t>(count), static_cast<std::uint32_t>(content.size())};
+  out.write(bytes_of(head));
+  out.write(bytes_of(checksum(bytes_of(head), content)));
+  out.write(content);
+}
+
 template <typename Brick>
 void write_bricks(AtomicFile& out, Kind kind, const KeyedBricks<Brick>& bricks, float parameter) {
   for (std::size_t first = 0; first < bricks.size(); first += kKeptRoom.file.chunk_bricks) {
     const auto begin = bricks.begin() + static_cast<std::ptrdiff_t>(first);
     const std::size_t count = std::min(kKeptRoom.file.chunk_bricks, bricks.size() - first);
-    const Bytes content =
-        encode_bricks(KeyedBricks<Brick>(begin, begin + static_cast<std::ptrdiff_t>(count)), parameter);
-    const ChunkHead head{kind, static_cast<std::uint32_t>(count), static_cast<std::uint32_t>(content.size())};
-    out.write(bytes_of(head));
-    out.write(bytes_of(checksum(bytes_of(head), content)));
-    out.write(content);
+    write_chunk(out, kind, count,
+                encode_bricks(KeyedBricks<Brick>(begin, begin + static_cast<std::ptrdiff_t>(count)), parameter));
   }
 }
 
@@ -140,19 +145,20 @@ Sizes read_head(Reader& in, const capture::Tag& tag, const FusionSettings& setti
   if (!equal(sizes.truncation_m, truncation_m))
     throw InputError(formatted("truncation_m: found %g, allowed: %g", sizes.truncation_m, truncation_m));
   for (std::size_t kind = 0; kind < kKinds; ++kind)
-    if (sizes.bricks[kind] > kKeptRoom.file.max_bricks)
-      throw InputError(formatted("%s: found %ju bricks, allowed: %zu", kKindNames[kind],
-                                 std::uintmax_t{sizes.bricks[kind]}, kKeptRoom.file.max_bricks));
+    if (const std::size_t most = kind == kLamps ? kLampParameters.memory.max_kept : kKeptRoom.file.max_bricks;
+        sizes.counts[kind] > most)
+      throw InputError(formatted("%s: found %ju%s, allowed: %zu", kKindNames[kind], std::uintmax_t{sizes.counts[kind]},
+                                 kind == kLamps ? "" : " bricks", most));
   return sizes;
 }
 
-/// The content of the next chunk of this kind; `left`: bricks of this kind that have not come yet.
+/// The content of the next chunk of this kind; `left`: how many of this kind have not come yet.
 Bytes read_chunk(Reader& in, Kind kind, std::uint64_t left, ChunkHead& head) {
   head = in.read<ChunkHead>();
   const std::uint32_t found = in.read<std::uint32_t>();
   const std::uint64_t most = std::min<std::uint64_t>(left, kKeptRoom.file.chunk_bricks);
-  if (head.kind != kind || head.bricks == 0 || head.bricks > most)
-    throw InputError(formatted("found kind %u with %u bricks, allowed: kind %u with 1 to %ju", head.kind, head.bricks,
+  if (head.kind != kind || head.count == 0 || head.count > most)
+    throw InputError(formatted("found kind %u with %u, allowed: kind %u with 1 to %ju", head.kind, head.count,
                                unsigned{kind}, std::uintmax_t{most}));
   if (head.bytes > in.left())
     throw InputError(
@@ -167,21 +173,21 @@ Bytes read_chunk(Reader& in, Kind kind, std::uint64_t left, ChunkHead& head) {
 
 /// Calls `add(bytes, count)` with the content of each chunk of this kind.
 template <typename Add>
-void read_bricks(Reader& in, Kind kind, std::uint64_t count, const Add& add) {
+void read_chunks(Reader& in, Kind kind, std::uint64_t count, const Add& add) {
   for (std::uint64_t done = 0; done < count;) {
     const std::string where = formatted("%s, chunk at byte %ju", kKindNames[kind], in.at());
     capture::with_error_context(where, [&] {
       ChunkHead head;
       const Bytes content = read_chunk(in, kind, count - done, head);
-      add(content, std::size_t{head.bricks});
-      done += head.bricks;
+      add(content, std::size_t{head.count});
+      done += head.count;
     });
   }
 }
 
 void read_field(Reader& in, Kind kind, std::uint64_t count, double max_mb, DistanceField& field) {
   const auto limit = static_cast<std::size_t>(1e6 * max_mb) / sizeof(FieldBrick);
-  read_bricks(in, kind, count, [&](const Bytes& content, std::size_t bricks) {
+  read_chunks(in, kind, count, [&](const Bytes& content, std::size_t bricks) {
     for (auto& [key, brick] : decode_field_bricks(content, bricks, field.truncation_m)) {
       capture::refuse_if(field.bricks.contains(key), formatted("found brick %d %d %d twice", key[0], key[1], key[2]));
       if (field.bricks.size() < limit) field.bricks.emplace(key, std::move(brick));
@@ -202,17 +208,20 @@ KeptRoom read(const std::filesystem::path& file, const capture::Tag& tag, const 
   const Sizes sizes = read_head(in, tag, settings);
   KeptRoom room;
   room.field = empty_field(settings.voxel_m, settings.truncation_voxels);
-  read_field(in, kField, sizes.bricks[kField], settings.max_memory_mb, room.field);
+  read_field(in, kField, sizes.counts[kField], settings.max_memory_mb, room.field);
   DistanceField coarse = empty_field(kCoarse.voxels * settings.voxel_m, settings.truncation_voxels);
-  read_field(in, kCoarseField, sizes.bricks[kCoarseField], kCoarse.memory * settings.max_memory_mb, coarse);
+  read_field(in, kCoarseField, sizes.counts[kCoarseField], kCoarse.memory * settings.max_memory_mb, coarse);
   if (!coarse.bricks.empty()) room.field.coarse = std::make_shared<const DistanceField>(std::move(coarse));
   auto albedo = std::make_shared<AlbedoField>();
   albedo->voxel_m = room.field.voxel_m;
-  read_bricks(in, kAlbedo, sizes.bricks[kAlbedo], [&](const Bytes& content, std::size_t bricks) {
+  read_chunks(in, kAlbedo, sizes.counts[kAlbedo], [&](const Bytes& content, std::size_t bricks) {
     for (auto& [key, brick] : decode_albedo_bricks(content, bricks))
       if (room.field.brick(key)) albedo->bricks.emplace(key, std::move(brick));
   });
   if (!albedo->bricks.empty()) room.albedo = std::move(albedo);
+  read_chunks(in, kLamps, sizes.counts[kLamps], [&](const Bytes& content, std::size_t count) {
+    for (const KeptLamp& lamp : decode_lamps(content, count)) room.lamps.push_back(lamp);
+  });
   if (in.left() > 0) throw InputError(formatted("found %ju bytes after the last chunk, allowed: none", in.left()));
   return room;
 }
@@ -227,7 +236,8 @@ std::uintmax_t write_room(const std::filesystem::path& file, const KeptRoom& roo
   if (room.albedo) albedo = in_order_of_distance(room.albedo->bricks);
   // Of surface that was evicted meanwhile albedo is not kept either: this bounds the size.
   std::erase_if(albedo, [&](const auto& entry) { return !room.field.brick(entry.first); });
-  const Sizes sizes{room.field.voxel_m, room.field.truncation_m, {fine.size(), coarse.size(), albedo.size()}};
+  const Sizes sizes{
+      room.field.voxel_m, room.field.truncation_m, {fine.size(), coarse.size(), albedo.size(), room.lamps.size()}};
   const std::string world = world_name(tag);
 
   Bytes head(kMagic.begin(), kMagic.end());
@@ -242,6 +252,7 @@ std::uintmax_t write_room(const std::filesystem::path& file, const KeptRoom& roo
   write_bricks(out, kField, fine, room.field.truncation_m);
   write_bricks(out, kCoarseField, coarse, room.field.coarse ? room.field.coarse->truncation_m : 0);
   write_bricks(out, kAlbedo, albedo, room.albedo_error);
+  if (!room.lamps.empty()) write_chunk(out, kLamps, room.lamps.size(), encode_lamps(room.lamps));
   out.commit();
   return out.size();
 }

@@ -2,18 +2,19 @@
 // A kept room as a file, so that a restart knows it. Numbers are little-endian.
 //
 //   "LUMIROOM"                           8 bytes
-//   format                               u32, 1
+//   format                               u32, 2
 //   length of what follows               u32
 //     voxel_m, truncation_m              f64 each
 //     bricks: field, coarse, albedo      u64 each
+//     lamps                              u64
 //     world_name                         the rest
 //   CRC-32 of all this                   u32
-//   chunks until all bricks have come:
-//     kind                               u32: 0 field, 1 coarse field, 2 albedo; in this order
-//     bricks                             u32, 1 to 256
+//   chunks until all bricks and lamps have come:
+//     kind                               u32: 0 field, 1 coarse field, 2 albedo, 3 lamps; in this order
+//     bricks or lamps                    u32, 1 to 256
 //     length of the content              u32
 //     CRC-32 of these three and of the content
-//     content                            brick_codec.h
+//     content                            brick_codec.h, lamp_codec.h
 //
 // Field bricks near the tag come first.
 #include <cstdint>

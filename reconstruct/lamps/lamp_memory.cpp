@@ -49,24 +49,42 @@ Eigen::RowVectorXd intensity_slope(const PointLight& light, const LampShape& sha
   return slope;
 }
 
+bool same_place(const KeptLamp& kept, const Eigen::Vector3f& probe_m, const PointLight& light) {
+  const Eigen::Vector3f way = kept.position_m - probe_m;
+  const float angular_radius_rad = std::atan(kept.radius_m / way.norm());
+  return way.normalized().dot(light.direction) > kMemory.same_direction &&
+         std::abs(light.angular_radius_rad - angular_radius_rad) < kMemory.same_size * angular_radius_rad;
+}
+
 }  // namespace
+
+const KeptLamp* LampMemory::kept_at(const Eigen::Vector3f& probe_m, const PointLight& light) const {
+  const auto found =
+      std::find_if(kept_.begin(), kept_.end(), [&](const KeptLamp& kept) { return same_place(kept, probe_m, light); });
+  return found == kept_.end() ? nullptr : &*found;
+}
 
 std::optional<LampPrior> LampMemory::prior(const ShadingModel& model, const std::vector<LampShape>& shapes) const {
   const auto size = static_cast<Eigen::Index>(kUnknownsPerLamp * shapes.size());
   LampPrior prior{Eigen::VectorXd::Zero(size), Eigen::MatrixXd::Zero(size, size)};
   std::vector<Eigen::Index> from, to;
+  bool any = false;
   for (std::size_t lamp = 0; lamp < shapes.size(); ++lamp) {
     const PointLight& light = model.light(lamp);
     const LampShape& shape = shapes[lamp];
     const auto was = std::find_if(lamps_.begin(), lamps_.end(), [&](const Lamp& l) {
       return same_shape(l.shape, shape) && (same_lamp(l.light, light) || carried(l.light, light));
     });
-    if (was == lamps_.end()) continue;
     const auto at = static_cast<Eigen::Index>(kUnknownsPerLamp * lamp);
+    if (was == lamps_.end()) {
+      any |= add_kept(model, light, shape, at, prior);
+      continue;
+    }
     const Eigen::Index of = kUnknownsPerLamp * (was - lamps_.begin());
     if (carried(was->light, light)) {
       if (shape.far || model.placed(lamp)) continue;
       add_intensity(light, shape, *was, of, at, prior);
+      any = true;
       continue;
     }
     prior.mean[at] = was->shape.inverse_distance;
@@ -80,10 +98,19 @@ std::optional<LampPrior> LampMemory::prior(const ShadingModel& model, const std:
       from.push_back(of + i);
     }
   }
-  if (from.empty() && prior.intensities.empty()) return std::nullopt;
-  if (from.empty()) return prior;
-  prior.information(to, to) = kMemory.kept * covariance_(from, from).inverse();
+  if (from.empty() && !any) return std::nullopt;
+  if (!from.empty()) prior.information(to, to) = kMemory.kept * covariance_(from, from).inverse();
   return prior;
+}
+
+bool LampMemory::add_kept(const ShadingModel& model, const PointLight& light, const LampShape& shape, Eigen::Index at,
+                          LampPrior& prior) const {
+  const KeptLamp* kept = kept_at(model.probe_m(), light);
+  if (!kept || shape.far || kept->flat != shape.flat || kept->beam != shape.beam) return false;
+  prior.mean[at] = 1 / static_cast<double>((kept->position_m - model.probe_m()).norm());
+  const double sigma = prior.mean[at] * std::hypot(double{kept->distance_log_sigma}, double{kMemory.kept_log_sigma});
+  prior.information(at, at) = 1 / (sigma * sigma);
+  return true;
 }
 
 /// The intensity of a lamp that was carried, linearized at the distance that it implies.
@@ -110,6 +137,11 @@ void LampMemory::keep(const ShadingModel& model, const LampPosterior& posterior)
   lamps_.clear();
   for (std::size_t lamp = 0; lamp < posterior.shapes.size(); ++lamp)
     lamps_.push_back({model.light(lamp), posterior.shapes[lamp], model.normal(lamp, posterior.shapes[lamp])});
+  // From here on the posterior has what these say.
+  std::erase_if(kept_, [&](const KeptLamp& kept) {
+    return std::any_of(lamps_.begin(), lamps_.end(),
+                       [&](const Lamp& lamp) { return same_place(kept, model.probe_m(), lamp.light); });
+  });
   misfit_ = posterior.misfit;
   covariance_ = posterior.with_prior.inverse();
 }

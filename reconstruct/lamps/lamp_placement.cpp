@@ -83,8 +83,8 @@ class LampSearch {
   }
 
   /// Without earlier estimates.
-  LampPosterior search(const Eigen::Vector3f& probe) {
-    start(probe);
+  LampPosterior search(const Eigen::Vector3f& probe, const LampMemory& memory) {
+    start(probe, memory);
     if (has_clipped(model_)) {
       start_gains();
       adopt(solve_lamps(model_, pairs_, paper_, shapes_, Search::rough));
@@ -212,8 +212,8 @@ class LampSearch {
     return std::max(kSearch.fine_reach * inverse_distance, kSearch.min_fine_reach);
   }
 
-  /// Lamps at the usual height; a panel faces the probe, the floor or the tag.
-  void start(const Eigen::Vector3f& probe) {
+  /// Lamps at the usual height, or where they were kept; a panel faces the probe, the floor or the tag.
+  void start(const Eigen::Vector3f& probe, const LampMemory& memory) {
     for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
       if (model_.placed(lamp))
         model_.tabulate(lamp, {model_.inverse_distance_of(model_.light(lamp))}, 1);
@@ -228,6 +228,8 @@ class LampSearch {
       LampShape& shape = shapes_[lamp];
       shape = {};
       shape.inverse_distance = usual_inverse_distance(model_.light(lamp));
+      if (const KeptLamp* kept = memory.kept_at(probe, model_.light(lamp)))
+        shape.inverse_distance = 1 / static_cast<double>((kept->position_m - probe).norm());
       shape.flat = model_.light(lamp).squareness > kSearch.quadrilateral;
       if (shape.flat) shape.tilt = model_.tilt_of(lamp, facing_[lamp].back());
       if (model_.placed(lamp)) set_from_tag(lamp);
@@ -510,7 +512,7 @@ std::vector<LampEstimate> locate_lamps(const IrradianceModel& room, const Illumi
     if (const auto found = near.solve_near(before, memory)) return near.estimates(*found);
   }
   LampSearch coarse = search_on(kSearch.stride);
-  const LampPosterior found = coarse.search(illumination.probe_position_m);
+  const LampPosterior found = coarse.search(illumination.probe_position_m, memory);
   if (how == Search::rough) return coarse.estimates(found);
   LampSearch fine = search_on(1);
   return fine.estimates(fine.solve_from(found.shapes, memory));

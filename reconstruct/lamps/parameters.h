@@ -108,6 +108,11 @@ struct LampParameters {
     /// of elevation (ENERGY STAR, omnidirectional lamps); and per radian of direction, by a hand that turns it.
     double flux_log_sigma = 0.01, raised_slope = 0.13, turned_slope = 0.03;
     double changed_sigmas = 3.3;  ///< beyond which an intensity probably changed: 0.1 % of normal variates exceed it
+    /// Places that an earlier run of the program found. A lamp that was carried along its direction by so much differs
+    /// in size by as much.
+    float same_size = 0.15f;       ///< relative change of the angular radius
+    float kept_log_sigma = 0.05f;  ///< added to that of a kept distance: errors that both runs share
+    std::size_t max_kept = 64;     ///< also of lamps that did not shine in this run
   } memory;
 
   struct Reflections {

@@ -33,6 +33,7 @@ class ShadingModel {
   ShadingModel(const IrradianceModel& room, const Illumination& illumination, const std::vector<SurfaceSample>& samples,
                const std::vector<Eigen::Vector3f>& gathered);
 
+  const Eigen::Vector3f& probe_m() const { return probe_; }
   std::size_t lamps() const { return lights_.size(); }
   std::size_t samples() const { return samples_.size(); }
   const SurfaceSample& sample(std::size_t i) const { return samples_[i]; }

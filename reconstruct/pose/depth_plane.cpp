@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "capture/message_text.h"
-#include "reconstruct/math/depth_noise.h"
 #include "reconstruct/pose/parameters.h"
 
 namespace lumigraft::reconstruct {
@@ -51,7 +50,7 @@ std::vector<PlaneSample> samples_in(const capture::Image<float>& depth_m, const 
 }  // namespace
 
 std::optional<SurroundingPlane> plane_around(const capture::Image<float>& depth_m, const capture::CameraModel& camera,
-                                             const TagCorners& corners) {
+                                             const TagCorners& corners, const capture::DepthNoise& depth_noise) {
   const auto inside_tag = plane_inside(depth_m, camera, corners);
   if (!inside_tag) return std::nullopt;
   Vector3d plane = inside_tag->inverse_depth;
@@ -72,7 +71,8 @@ std::optional<SurroundingPlane> plane_around(const capture::Image<float>& depth_
     for (const PlaneSample& sample : samples) {
       const double z = 1 / sample.inverse_depth, residual = plane.dot(sample.ray) - sample.inverse_depth;
       // Noise of the pixel, and of the plane that is continued to it.
-      const double noise = pixel_noise.value_or(static_cast<double>(axial_sigma_m(static_cast<float>(z))) / (z * z));
+      const double noise =
+          pixel_noise.value_or(static_cast<double>(depth_noise.axial_sigma_m(static_cast<float>(z))) / (z * z));
       const double continued = angle_sigma_rad * plane.norm() * (sample.ray - middle_ray).norm();
       if (std::abs(residual) > kSurroundingPlane.gate_sigmas * std::hypot(noise, continued)) continue;
       moments += sample.ray * sample.ray.transpose();

@@ -25,7 +25,7 @@ struct SurroundingPlane {
 
 /// Empty if depth inside the corners is no plane.
 std::optional<SurroundingPlane> plane_around(const capture::Image<float>& depth_m, const capture::CameraModel& camera,
-                                             const TagCorners& corners);
+                                             const TagCorners& corners, const capture::DepthNoise& noise = {});
 
 /// Robust least-squares plane through the depth inside the corners. Empty if too few pixels have depth on one plane.
 std::optional<DepthPlane> plane_inside(const capture::Image<float>& depth_m, const capture::CameraModel& camera,

@@ -4,21 +4,15 @@
 #include <cmath>
 #include <limits>
 
-#include "reconstruct/math/depth_noise.h"
 #include "reconstruct/pose/parameters.h"
 
 namespace lumigraft::reconstruct {
-namespace {
 
 using Eigen::Vector2f;
 using Eigen::Vector3f;
 
-/// Largest difference, due to noise, between twice the middle of three points on a plane and the sum of the others.
-float rim_m(float z) { return kDepthPoints.rim_sigmas * axial_sigma_m(z); }
-
-}  // namespace
-
-DepthSampler::DepthSampler(const capture::CameraModel& camera) : camera_(camera) {
+DepthSampler::DepthSampler(const capture::CameraModel& camera, const capture::DepthNoise& noise)
+    : camera_(camera), noise_(noise) {
   step_ = std::max(1, (camera.width + kDepthPoints.columns / 2) / kDepthPoints.columns);
   columns_ = camera.width / step_;
   rows_ = camera.height / step_;
@@ -31,6 +25,9 @@ DepthSampler::DepthSampler(const capture::CameraModel& camera) : camera_(camera)
                                                       : Vector2f(kNaN, kNaN));
     }
 }
+
+/// What noise makes of the difference between twice the middle of three points on a plane and the sum of the others.
+float DepthSampler::rim_m(float z) const { return kDepthPoints.rim_sigmas * noise_.axial_sigma_m(z); }
 
 DepthGrid DepthSampler::sample(const capture::Image<float>& depth_m) const {
   if (depth_m.width != camera_.width || depth_m.height != camera_.height) return {};
@@ -57,7 +54,7 @@ DepthGrid DepthSampler::sample(const capture::Image<float>& depth_m) const {
       if (count < kDepthPoints.min_pixels) continue;  // a rim, or flying pixels
       const float z = sum / static_cast<float>(count);
       grid.points[i].position = {rays_[i].x() * z, rays_[i].y() * z, z};
-      grid.points[i].sigma_m = axial_sigma_m(z) / std::sqrt(kDepthPoints.independent_pixels);
+      grid.points[i].sigma_m = noise_.axial_sigma_m(z) / std::sqrt(kDepthPoints.independent_pixels);
     }
   for (int r = 1; r + 1 < rows_; ++r)
     for (int c = 1; c + 1 < columns_; ++c) {

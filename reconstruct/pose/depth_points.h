@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "capture/camera/camera_model.h"
+#include "capture/camera/depth_noise.h"
 #include "capture/image.h"
 
 namespace lumigraft::reconstruct {
@@ -25,14 +26,17 @@ struct DepthGrid {
 /// Samples depth images of one camera.
 class DepthSampler {
  public:
-  explicit DepthSampler(const capture::CameraModel& camera);
+  explicit DepthSampler(const capture::CameraModel& camera, const capture::DepthNoise& noise = {});
 
   /// Empty if the image does not have the camera's size.
   DepthGrid sample(const capture::Image<float>& depth_m) const;
   const capture::CameraModel& camera() const { return camera_; }
 
  private:
+  float rim_m(float z) const;  ///< a larger second difference of depth is no surface
+
   capture::CameraModel camera_;
+  capture::DepthNoise noise_;
   int step_ = 1, columns_ = 0, rows_ = 0;
   std::vector<Eigen::Vector2f> rays_;  ///< x/z, y/z; NaN where the lens model has no ray
 };

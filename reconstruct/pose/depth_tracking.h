@@ -16,7 +16,8 @@ namespace lumigraft::reconstruct {
 
 class DepthTracking {
  public:
-  explicit DepthTracking(const capture::CameraModel& camera) : sampler_(camera) {}
+  explicit DepthTracking(const capture::CameraModel& camera, const capture::DepthNoise& noise = {})
+      : sampler_(camera, noise) {}
 
   /// A tag measured this frame's pose. Returns the pose to use: after tracking, the difference between both fades out
   /// within some frames.

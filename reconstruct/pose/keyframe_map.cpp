@@ -9,7 +9,6 @@
 #include <opencv2/core/eigen.hpp>
 #include <utility>
 
-#include "reconstruct/math/depth_noise.h"
 #include "reconstruct/math/rotation_vector.h"
 #include "reconstruct/pose/parameters.h"
 
@@ -53,13 +52,14 @@ std::vector<Vector2f> projected(const Keyframe& view, const Isometry3d& T_tag_ca
 }
 
 void add_sightings(const Keyframe& view, const ViewFeatures& seen, const std::vector<int>& matches,
-                   const capture::CameraModel& camera, std::vector<Sighting>& sightings) {
+                   const capture::CameraModel& camera, const capture::DepthNoise& noise,
+                   std::vector<Sighting>& sightings) {
   for (std::size_t i = 0; i < matches.size(); ++i) {
     if (matches[i] < 0) continue;
     const auto ray = ray_of(camera, seen.pixels[matches[i]]);
     if (!ray) continue;
     const Vector3d point_m = view.points_m[i].cast<double>();
-    const double sigma_m = static_cast<double>(axial_sigma_m(view.points_m[i].z()));
+    const double sigma_m = static_cast<double>(noise.axial_sigma_m(view.points_m[i].z()));
     const double sigma_px =
         std::hypot(static_cast<double>(seen.sigma_px[matches[i]]), static_cast<double>(view.features.sigma_px[i]));
     sightings.push_back({view.pose.T_tag_camera * point_m,
@@ -254,7 +254,7 @@ std::optional<LocatedView> KeyframeMap::locate(const capture::Frame& color,
   } else {
     for (const std::size_t i : candidates(seen, std::nullopt)) {
       std::vector<Sighting> sightings;
-      add_sightings(*views_[i], seen, matched_points(views_[i]->features, seen), camera_, sightings);
+      add_sightings(*views_[i], seen, matched_points(views_[i]->features, seen), camera_, noise_, sightings);
       T_tag_camera = consistent_pose(sightings, error);
       if (T_tag_camera) break;
     }
@@ -268,7 +268,7 @@ std::optional<LocatedView> KeyframeMap::locate(const capture::Frame& color,
     add_sightings(*views_[i], seen,
                   matched_points(views_[i]->features, seen, projected(*views_[i], *T_tag_camera, camera_),
                                  static_cast<float>(reach_px)),
-                  camera_, sightings);
+                  camera_, noise_, sightings);
   if (expected) T_tag_camera = consistent_pose(sightings, error);
   auto result = T_tag_camera ? refined(sightings, *T_tag_camera) : std::nullopt;
   if (!result) return std::nullopt;

@@ -33,7 +33,8 @@ struct LocatedView {
 /// result is empty if too few points agree.
 class KeyframeMap {
  public:
-  explicit KeyframeMap(const capture::CameraModel& color) : camera_(color) {}
+  explicit KeyframeMap(const capture::CameraModel& color, const capture::DepthNoise& noise = {})
+      : camera_(color), noise_(noise) {}
 
   /// Keeps the frame if no kept view is near it. It must have colour and depth on the same pixels.
   void add(const capture::FrameSet& frame, const PoseEstimate& pose);
@@ -53,6 +54,7 @@ class KeyframeMap {
   std::vector<std::size_t> candidates(const ViewFeatures& seen, const std::optional<PoseEstimate>& expected) const;
 
   capture::CameraModel camera_;
+  capture::DepthNoise noise_;
   Views views_;
   std::vector<std::uint64_t> used_;  ///< of each view: value of located_ when it last located the camera
   std::uint64_t located_ = 0;

@@ -39,15 +39,17 @@ struct KnownTag {
 }  // namespace
 
 struct PoseStage::State {
-  State(const capture::Tag& tag, const capture::CameraModel& camera_in, const capture::Response& response)
+  State(const capture::Tag& tag, const capture::CameraModel& camera_in, const capture::Response& response,
+        const capture::DepthNoise& noise)
       : camera(camera_in),
+        depth_noise(noise),
         search(tag, camera_in),
         tag_map(tag),
         moves_exhibit(tag.moves_exhibit),
         moved(tag.extra.size() + 1),
-        tracking(camera_in),
-        rest_check(camera_in),
-        keyframes(camera_in) {
+        tracking(camera_in, noise),
+        rest_check(camera_in, noise),
+        keyframes(camera_in, noise) {
     if (!tag.present()) return;
     const double focal_px = (camera.fx + camera.fy) / 2;
     tags.push_back({tag.id,
@@ -92,6 +94,7 @@ struct PoseStage::State {
   Isometry3d exhibit_place() const { return moves_exhibit ? *tag_map.T_world_tag(0) : Isometry3d::Identity(); }
 
   capture::CameraModel camera;
+  capture::DepthNoise depth_noise;
   TagSearch search;
   std::vector<KnownTag> tags;  ///< the first defines the world frame; none: a surface does
   TagMap tag_map;
@@ -218,7 +221,8 @@ std::vector<TagReading> PoseStage::State::read_tags(const capture::FrameSet& fra
     const TagSighting* nearest = nearest_sighting(sightings, tags[t].id, expected_px);
     if (!nearest) continue;
     TagReading reading{t, tags[t].estimator.estimate(nearest->corners, *frame.color, hints), nearest->corners};
-    const auto surface = frame.depth ? plane_around(frame.depth->depth_m, camera, nearest->corners) : std::nullopt;
+    const auto surface =
+        frame.depth ? plane_around(frame.depth->depth_m, camera, nearest->corners, depth_noise) : std::nullopt;
     for (PoseCandidate& candidate : reading.candidates) tags[t].tilt.correct(candidate, surface);
     if (!reading.candidates.empty()) readings.push_back(std::move(reading));
   }
@@ -509,8 +513,9 @@ void PoseStage::State::keep_view(const capture::FrameSet& frame) {
     keyframes.add(frame, {last->T_tag_camera_raw, last->covariance});
 }
 
-PoseStage::PoseStage(const capture::Tag& tag, const capture::CameraModel& color, const capture::Response& response)
-    : state_(std::make_unique<State>(tag, color, response)) {}
+PoseStage::PoseStage(const capture::Tag& tag, const capture::CameraModel& color, const capture::Response& response,
+                     const capture::DepthNoise& noise)
+    : state_(std::make_unique<State>(tag, color, response, noise)) {}
 
 PoseStage::~PoseStage() = default;
 

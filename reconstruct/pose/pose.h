@@ -43,7 +43,7 @@ class PoseStage {
  public:
   /// `response` linearises encoded images. Throws InputError for a family or id that does not exist.
   PoseStage(const capture::Tag& tag, const capture::CameraModel& color,
-            const capture::Response& response = capture::Response::srgb());
+            const capture::Response& response = capture::Response::srgb(), const capture::DepthNoise& noise = {});
   ~PoseStage();
 
   /// How long a pose may be used after anything was last seen.

@@ -20,7 +20,8 @@ bool tag_moved_alone(const PoseEstimate& by_tag, const PoseEstimate& by_depth, c
 /// Compares poses over several frames: from one frame to the next a slow tag moves by less than noise.
 class RestCheck {
  public:
-  explicit RestCheck(const capture::CameraModel& camera) : sampler_(camera) {}
+  explicit RestCheck(const capture::CameraModel& camera, const capture::DepthNoise& noise = {})
+      : sampler_(camera, noise) {}
 
   /// A frame with its pose by the tag. Returns the camera's pose by depth if it has rested since an earlier frame and
   /// the tag has not.

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "capture/frame.h"
-#include "reconstruct/math/depth_noise.h"
 #include "relight/compose/parameters.h"
 #include "relight/compose/pixel_rays.h"
 
@@ -21,8 +20,9 @@ inline const capture::Image<float>* depth_of(const capture::FrameSet& frame, con
 class CurrentDepth {
  public:
   /// `depth_m`: along the camera's z, of the colour camera's size, 0 where nothing was measured; null: no depth.
-  CurrentDepth(const PixelRays& rays, const capture::Image<float>* depth_m, float voxel_m)
-      : rays_(rays), depth_m_(depth_m), voxel_m_(voxel_m) {}
+  CurrentDepth(const PixelRays& rays, const capture::Image<float>* depth_m, float voxel_m,
+               const capture::DepthNoise& noise = {})
+      : rays_(rays), depth_m_(depth_m), voxel_m_(voxel_m), noise_(noise) {}
 
   bool any() const { return depth_m_ != nullptr; }
   const capture::Image<float>& along_z_m() const { return *depth_m_; }
@@ -50,12 +50,13 @@ class CurrentDepth {
     return noise_m(depth_m) + voxel_m_ / std::max(cosine, kCompose.moved_min_cosine);
   }
   /// What noise alone explains.
-  static float noise_m(float depth_m) { return kCompose.moved_sigmas * reconstruct::axial_sigma_m(depth_m); }
+  float noise_m(float depth_m) const { return kCompose.moved_sigmas * noise_.axial_sigma_m(depth_m); }
 
  private:
   const PixelRays& rays_;
   const capture::Image<float>* depth_m_;
   float voxel_m_;
+  capture::DepthNoise noise_;
 };
 
 }  // namespace lumigraft::relight

@@ -340,7 +340,8 @@ RelitPicture RayRenderer::relight(const capture::FrameSet& frame, const reconstr
   s.light.set_shadows(scene.shadows);
   s.light.follow(s.room, objects, plan, done);
   const CameraRays eye{s.pixel_rays, {s.session.color.model, s.held(scene.pose->T_tag_camera).cast<float>()}};
-  const CurrentDepth depth(s.pixel_rays, depth_of(frame, s.session.color.model), s.room->voxel_m());
+  const CurrentDepth depth(s.pixel_rays, depth_of(frame, s.session.color.model), s.room->voxel_m(),
+                           s.session.depth_noise());
   s.look(frame, eye, depth, gather_quality_of(plan.trace_scale), clock);
   const bool lit_anew = s.light.gather(plan, done), seen_anew = lit_anew || s.new_view;
   if (seen_anew) s.see(eye, depth, plan.rays, clock);

@@ -162,7 +162,8 @@ RelitPicture ReferenceRenderer::relight(const capture::FrameSet& frame, const re
     pass_through(missing, &result);
     return result;
   }
-  const CurrentDepth depth(s.pixel_rays, depth_of(frame, s.session.color.model), s.room ? 0 : scene.field->voxel_m);
+  const CurrentDepth depth(s.pixel_rays, depth_of(frame, s.session.color.model), s.room ? 0 : scene.field->voxel_m,
+                           s.session.depth_noise());
   const CameraRays eye{s.pixel_rays, {s.session.color.model, scene.pose->T_tag_camera.cast<float>()}};
   std::shared_ptr<const ReferenceScene> room = s.room_of(frame, scene);
   std::optional<capture::Image<float>> radiance;  // if any clips

@@ -242,7 +242,10 @@ std::optional<CalibratedRest::Depth> find_depth(const capture::DepthCamera& dept
       reconstruct::calibrate_depth(depth.model, depth.T_color_depth, board, views);
   write_depth_report(report, found);
   if (!found.refusal.empty()) return std::nullopt;
-  return CalibratedRest::Depth{depth.model.width, depth.model.height, depth.serial, found.T_color_depth};
+  const reconstruct::DepthNoiseCalibration noise =
+      reconstruct::measure_depth_noise(depth.model, depth.principle, found.T_color_depth, board, views);
+  write_depth_noise_report(report, depth.principle, noise);
+  return CalibratedRest::Depth{depth.model.width, depth.model.height, depth.serial, found.T_color_depth, noise.scale};
 }
 
 void find_response(const CalibrateCommand& command, std::ostream& report) {

@@ -1,10 +1,12 @@
 #include "server/commands/calibrate_text.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
 
 #include "capture/message_text.h"
+#include "capture/session/parameters.h"
 #include "reconstruct/math/rotation_vector.h"
 
 namespace lumigraft::server {
@@ -132,6 +134,13 @@ void write_depth_report(std::ostream& out, const reconstruct::DepthCalibration& 
   write_transform(out, depth.T_color_depth, depth.shift_sigma_m, depth.turn_sigma_rad);
 }
 
+void write_depth_noise_report(std::ostream& out, capture::DepthPrinciple principle,
+                              const reconstruct::DepthNoiseCalibration& noise) {
+  if (noise.views > 0)
+    out << formatted("depth noise: %.2f times that of a usual %s camera, from %d views at %.2f to %.2f m\n",
+                     noise.scale, capture::name_of(principle), noise.views, noise.nearest_m, noise.far_m);
+}
+
 void write_calibration_file(std::ostream& out, const std::optional<CalibratedCamera>& color,
                             const std::optional<CalibratedCamera>& fisheye, const CalibratedRest& rest) {
   out << "# Written by lumigraft calibrate. A session or configuration takes it with: calibration = \"THIS FILE\"\n"
@@ -157,7 +166,12 @@ void write_calibration_file(std::ostream& out, const std::optional<CalibratedCam
   if (rest.depth) {
     out << "\n[depth]\n";
     write_size(out, rest.depth->width, rest.depth->height, rest.depth->serial);
-    out << "T_color_depth = " << rows_of(rest.depth->T_color_depth);
+    // What is outside would be refused.
+    out << "noise_scale = "
+        << number(std::clamp(rest.depth->noise_scale, capture::kSessionLimits.min_noise_scale,
+                             capture::kSessionLimits.max_noise_scale))
+        << '\n'
+        << "T_color_depth = " << rows_of(rest.depth->T_color_depth);
   }
 }
 

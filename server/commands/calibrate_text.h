@@ -7,6 +7,7 @@
 
 #include "reconstruct/calibrate/camera.h"
 #include "reconstruct/calibrate/depth.h"
+#include "reconstruct/calibrate/depth_noise.h"
 #include "reconstruct/calibrate/extrinsics.h"
 #include "reconstruct/calibrate/time_offset.h"
 #include "reconstruct/calibrate/vignetting.h"
@@ -34,6 +35,8 @@ void write_time_report(std::ostream& out, const reconstruct::TimeOffsetCalibrati
 
 /// Pose of the depth camera relative to the colour camera.
 void write_depth_report(std::ostream& out, const reconstruct::DepthCalibration& depth);
+void write_depth_noise_report(std::ostream& out, capture::DepthPrinciple principle,
+                              const reconstruct::DepthNoiseCalibration& noise);
 
 /// Results other than the lenses, where the pictures determine them.
 struct CalibratedRest {
@@ -44,6 +47,7 @@ struct CalibratedRest {
     int width = 0, height = 0;
     std::string serial;
     Eigen::Isometry3d T_color_depth;
+    double noise_scale = 1;
   };
   std::optional<Depth> depth;
 };

@@ -15,7 +15,7 @@ namespace lumigraft::server {
 class KeptRoomFile {
  public:
   /// Reads `file` if it exists. One that cannot be used, or is of another room, is never overwritten: the first save
-  /// renames it to FILE.unused, FILE.unused2 and so on.
+  /// keeps it as FILE.unused (unused_file.h).
   KeptRoomFile(std::filesystem::path file, capture::Tag tag, const reconstruct::FusionSettings& fusion);
 
   /// The room that was read; empty if there is none that can be used, and from the second call on.

@@ -6,6 +6,10 @@
 namespace lumigraft::server {
 inline constexpr struct CommandParameters {
   std::chrono::milliseconds tick{50}, stop_patience{250};  ///< between looks for input; for an orderly shutdown
+  /// For files to be written at a stop signal: 60 MB, the largest rooms seen, on a card that writes 10 MB/s.
+  std::chrono::milliseconds save_patience{6000};
+  /// Files that cannot be used are kept so many times, each up to the size of a room: a few mistakes can be undone.
+  int max_unused = 5;
   /// Between repetitions in the log, at least. After a recording's time: a camera may deliver no frames.
   std::chrono::seconds warning_again{60}, drops_every{30}, grace{2};
   std::size_t max_remembered = 200, more_after_refusal = 5;  ///< warnings that contain numbers; moments after which

@@ -110,7 +110,7 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
   handlers.get = [&](std::string_view path) { return get(path, pipeline, metrics, snapshots); };
   handlers.hello = [&] { return hello_text(session, pipeline.exhibit()); };
   handlers.state = [&] { return state_text(pipeline.exhibit()); };
-  handlers.change_object = [&](const ObjectCommand& command) { return pipeline.exhibit().apply(command); };
+  handlers.change_object = [&](const ObjectCommand& command) { return pipeline.change_object(command); };
   handlers.record = [&](bool on) -> std::optional<std::string> {
     if (!button) {
       return "record: found a service that does not, allowed where its configuration has server.recordings and cameras";
@@ -162,11 +162,13 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
       views_saved = std::chrono::steady_clock::now();
     }
   }
-  pipeline.stop();  // requests the stages to stop, while viewers are disconnected
-  web.stop();
-  pipeline.join();  // or the stop signal's grace period ends first
+  pipeline.stop();  // requests the stages to stop; one may be in a long call
+  pipeline.keep_room();
   save_tag_map();
   save_views();
+  stop.saved();
+  web.stop();
+  pipeline.join();  // or the stop signal's grace period ends first
 }
 
 }  // namespace lumigraft::server

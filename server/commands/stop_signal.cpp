@@ -2,7 +2,6 @@
 
 #include <unistd.h>
 
-#include <csignal>
 #include <thread>
 
 #include "server/commands/parameters.h"
@@ -20,12 +19,24 @@ StopSignal::StopSignal() {
     int number = 0;
     sigwait(&set, &number);
     came();
-    // A second signal ends the process at once. The first waits only stop_patience: a solver or a software GPU may be
-    // in a call that cannot be interrupted, and its result is not needed.
-    const timespec patience{0, std::chrono::nanoseconds(kCommands.stop_patience).count()};
-    sigtimedwait(&set, nullptr, &patience);
-    _exit(0);
+    end_process(set);
   }).detach();
+}
+
+/// After all is saved it waits only stop_patience: a solver or a software GPU may be in a call that cannot be
+/// interrupted, and its result is not needed.
+void StopSignal::end_process(const sigset_t& signals) {
+  using Clock = std::chrono::steady_clock;
+  Clock::time_point end = Clock::now() + kCommands.save_patience;
+  for (bool saving = true; Clock::now() < end;) {
+    const timespec tick{0, std::chrono::nanoseconds(kCommands.tick).count()};
+    if (sigtimedwait(&signals, nullptr, &tick) > 0) break;  // a second signal
+    std::lock_guard lock(mutex_);
+    if (!saving || !saved_) continue;
+    saving = false;
+    end = Clock::now() + kCommands.stop_patience;
+  }
+  _exit(0);
 }
 
 void StopSignal::came() {
@@ -38,6 +49,11 @@ void StopSignal::came() {
 void StopSignal::arm() {
   std::lock_guard lock(mutex_);
   armed_ = true;
+}
+
+void StopSignal::saved() {
+  std::lock_guard lock(mutex_);
+  saved_ = true;
 }
 
 bool StopSignal::wait(std::chrono::milliseconds timeout) {

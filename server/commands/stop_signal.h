@@ -2,14 +2,16 @@
 // Handles SIGINT and SIGTERM in a program with many threads, including those of libraries.
 #include <chrono>
 #include <condition_variable>
+#include <csignal>
 #include <mutex>
 
 namespace lumigraft::server {
 
 /// Construct before any other thread: threads inherit the signal mask. Lives as long as the process. Before arm(), a
 /// signal ends the process at once with exit code 0: nothing needs an orderly shutdown at start-up, and compiling
-/// shaders or loading models cannot be interrupted otherwise. After arm(), a signal allows `stop_patience` for an
-/// orderly shutdown and then ends the process, also with exit code 0.
+/// shaders or loading models cannot be interrupted otherwise. After arm(), a signal allows `save_patience` until
+/// saved() is called, then `stop_patience` for an orderly shutdown, and then ends the process, also with exit code 0. A
+/// second signal ends it at once.
 class StopSignal {
  public:
   StopSignal();
@@ -17,13 +19,16 @@ class StopSignal {
   void arm();
   /// True when a signal has arrived.
   bool wait(std::chrono::milliseconds timeout);
+  /// Call after a signal arrived, when all is written that must not be lost.
+  void saved();
 
  private:
   void came();
+  void end_process(const sigset_t& signals);
 
   std::mutex mutex_;
   std::condition_variable changed_;
-  bool armed_ = false, came_ = false;
+  bool armed_ = false, came_ = false, saved_ = false;
 };
 
 }  // namespace lumigraft::server

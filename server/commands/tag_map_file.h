@@ -11,8 +11,8 @@ namespace lumigraft::server {
 
 class TagMapFile {
  public:
-  /// Reads `file` if it exists. One that cannot be used is never overwritten: the first save renames it to FILE.unused,
-  /// FILE.unused2 and so on.
+  /// Reads `file` if it exists. One that cannot be used is never overwritten: the first save keeps it as FILE.unused
+  /// (unused_file.h).
   TagMapFile(std::filesystem::path file, capture::Tag tag);
 
   /// Empty if there is no file, or none that can be used.

@@ -11,8 +11,8 @@ namespace lumigraft::server {
 
 class ViewsFile {
  public:
-  /// Reads `file` if it exists. One that cannot be used is never overwritten: the first save renames it to FILE.unused,
-  /// FILE.unused2 and so on.
+  /// Reads `file` if it exists. One that cannot be used is never overwritten: the first save keeps it as FILE.unused
+  /// (unused_file.h).
   ViewsFile(std::filesystem::path file, const capture::Session& session);
 
   /// Empty if there is no file, or none that can be used.

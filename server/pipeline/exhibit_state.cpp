@@ -99,6 +99,14 @@ Json json_of(const relight::MaterialOverride& material) {
           {"clearcoat_roughness", json_or_null(material.clearcoat_roughness)}};
 }
 
+/// As many as there are objects if there is none.
+std::size_t index_of(const ObjectCommand& command, const relight::Exhibit& exhibit) {
+  if (const auto* index = std::get_if<std::size_t>(&command.object)) return *index;
+  const auto found =
+      std::ranges::find(exhibit.objects, std::get<std::string>(command.object), &relight::VirtualObject::name);
+  return static_cast<std::size_t>(found - exhibit.objects.begin());
+}
+
 }  // namespace
 
 relight::Exhibit shown_exhibit(const relight::Exhibit& exhibit, const reconstruct::Scene& scene, double time_s,
@@ -150,16 +158,16 @@ std::size_t ExhibitState::models_given() const {
   return models_given_;
 }
 
+std::optional<relight::VirtualObject> ExhibitState::object(const ObjectCommand& command) const {
+  std::lock_guard lock(mutex_);
+  const std::size_t index = index_of(command, *exhibit_);
+  return index < exhibit_->objects.size() ? std::optional(exhibit_->objects[index]) : std::nullopt;
+}
+
 std::optional<std::string> ExhibitState::apply(const ObjectCommand& command) {
   std::lock_guard lock(mutex_);
   auto next = std::make_shared<relight::Exhibit>(*exhibit_);  // models are shared: a copy is small
-  std::size_t index = 0;
-  if (const auto* name = std::get_if<std::string>(&command.object)) {
-    const auto found = std::ranges::find(next->objects, *name, &relight::VirtualObject::name);
-    index = static_cast<std::size_t>(found - next->objects.begin());
-  } else {
-    index = std::get<std::size_t>(command.object);
-  }
+  const std::size_t index = index_of(command, *next);
   if (index >= next->objects.size()) {
     return "object: there are " + std::to_string(next->objects.size()) + " objects, see hello";
   }

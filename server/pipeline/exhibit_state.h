@@ -29,7 +29,10 @@ class ExhibitState {
   /// Gives a model to an object that has none. Throws what `give` throws.
   void give_model(std::size_t index, const relight::GiveModel& give);
   std::size_t models_given() const;  ///< so far
-  /// Returns the error of the command, if any. An object that a viewer moves or turns no longer follows its key frames.
+  /// The object that the command means; empty if there is none.
+  std::optional<relight::VirtualObject> object(const ObjectCommand& command) const;
+  /// Returns the error of the command, if any. `on_pixel` counts for nothing here. An object that a viewer moves or
+  /// turns no longer follows its key frames.
   std::optional<std::string> apply(const ObjectCommand& command);
   /// The objects as a JSON array, for the messages `hello` and `state`.
   std::string objects_json() const;

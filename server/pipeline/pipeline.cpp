@@ -14,6 +14,7 @@
 #include "server/pipeline/mailbox.h"
 #include "server/pipeline/pacing.h"
 #include "server/pipeline/resting_pace.h"
+#include "server/pipeline/touched_place.h"
 
 namespace lumigraft::server {
 namespace {
@@ -47,6 +48,7 @@ struct Pipeline::State {
   Metrics& metrics;
   Publish publish;
   Keep keep;
+  std::mutex keep_mutex;
 
   reconstruct::SceneBuilder builder;
   reconstruct::SceneStore& store = builder.store();
@@ -69,6 +71,7 @@ struct Pipeline::State {
   mutable std::mutex newest_mutex;
   ShownFrame newest;
   Record newest_record;
+  reconstruct::Scene newest_scene;  ///< with its pose
   std::vector<std::string> faults;  ///< current faults of the cameras
 
   std::mutex newest_color_mutex;
@@ -142,6 +145,7 @@ struct Pipeline::State {
   void load_next_model();
   void models_turn();
   void keep_turn();
+  bool keep_room();
   void encode_turn();
 };
 
@@ -278,6 +282,7 @@ void Pipeline::State::relight_turn() {
     std::lock_guard lock(newest_mutex);
     shown.sequence = newest.sequence + 1;
     newest = shown;
+    newest_scene = scene;
     newest_record = {
         .warnings = std::move(warnings),
         .T_tag_camera = located.pose ? std::optional(located.pose->T_tag_exhibit.inverse() * located.pose->T_tag_camera)
@@ -390,12 +395,18 @@ void Pipeline::State::models_turn() {
 void Pipeline::State::keep_turn() {
   if (!sleep_until(keep_due)) return;
   keep_due = Clock::now() + keep_wait;
-  if (const std::optional<reconstruct::RoomToKeep> room = builder.room_to_keep()) {
-    const StageTimer timer(metrics, "keep room");
-    metrics.kept(keep(*room));
-    keep_wait = std::min<Clock::duration>(2 * keep_wait, kPipeline.longest_keep);
-  }
+  if (keep_room()) keep_wait = std::min<Clock::duration>(2 * keep_wait, kPipeline.longest_keep);
   store.publish_warnings("keep room stage", {});
+}
+
+/// False if it is not worth it.
+bool Pipeline::State::keep_room() {
+  std::lock_guard lock(keep_mutex);
+  const std::optional<reconstruct::RoomToKeep> room = keep ? builder.room_to_keep() : std::nullopt;
+  if (!room) return false;
+  const StageTimer timer(metrics, "keep room");
+  metrics.kept(keep(*room));
+  return true;
 }
 
 void Pipeline::State::encode_turn() {
@@ -459,9 +470,30 @@ void Pipeline::join() { state_->threads.clear(); }
 
 ExhibitState& Pipeline::exhibit() { return state_->exhibit; }
 
+std::optional<std::string> Pipeline::change_object(ObjectCommand command) {
+  State& s = *state_;
+  const std::optional<relight::VirtualObject> object = s.exhibit.object(command);
+  if (command.on_pixel && object) {
+    reconstruct::Scene scene;
+    {
+      std::lock_guard lock(s.newest_mutex);
+      scene = s.newest_scene;
+    }
+    if (!scene.pose || !scene.field)
+      return "on_pixel: found no pose of the camera or no surface yet, allowed: while objects are shown";
+    const auto place = touched_place({scene.pose->T_tag_camera, scene.pose->T_tag_exhibit, scene.field.get()},
+                                     s.session.color.model, *command.on_pixel, *object);
+    if (const auto* error = std::get_if<std::string>(&place)) return *error;
+    command.position_m = std::get<Eigen::Vector3d>(place);
+  }
+  return s.exhibit.apply(command);
+}
+
 Playback& Pipeline::playback() { return state_->playback; }
 
 std::optional<reconstruct::KeyframeMap::Views> Pipeline::take_views() { return state_->builder.take_views(); }
+
+void Pipeline::keep_room() { state_->keep_room(); }
 
 std::optional<reconstruct::TagMap::State> Pipeline::take_tag_map() { return state_->builder.take_tag_map(); }
 

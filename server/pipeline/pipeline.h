@@ -42,7 +42,7 @@ class Pipeline {
     std::unique_ptr<capture::FisheyeReader> fisheye;  ///< null if there is none, or if `frames` contain its images
   };
   using OpenCameras = std::function<Cameras()>;
-  /// Keeps the room for the next start; returns the size of the file. Called on a thread of its own.
+  /// Keeps the room for the next start; returns the size of the file. Called on a thread of its own, and by keep_room.
   using Keep = std::function<std::uintmax_t(const reconstruct::RoomToKeep&)>;
   using Publish = std::function<void(std::shared_ptr<const StreamMessage>)>;
 
@@ -60,12 +60,16 @@ class Pipeline {
   void join();
 
   ExhibitState& exhibit();
+  /// ExhibitState::apply, with `on_pixel` of the newest picture. Returns the error, if any. Any thread.
+  std::optional<std::string> change_object(ObjectCommand command);
   /// Playback of a recording; without effect on live cameras.
   Playback& playback();
   /// Where the tags are, if more was learnt since the last call.
   std::optional<reconstruct::TagMap::State> take_tag_map();
   /// The kept views of the room, if there are new ones since the last call.
   std::optional<reconstruct::KeyframeMap::Views> take_views();
+  /// Keeps the room now, if it changed since it was last kept. Any thread; waits while it is being kept.
+  void keep_room();
   /// The newest image; its srgb is null before the first.
   ShownFrame newest() const;
   /// The record of the newest image.

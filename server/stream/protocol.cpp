@@ -133,6 +133,8 @@ ObjectCommand object(const nlohmann::json& message) {
       named = true;
     } else if (key == "position_m") {
       command.position_m = vector<3>(value, key, -kStream.max_position_m, kStream.max_position_m);
+    } else if (key == "on_pixel") {
+      command.on_pixel = vector<2>(value, key, 0, kStream.max_pixel);
     } else if (key == "rotation_wxyz") {
       const auto q = vector<4>(value, key, -1e3, 1e3);
       if (q.norm() < 1e-6) throw Refused{"rotation_wxyz: a quaternion other than zero"};
@@ -152,11 +154,13 @@ ObjectCommand object(const nlohmann::json& message) {
       if (value.is_string()) *command.variant = name(value);
     } else {
       throw Refused{
-          "object: index or name, position_m, rotation_wxyz or yaw_degrees, visible, material, animation, variant"};
+          "object: index or name, position_m or on_pixel, rotation_wxyz or yaw_degrees, visible, material, animation, "
+          "variant"};
     }
   }
   if (!named) throw Refused{"object: index or name must be there"};
   if (command.rotation && command.yaw_degrees) throw Refused{"object: rotation_wxyz or yaw_degrees, not both"};
+  if (command.position_m && command.on_pixel) throw Refused{"object: position_m or on_pixel, not both"};
   return command;
 }
 

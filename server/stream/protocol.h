@@ -74,6 +74,7 @@ struct AckCommand {
 struct ObjectCommand {
   std::variant<std::size_t, std::string> object;  ///< index or name
   std::optional<Eigen::Vector3d> position_m;
+  std::optional<Eigen::Vector2d> on_pixel;     ///< in place of position_m: on the surface that this pixel shows
   std::optional<Eigen::Quaterniond> rotation;  ///< unit
   std::optional<double> yaw_degrees;
   std::optional<bool> visible;

@@ -198,6 +198,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
   void obey(const Command& command) {
     std::optional<std::string> wrong;
+    bool harmless = false;
     if (const auto* want = std::get_if<WantCommand>(&command)) {
       queue_.want(want->codec);
       server_.count_viewers();
@@ -210,6 +211,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     } else if (const auto* object = std::get_if<ObjectCommand>(&command)) {
       wrong = server_.handlers.change_object(*object);
       if (!wrong) server_.objects_changed();
+      harmless = object->on_pixel.has_value();  // a touch may miss
     } else if (const auto* record = std::get_if<RecordCommandOfViewer>(&command)) {
       wrong = server_.handlers.record(record->on);
     } else if (const auto* playback = std::get_if<PlaybackCommand>(&command)) {
@@ -219,7 +221,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     }
     if (wrong) {
       queue_.offer_text("error", error_message(*wrong));
-      if (++bad_messages_ > 1) return leave(websocket::close_code::policy_error);
+      if (!harmless && ++bad_messages_ > 1) return leave(websocket::close_code::policy_error);
       write_next();
     }
   }

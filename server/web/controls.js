@@ -177,17 +177,32 @@ export class Controls {
     this.bindPicture($("picture"));
   }
 
+  /** Whether the next tap on the picture puts the object there. */
+  awaitTap(on) { $("put").setAttribute("aria-pressed", String(on)); }
+  get awaitsTap() { return $("put").getAttribute("aria-pressed") === "true"; }
+
   bindPicture(canvas) {
     let grip = null; // offset from the pointer's hit on the object's plane to the object's position
-    const meet = (event) => {
-      if (!this.camera || !this.T_tag_camera || !this.current) return null;
+    const pixel = (event) => {
       const box = canvas.getBoundingClientRect();
       const scale = Math.min(box.width / canvas.width, box.height / canvas.height); // object-fit: contain
-      const u = (event.clientX - box.left - (box.width - canvas.width * scale) / 2) / scale - 0.5;
-      const v = (event.clientY - box.top - (box.height - canvas.height * scale) / 2) / scale - 0.5;
-      return pointOnPlane(this.camera, this.T_tag_camera, u, v, this.current.position_m[2]);
+      return [(event.clientX - box.left - (box.width - canvas.width * scale) / 2) / scale - 0.5,
+        (event.clientY - box.top - (box.height - canvas.height * scale) / 2) / scale - 0.5];
     };
+    const meet = (event) => {
+      if (!this.camera || !this.T_tag_camera || !this.current) return null;
+      return pointOnPlane(this.camera, this.T_tag_camera, ...pixel(event), this.current.position_m[2]);
+    };
+    $("put").onclick = () => this.awaitTap(!this.awaitsTap);
     canvas.onpointerdown = (event) => {
+      if (this.awaitsTap && this.current) {
+        const [u, v] = pixel(event);
+        if (u < 0 || v < 0 || u > canvas.width - 1 || v > canvas.height - 1) return;
+        this.awaitTap(false);
+        this.flush(); // what was changed before
+        this.send({ type: "object", index: this.current.index, on_pixel: [u, v] });
+        return;
+      }
       const point = meet(event);
       if (!point) return;
       canvas.setPointerCapture(event.pointerId);

@@ -38,6 +38,7 @@ KeptRoom room_of_earlier_run(const capture::Session& session, const std::vector<
   EXPECT_FALSE(found->another);
   EXPECT_TRUE(found->room.albedo);
   EXPECT_GT(found->room.albedo_error, 0);
+  EXPECT_FALSE(found->room.lamps.empty());
   const RoomFolder folder("restart");
   write_room(folder.file(), found->room, session.tag);
   return read_room(folder.file(), session.tag, {});
@@ -63,6 +64,10 @@ TEST(Restart, KnowsTheRoomFromItsFirstFrame) {
   albedo->bricks[unseen] = kept.albedo->bricks.begin()->second;
   kept.albedo = albedo;
   const std::size_t bricks = kept.field.bricks.size();
+  KeptLamp dark = kept.lamps.at(0);  // one that does not shine in this run
+  dark.position_m = {0, 0, 2.5f};
+  kept.lamps.push_back(dark);
+  const std::size_t lamps = kept.lamps.size();
 
   SceneBuilder cold(session), warm(session);
   warm.restore_room(std::move(kept));
@@ -81,6 +86,8 @@ TEST(Restart, KnowsTheRoomFromItsFirstFrame) {
   EXPECT_FALSE(again->another);
   EXPECT_TRUE(again->room.field.brick(unseen)) << "for the start after this one";
   EXPECT_TRUE(again->room.albedo->bricks.contains(unseen));
+  ASSERT_EQ(again->room.lamps.size(), lamps) << "those that were seen again, once, and the dark one";
+  EXPECT_EQ(again->room.lamps.back().position_m, dark.position_m);
 }
 
 TEST(Restart, HasAlbedoBeforeItIsSolved) {
@@ -98,6 +105,9 @@ TEST(Restart, HasAlbedoBeforeItIsSolved) {
   std::size_t known = 0;
   for (const auto& [key, brick] : scene.albedo->bricks) known += scene.field->brick(key) ? 1 : 0;
   EXPECT_GT(known, 1000u);
+  const std::optional<RoomToKeep> again = builder.room_to_keep();
+  ASSERT_TRUE(again);
+  EXPECT_FALSE(again->room.lamps.empty()) << "nothing that was kept is lost before it is learnt again";
 }
 
 TEST(Restart, InAnotherRoomBeginsAnew) {

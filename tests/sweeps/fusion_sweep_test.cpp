@@ -323,7 +323,7 @@ TEST(FusionSweep, Distance) {
       last = find(*field, above, -Vector3f::UnitZ(), 0.05f, table);
       if (i == 0) first = last;
     }
-    const double noise_mm = 1e3 * reconstruct::depth_sigma_m(distance, 0);
+    const double noise_mm = 1e3 * capture::DepthNoise().sigma_m(distance, 0);
     sweep.curves[0].y.push_back(first.off_mm);
     sweep.curves[1].y.push_back(last.off_mm);
     sweep.curves[2].y.push_back(last.missed_percent);

@@ -1,16 +1,14 @@
 #include "tests/bench/fusion_time/capture_run.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <ctime>
-#include <fstream>
 #include <vector>
 
 #include "reconstruct/fusion/fusion.h"
 #include "reconstruct/pose/depth_points.h"
+#include "tests/bench/fusion_time/resident_memory.h"
 #include "tests/reconstruct/seven_scenes.h"
 
 namespace lumigraft::test {
@@ -22,13 +20,6 @@ double quantile(std::vector<double> values, double fraction) {
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(fraction * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), at, values.end());
   return *at;
-}
-
-double resident_mb() {
-  std::ifstream in("/proc/self/statm");
-  double size = 0, resident = 0;
-  in >> size >> resident;
-  return resident * static_cast<double>(::sysconf(_SC_PAGESIZE)) / 1e6;
 }
 
 /// Distances in mm of depth points from a field's surface.

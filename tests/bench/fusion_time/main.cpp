@@ -6,11 +6,18 @@
 // With a folder of a real capture (tests/reconstruct/seven_scenes.h): time, surface and memory of fusing its frames.
 //
 //   build/release/fusion_time redkitchen/data
+//
+// Memory while a camera walks about in a large hall, a frame a second; a day has 36000 of ten hours:
+//
+//   build/release/fusion_time walk 36000
 #include <cstdio>
+#include <cstdlib>
 #include <ctime>
+#include <string>
 #include <vector>
 
 #include "tests/bench/fusion_time/capture_run.h"
+#include "tests/bench/fusion_time/walk.h"
 #include "tests/reconstruct/fusion/fusion_views.h"
 
 namespace lumigraft::test {
@@ -67,6 +74,10 @@ void measure(const Film& film) {
 
 int main(int count, char** arguments) {
   using lumigraft::test::measure;
+  if (count == 3 && std::string(arguments[1]) == "walk") {
+    lumigraft::test::measure_walk(std::atoi(arguments[2]));
+    return 0;
+  }
   if (count > 1) {
     lumigraft::test::measure_capture(arguments[1]);
     return 0;

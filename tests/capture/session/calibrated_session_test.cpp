@@ -106,6 +106,7 @@ time_offset_s = -0.0125
 width = 320
 height = 240
 serial = "depth-4"
+noise_scale = 1.5
 T_color_depth = [[1, 0, 0, 0.025], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
 )");
   const Session without = kiosk();  // the calibration has a camera that the session lacks
@@ -127,6 +128,10 @@ T_color_depth = [[1, 0, 0, 0.025], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
     return all;
   };
   EXPECT_EQ(kiosk(depth).depth->T_color_depth.translation().x(), 0.025);
+  EXPECT_EQ(kiosk(with("depth.principle=time-of-flight")).depth_noise().curvature_per_m,
+            usual_noise(DepthPrinciple::time_of_flight, 1.5).curvature_per_m);
+  EXPECT_NE(refusal(with("depth.noise_scale=2")).find("depth.noise_scale: found it here and in "), std::string::npos)
+      << refusal(with("depth.noise_scale=2"));
   EXPECT_EQ(refusal(with("depth.serial=depth-4")), "no error");
   EXPECT_NE(refusal(with("depth.serial=depth-5")).find("depth.serial: found \"depth-4\", allowed: that of the camera"),
             std::string::npos)

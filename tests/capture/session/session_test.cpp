@@ -141,6 +141,8 @@ TEST_F(SessionFile, ReadsEveryKey) {
   EXPECT_EQ(s.color.response.to_linear(128), 128 / 255.0f);
   ASSERT_TRUE(s.depth);
   EXPECT_FALSE(s.depth->registered);
+  EXPECT_EQ(s.depth->principle, DepthPrinciple::structured_light);
+  EXPECT_EQ(s.depth_noise().least_m, DepthNoise().least_m);
   EXPECT_EQ(s.depth->unit_m, 0.0002);
   EXPECT_EQ(s.depth->model.width, 640) << "default: the colour camera's";
   EXPECT_EQ(s.depth->model.cy, 252.0);
@@ -329,6 +331,12 @@ TEST_F(SessionFile, BadValuesAreRefusedWithTheirLine) {
                 .find("depth.T_color_depth: found a 3x3 part that is not orthonormal"),
             std::string::npos);
   EXPECT_NE(error_with("registered = false", "registered = true").find("found an unknown key"), std::string::npos);
+  EXPECT_NE(error_with("registered = false", "registered = false\nprinciple = \"sonar\"")
+                .find(":19: depth.principle: found \"sonar\", allowed: \"structured-light\", \"time-of-flight\", "
+                      "\"stereo\""),
+            std::string::npos);
+  EXPECT_NE(error_with("registered = false", "registered = false\nnoise_scale = 0").find("depth.noise_scale: found 0"),
+            std::string::npos);
   EXPECT_NE(error_with("id = 2", "id = 587").find("tag.id: found 587"), std::string::npos);
   EXPECT_NE(error_with("family = \"tag36h11\"", "family = \"tag99\"").find("tag.family: found \"tag99\""),
             std::string::npos);

@@ -131,6 +131,29 @@ class BrowserTest(unittest.TestCase):
         back = self.settle()
         self.assertLess(changed(back, with_object).sum(), 0.05 * mask.sum(), "moved back it is the same picture")
 
+    def test_1b_a_tap_puts_the_object_there(self):
+        page = self.page
+        page.wait(lambda: page.data("grafted") == "true", "pictures with the object")
+        before = [float(page.driver.find_element("id", axis).get_attribute("value")) for axis in "xyz"]
+        target = np.array([before[0] - 0.1, before[1] - 0.05, 0.0])
+        p = np.linalg.inv(self.T_tag_camera) @ [*target, 1]
+        pixel = [self.color["fx"] * p[0] / p[2] + self.color["cx"], self.color["fy"] * p[1] / p[2] + self.color["cy"]]
+        page.click("put")
+        self.assertEqual(page.driver.find_element("id", "put").get_attribute("aria-pressed"), "true")
+        page.driver.execute_script("""
+            const canvas = document.getElementById("picture"), box = canvas.getBoundingClientRect();
+            const scale = Math.min(box.width / canvas.width, box.height / canvas.height);
+            canvas.dispatchEvent(new PointerEvent("pointerdown", { pointerId: 1, pointerType: "touch", bubbles: true,
+                clientX: box.left + (box.width - canvas.width * scale) / 2 + (arguments[0] + 0.5) * scale,
+                clientY: box.top + (box.height - canvas.height * scale) / 2 + (arguments[1] + 0.5) * scale }));""", *pixel)
+        place = lambda: [float(page.driver.find_element("id", axis).get_attribute("value")) for axis in "xyz"]
+        page.wait(lambda: place() != before, "the object's new place")
+        self.assertLess(np.linalg.norm(np.array(place())[:2] - target[:2]), 0.02)
+        self.assertLess(abs(place()[2] - before[2]), 0.02, "it stands on the table as before")
+        self.assertEqual(page.driver.find_element("id", "put").get_attribute("aria-pressed"), "false")
+        page.click("reset")
+        page.wait(lambda: place() == before, "the object's first place")
+
     def test_2_material(self):
         page = self.page
         before = self.settle()

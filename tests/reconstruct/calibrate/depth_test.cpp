@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
+
+#include "reconstruct/calibrate/depth_noise.h"
 #include "tests/reconstruct/calibrate/board_views.h"
 #include "tests/reconstruct/pose/pose_views.h"
 
@@ -26,8 +29,13 @@ Eigen::Isometry3d true_T_color_depth() {
          Eigen::AngleAxisd(0.03, Eigen::Vector3d(0.4, 1, -0.6).normalized());
 }
 
-/// Depth of the board in front of a wall, with triangulation noise and a resolution of 1 mm.
-capture::Image<float> depth_of(const Board& board, const Eigen::Isometry3d& T_color_board, double noise_per_m,
+/// 1σ of depth by depth and angle of incidence.
+using NoiseModel = std::function<double(double depth_m, double incidence_rad)>;
+
+double triangulation_noise(double depth_m, double) { return 0.0015 * depth_m * depth_m; }
+
+/// Depth of the board in front of a wall, with noise and a resolution of 1 mm.
+capture::Image<float> depth_of(const Board& board, const Eigen::Isometry3d& T_color_board, const NoiseModel& noise,
                                std::mt19937& random) {
   const capture::CameraModel camera = depth_camera();
   const Eigen::Isometry3d T_board_depth = T_color_board.inverse() * true_T_color_depth();
@@ -41,7 +49,7 @@ capture::Image<float> depth_of(const Board& board, const Eigen::Isometry3d& T_co
       double z = -from.z() / d.z();
       const Eigen::Vector3d at = from + z * d;
       if (!(z > 0) || std::abs(at.x()) > half.x() || std::abs(at.y()) > half.y()) z = 1.5;
-      z += noise_per_m * z * z * gauss(random);
+      z += noise(z, std::acos(std::abs(d.normalized().z()))) * gauss(random);
       depth_m.at(u, v) = static_cast<float>(random() % 50 == 0 ? 0 : 0.001 * std::lround(1000 * z));
     }
   return depth_m;
@@ -53,8 +61,7 @@ struct DepthScene {
 };
 
 /// Boards all over the picture, slanted, or all parallel to it.
-DepthScene depth_scene(int count, unsigned seed, bool slanted = true) {
-  constexpr double kNoise_per_m = 0.0015;
+DepthScene depth_scene(int count, unsigned seed, bool slanted = true, const NoiseModel& noise = triangulation_noise) {
   std::mt19937 random(seed);
   std::normal_distribution<double> gauss(0, 1);
   DepthScene all;
@@ -63,8 +70,7 @@ DepthScene depth_scene(int count, unsigned seed, bool slanted = true) {
     poses.push_back(slanted ? board_at(0.45 + 0.02 * (i % 12), 0.15 + 0.1 * (i % 3), 2.4 * i + 0.3 * seed,
                                        0.25 + 0.03 * (i % 14), 1.3 * i, 0.4 * i)
                             : board_at(0.5, 0, 0, 0, 0, 0.4 * i));
-  for (const Eigen::Isometry3d& pose : poses)
-    all.pictures.push_back(depth_of(test_board(), pose, kNoise_per_m, random));
+  for (const Eigen::Isometry3d& pose : poses) all.pictures.push_back(depth_of(test_board(), pose, noise, random));
   for (std::size_t i = 0; i < poses.size(); ++i) {
     // The colour camera's error of the board's pose.
     const Eigen::Vector3d w = 3e-4 * Eigen::Vector3d(gauss(random), gauss(random), gauss(random));
@@ -92,6 +98,26 @@ TEST(CalibrateDepth, PoseToAMillimetreAndATenthOfADegree) {
               1e3 * found.median_m);
   EXPECT_LT(mm, 1.0);
   EXPECT_LT(degrees, 0.1);
+}
+
+TEST(CalibrateDepth, NoiseIsMeasured) {
+  for (const auto principle : {capture::DepthPrinciple::structured_light, capture::DepthPrinciple::time_of_flight,
+                               capture::DepthPrinciple::stereo}) {
+    const capture::DepthNoise truth = capture::usual_noise(principle, 1.7);
+    const DepthScene seen =
+        depth_scene(16, 3, true, [&](double z, double incidence_rad) { return truth.sigma_m(z, incidence_rad); });
+    const DepthNoiseCalibration found =
+        measure_depth_noise(depth_camera(), principle, true_T_color_depth(), test_board(), seen.views);
+    EXPECT_EQ(found.views, 16);
+    EXPECT_NEAR(found.scale, 1.7, 0.1) << capture::name_of(principle);
+    EXPECT_LT(found.nearest_m, 0.6);
+    EXPECT_GT(found.far_m, found.nearest_m + 0.1);
+  }
+  const DepthScene few = depth_scene(5, 1);
+  EXPECT_EQ(measure_depth_noise(depth_camera(), capture::DepthPrinciple::stereo, true_T_color_depth(), test_board(),
+                                few.views)
+                .views,
+            0);
 }
 
 TEST(CalibrateDepth, SigmasAreHonest) {

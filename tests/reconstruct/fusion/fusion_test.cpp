@@ -15,12 +15,24 @@ using Eigen::Vector3d;
 using Eigen::Vector3f;
 using namespace test;
 
-TEST(Fusion, NoiseModelOfNguyen) {
-  EXPECT_NEAR(depth_sigma_m(0.4, 0), 0.0012, 1e-12);
-  EXPECT_NEAR(depth_sigma_m(2.4, 0), 0.0012 + 0.0019 * 4, 1e-12);
-  const double angle = 60 * kDegree;
-  EXPECT_NEAR(depth_sigma_m(1, angle), 0.0012 + 0.0019 * 0.36 + 0.0001 * angle * angle / std::pow(M_PI / 2 - angle, 2),
-              1e-12);
+TEST(Fusion, WeightsAreThoseOfTheCamerasPrinciple) {
+  const capture::CameraModel camera = test::small_camera();
+  const double height_m = 1.6;
+  const Isometry3d T_tag_camera = test::looking_at_tag(height_m, 0, 0);
+  for (const auto principle : {capture::DepthPrinciple::structured_light, capture::DepthPrinciple::time_of_flight,
+                               capture::DepthPrinciple::stereo}) {
+    capture::Session session = session_with(camera);
+    session.depth.emplace();
+    session.depth->principle = principle;
+    session.depth->noise_scale = 1.5;
+    FusionStage stage(session, {});
+    const auto field = stage.fuse(frame_of(table, camera, T_tag_camera), pose_at(T_tag_camera));
+    const auto brick = field->brick({0, 0, 0});
+    ASSERT_TRUE(brick);
+    const double sigma_m = capture::usual_noise(principle, 1.5).sigma_m(height_m, 0);
+    EXPECT_NEAR(brick->weight[0], kMinDepthSigma_m * kMinDepthSigma_m / (sigma_m * sigma_m), 2e-3)
+        << capture::name_of(principle);
+  }
 }
 
 TEST(Fusion, ATableFromOnePicture) {

@@ -10,7 +10,6 @@
 
 #include "capture/camera/srgb.h"
 #include "reconstruct/fusion/fusion.h"
-#include "reconstruct/math/depth_noise.h"
 #include "tests/reconstruct/pose/pose_views.h"
 
 namespace lumigraft::test {
@@ -83,7 +82,7 @@ inline capture::FrameSet frame_of(const Shape& shape, const capture::CameraModel
         incidence_rad = std::acos(std::clamp(-normal.dot(direction.normalized()), 0.0, 1.0));
       }
       depth->depth_m.at(u, v) =
-          static_cast<float>(z + noise.scale * reconstruct::depth_sigma_m(z, incidence_rad) * gauss(random));
+          static_cast<float>(z + noise.scale * capture::DepthNoise().sigma_m(z, incidence_rad) * gauss(random));
       const double light = radiance ? radiance(T_tag_camera.translation() + *along * direction) : 0.25;
       for (int c = 0; c < 3; ++c)
         color->encoded.at(u, v, c) = static_cast<std::uint8_t>(std::lround(

@@ -8,8 +8,6 @@
 #include <numbers>
 #include <random>
 
-#include "reconstruct/math/depth_noise.h"
-
 namespace lumigraft::reconstruct {
 namespace {
 
@@ -31,7 +29,7 @@ PreparedDepth view_of(const std::function<double(double, double)>& inverse_depth
     for (int u = 0; u < kEdge; ++u) {
       const double depth_m = 1 / inverse_depth(u - kFirst - 0.5, v - kFirst - 0.5);
       view.inverse_depth.push_back(
-          static_cast<float>(1 / (depth_m + depth_sigma_m(depth_m, incidence_rad) * noise(random))));
+          static_cast<float>(1 / (depth_m + capture::DepthNoise().sigma_m(depth_m, incidence_rad) * noise(random))));
     }
   }
   return view;
@@ -50,7 +48,7 @@ TEST(SteepPlane, IsFoundWithItsSlope) {
       for (unsigned seed = 0; seed < kTrials; ++seed) {
         const PreparedDepth view =
             view_of([&](double x, double y) { return 1 / kDepth_m + by_u * x + by_v * y; }, radians(incidence), seed);
-        const auto plane = steep_plane_at(view, kFirst, kFirst, kFocal);
+        const auto plane = steep_plane_at(view, kFirst, kFirst, kFocal, {});
         if (!plane) continue;
         ++found;
         mean += Eigen::Vector3d(plane->inverse_depth, plane->by_u, plane->by_v);
@@ -78,7 +76,7 @@ TEST(SteepPlane, AJumpIsNone) {
                 return near + part * (far - near);
               },
               0, seed);
-          found += steep_plane_at(view, kFirst, kFirst, kFocal).has_value();
+          found += steep_plane_at(view, kFirst, kFirst, kFocal, {}).has_value();
         }
         EXPECT_LE(found, 1) << jump_m << " m, turned by " << turn << ", over " << ramp_px << " pixels";
       }
@@ -89,12 +87,12 @@ TEST(SteepPlane, AJumpIsNone) {
 TEST(SteepPlane, NoneAtTheBorderAndWhereLittleIsMeasured) {
   const double slope = std::tan(radians(82)) / kTangentBySlope;
   PreparedDepth view = view_of([&](double x, double) { return 1 / kDepth_m + slope * x; }, 0, 1);
-  EXPECT_TRUE(steep_plane_at(view, kFirst, kFirst, kFocal));
-  EXPECT_FALSE(steep_plane_at(view, 2, kFirst, kFocal));
-  EXPECT_FALSE(steep_plane_at(view, kFirst, 12, kFocal));
+  EXPECT_TRUE(steep_plane_at(view, kFirst, kFirst, kFocal, {}));
+  EXPECT_FALSE(steep_plane_at(view, 2, kFirst, kFocal, {}));
+  EXPECT_FALSE(steep_plane_at(view, kFirst, 12, kFocal, {}));
   for (int v = 0; v < kEdge; ++v)
     for (int u = 10; u < kEdge; ++u) view.inverse_depth[static_cast<std::size_t>(v * kEdge + u)] = 0;
-  EXPECT_FALSE(steep_plane_at(view, kFirst, kFirst, kFocal));
+  EXPECT_FALSE(steep_plane_at(view, kFirst, kFirst, kFocal, {}));
 }
 
 }  // namespace

@@ -44,6 +44,7 @@ inline KeptRoom room_to_write() {
   }
   room.albedo = albedo;
   room.albedo_error = 0.02f;
+  room.lamps = {{{0.4f, -0.2f, 1.7f}, 0.05f, 0.03f, false, false}, {{1, 2, 2.5f}, 0.3f, 0.1f, true, true}};
   return room;
 }
 

@@ -75,8 +75,8 @@ TEST_F(RoomFileFaults, AreNamedWithPlaceFoundAndAllowed) {
   other[0] = 'X';
   EXPECT_EQ(error_with(other), "found another kind of file, allowed: a room that lumigraft kept");
   other = good;
-  set_number(other, 8, 2);
-  EXPECT_EQ(error_with(other), "format: found 2, allowed: 1");
+  set_number(other, 8, 1);
+  EXPECT_EQ(error_with(other), "format: found 1, allowed: 2");
   other = good;
   other[20] ^= 1;
   EXPECT_TRUE(error_with(other).starts_with("head: found checksum ")) << error_with(other);
@@ -86,7 +86,7 @@ TEST_F(RoomFileFaults, AreNamedWithPlaceFoundAndAllowed) {
   EXPECT_TRUE(error_with(other).starts_with("field, chunk at byte " + std::to_string(first) + ": found checksum "))
       << error_with(other);
   other = FileBytes(good.begin(), good.end() - 1);
-  EXPECT_NE(error_with(other).find("albedo, chunk at byte "), std::string::npos) << error_with(other);
+  EXPECT_NE(error_with(other).find("lamps, chunk at byte "), std::string::npos) << error_with(other);
   EXPECT_NE(error_with(other).find("the file is cut short"), std::string::npos) << error_with(other);
   other = good;
   other.push_back(0);
@@ -149,6 +149,16 @@ TEST_F(RoomFileFaults, NumbersOutOfRangeAreNamed) {
   std::memcpy(&many[32], &bricks, sizeof(bricks));
   repair(many);
   EXPECT_EQ(error_with(many), "field: found 1099511627776 bricks, allowed: 8388608");
+  many = good;
+  set_number(many, 56, 65);
+  repair(many);
+  EXPECT_EQ(error_with(many), "lamps: found 65, allowed: 64");
+  FileBytes nowhere = good;  // the second lamp's x
+  set_number(nowhere, nowhere.size() - 24, 0x7fc00000);
+  repair(nowhere);
+  EXPECT_NE(error_with(nowhere).find("found lamp 1 with radius 0.3, sigma 0.1 and flags 3, allowed: a finite position"),
+            std::string::npos)
+      << error_with(nowhere);
   FileBytes kind = good;
   const std::size_t first = head_length(good);
   set_number(kind, first, 2);

@@ -58,6 +58,21 @@ TEST(RoomFile, GivesSurfacesAndAlbedoBack) {
     }
 }
 
+TEST(RoomFile, GivesLampsBack) {
+  const RoomFolder folder("lamps");
+  const KeptRoom written = room_to_write();
+  write_room(folder.file(), written, test_tag());
+  const KeptRoom read = read_room(folder.file(), test_tag(), {});
+  ASSERT_EQ(read.lamps.size(), written.lamps.size());
+  for (std::size_t i = 0; i < read.lamps.size(); ++i) {
+    EXPECT_EQ(read.lamps[i].position_m, written.lamps[i].position_m);
+    EXPECT_EQ(read.lamps[i].radius_m, written.lamps[i].radius_m);
+    EXPECT_EQ(read.lamps[i].distance_log_sigma, written.lamps[i].distance_log_sigma);
+    EXPECT_EQ(read.lamps[i].flat, written.lamps[i].flat);
+    EXPECT_EQ(read.lamps[i].beam, written.lamps[i].beam);
+  }
+}
+
 // So that what was kept for months does not drift from one start to the next.
 TEST(RoomFile, IsTheSameWhenItIsWrittenAgain) {
   const RoomFolder folder("twice");

@@ -229,5 +229,64 @@ TEST(LampMemory, RemembersTheIntensityOfALampThatIsCarried) {
   EXPECT_FALSE(prior(was, 0.5f, found.shapes[0])) << "it was dimmed";
 }
 
+/// A lamp at `position_m` as large as the scene's.
+KeptLamp kept_lamp(const Scene& scene, const Vector3f& position_m) {
+  const float distance_m = (position_m - scene.room.probe).norm();
+  return {position_m, distance_m * std::tan(scene.light.lights[0].angular_radius_rad), 0.03f};
+}
+
+TEST(LampMemory, AKeptPlaceIsAPriorOfALampAsLargeInItsDirection) {
+  const Vector3f lamp_m(0.5f, -0.3f, 0.8f);
+  const Scene scene(lamp_m);
+  const double truth = 1 / (lamp_m - scene.room.probe).norm();
+  const KeptLamp kept = kept_lamp(scene, lamp_m);
+  const std::vector<LampShape> bulb = {{.inverse_distance = 1}};
+  const auto prior_with = [&](const KeptLamp& lamp, const std::vector<LampShape>& shapes) {
+    LampMemory memory;
+    memory.restore({lamp});
+    return memory.prior(*scene.model, shapes);
+  };
+  const auto prior = prior_with(kept, bulb);
+  ASSERT_TRUE(prior);
+  EXPECT_NEAR(prior->mean[0], truth, 1e-6);
+  const double sigma = truth * std::hypot(0.03, double{kLampParameters.memory.kept_log_sigma});
+  EXPECT_NEAR(prior->information(0, 0) * sigma * sigma, 1, 1e-4);
+  EXPECT_EQ((prior->information.array() != 0).count(), 1) << "tilt and power are not kept";
+
+  KeptLamp other = kept;
+  other.radius_m *= 1.3f;
+  EXPECT_FALSE(prior_with(other, bulb)) << "a larger lamp";
+  other = kept;
+  other.position_m.x() += 0.1f;
+  EXPECT_FALSE(prior_with(other, bulb)) << "elsewhere";
+  EXPECT_FALSE(prior_with(kept, {{.inverse_distance = 1, .flat = true}})) << "another shape";
+
+  LampMemory memory;
+  memory.restore({kept, other});
+  LampPosterior found;
+  found.shapes = {{.inverse_distance = 0.5}};
+  found.with_prior = 100 * Eigen::MatrixXd::Identity(kUnknownsPerLamp, kUnknownsPerLamp);
+  memory.keep(*scene.model, found);
+  EXPECT_NEAR(memory.prior(*scene.model, found.shapes)->mean[0], 0.5, 1e-9) << "this run knows better";
+  ASSERT_EQ(memory.kept().size(), 1u) << "the other did not shine yet";
+  EXPECT_EQ(memory.kept()[0].position_m, other.position_m);
+}
+
+TEST(LampMemory, AWrongKeptPlaceIsOverruledAndAFaintLampIsFoundAtItsOwn) {
+  const Vector3f lamp_m(0.5f, -0.3f, 0.8f);
+  Scene scene(lamp_m);
+  scene.light.lights.push_back(faint_lamp({0.5f, 0.5f, 1}, false));
+  const float faint_m = 0.7f;
+  const PointLight& faint = scene.light.lights[1];
+  const Vector3f way = lamp_m - scene.room.probe;
+  LampMemory memory;
+  memory.restore({kept_lamp(scene, scene.room.probe + 1.5f * way),
+                  {scene.room.probe + faint_m * faint.direction, faint_m * std::tan(faint.angular_radius_rad), 0.05f}});
+  const std::vector<LampEstimate> found =
+      locate_lamps(*scene.irradiance, scene.light, scene.samples, scene.gathered, std::nullopt, {}, memory);
+  EXPECT_NEAR(found[0].distance_m, way.norm(), 0.03) << "shading determines it";
+  EXPECT_NEAR(found[1].distance_m, faint_m, 0.02) << "shading does not; it hangs where it hung";
+}
+
 }  // namespace
 }  // namespace lumigraft::reconstruct

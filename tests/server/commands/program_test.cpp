@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "server/commands/parameters.h"
 #include "tests/server/stream/websocket_client.h"
 #include "tests/server/tiny_session.h"
 
@@ -218,6 +219,27 @@ TEST(Program, KeepsItsRoomForTheNextStart) {
   EXPECT_NE(text.find("the file is cut short; this room is not used, and kept as " + file.string() + ".unused"),
             std::string::npos)
       << text;
+}
+
+TEST(Program, AStopSignalKeepsWhatTheRoomIsThen) {
+  const TinySession scratch("stop-keeps-room");
+  const std::filesystem::path file = scratch.folder / "hall.room";
+  const std::string recording = LUMIGRAFT_SOURCE_DIR "/recordings/tabletop";
+  Program program(scratch.folder, {"serve", "--session", recording, "--listen", "127.0.0.1:0", "--set",
+                                   "plan.method=rays", "--set", "server.room=" + file.string()});
+  const std::uint16_t port = program.port();
+  ASSERT_NE(port, 0) << program.stderr_text();
+  const Clock::time_point deadline = Clock::now() + std::chrono::seconds(60);
+  while (http_get(port, "/metrics").find("\nlumigraft_fusion_bricks 0\n") != std::string::npos &&
+         Clock::now() < deadline)
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  EXPECT_FALSE(std::filesystem::exists(file)) << "it is written after ten seconds";
+  const Clock::time_point begin = Clock::now();
+  program.signal(SIGTERM);
+  EXPECT_EQ(program.wait(), 0);
+  EXPECT_LT(Clock::now() - begin, kCommands.save_patience + std::chrono::seconds(1));
+  EXPECT_TRUE(std::filesystem::exists(file));
+  EXPECT_FALSE(std::filesystem::exists(file.string() + ".partial"));
 }
 
 TEST(Program, AnAddressInUseIsExitCode1) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "reconstruct/pose/tag_map_file.h"
+#include "server/commands/parameters.h"
 #include "tests/server/tiny_session.h"
 
 namespace lumigraft::server {
@@ -31,9 +32,11 @@ TEST_F(TagMapFileTest, IsReadAgainAfterARestart) {
   EXPECT_EQ(second.message(), file_.string() + ": 2 of 2 tags are located, as learnt before");
 }
 
-TEST_F(TagMapFileTest, OneThatCannotBeUsedIsKept) {
-  for (const std::string unused : {".unused", ".unused2", ".unused3"}) {
-    const std::string broken = "format = 7\n# " + unused;
+TEST_F(TagMapFileTest, OneThatCannotBeUsedIsKeptAndOfManyTheNewest) {
+  const auto broken_text = [](int i) { return "format = 7\n# " + std::to_string(i); };
+  constexpr int kBroken = 7;
+  for (int i = 1; i <= kBroken; ++i) {
+    const std::string broken = broken_text(i);
     folder_.write("session.tags.toml", broken);
     TagMapFile map(file_, kTag);
     EXPECT_FALSE(map.learnt());
@@ -43,9 +46,11 @@ TEST_F(TagMapFileTest, OneThatCannotBeUsedIsKept) {
     EXPECT_EQ(map.save(state_), "");
     EXPECT_EQ(map.save(state_), "");
     EXPECT_EQ(folder_.read("session.tags.toml"), text_);
-    EXPECT_EQ(folder_.read("session.tags.toml" + unused), broken);
+    EXPECT_EQ(folder_.read("session.tags.toml.unused"), broken) << "as the message says";
   }
-  EXPECT_FALSE(fs::exists(file_.string() + ".unused4"));
+  for (int i = 2; i <= kCommands.max_unused; ++i)
+    EXPECT_EQ(folder_.read("session.tags.toml.unused" + std::to_string(i)), broken_text(kBroken + 1 - i));
+  EXPECT_FALSE(fs::exists(file_.string() + ".unused" + std::to_string(kCommands.max_unused + 1)));
 }
 
 TEST_F(TagMapFileTest, AFailedSaveIsReportedOnceAndLosesNothing) {

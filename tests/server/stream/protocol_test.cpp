@@ -70,6 +70,8 @@ TEST(Protocol, Commands) {
   EXPECT_EQ(std::get<std::string>(object.object), "statue");
   EXPECT_EQ(*object.position_m, Eigen::Vector3d(0.1, -2, 3));
   EXPECT_EQ(object.yaw_degrees, 90.0);
+  EXPECT_EQ(*std::get<ObjectCommand>(parse_command(R"({"type":"object","index":0,"on_pixel":[12.5,7]})")).on_pixel,
+            Eigen::Vector2d(12.5, 7));
   EXPECT_EQ(object.visible, false);
   EXPECT_EQ(object.material->base_color.value()->y(), 0.5f);
   EXPECT_EQ(object.material->roughness.value(), 0.25f);
@@ -124,6 +126,8 @@ TEST(Protocol, EverythingElseIsRefusedWithAReason) {
                            R"({"type":"object","index":0,"colour":1})",
                            R"({"type":"object","index":0,"position_m":[1e999,0,0]})",
                            R"({"type":"object","index":0,"position_m":[0,0]})",
+                           R"({"type":"object","index":0,"on_pixel":[0,-1]})",
+                           R"({"type":"object","index":0,"on_pixel":[0,1],"position_m":[0,0,0]})",
                            R"({"type":"object","index":0,"position_m":[0,0,101]})",
                            R"({"type":"object","index":0,"visible":1})",
                            R"({"type":"object","index":0,"material":{"ior":0.5}})",

@@ -19,7 +19,7 @@ using std::chrono::milliseconds;
 /// A server with a fake service that publishes a JPEG-kind message every 10 ms.
 class WebServerTest : public testing::Test {
  protected:
-  void start(WebSettings settings = {}, std::size_t picture_bytes = 1000) {
+  void start(const WebSettings& settings = {}, std::size_t picture_bytes = 1000) {
     WebHandlers handlers;
     handlers.get = [](std::string_view path) {
       return path == "/" ? WebReply{200, "text/html", "the page"} : WebReply{404, "text/plain", "none"};
@@ -27,6 +27,7 @@ class WebServerTest : public testing::Test {
     handlers.hello = [] { return std::string(R"({"type":"hello"})"); };
     handlers.state = [this] { return R"({"type":"state","moved":)" + std::to_string(moved_.load()) + "}"; };
     handlers.change_object = [this](const ObjectCommand& command) -> std::optional<std::string> {
+      if (command.on_pixel) return "on_pixel: nothing is there";
       if (std::holds_alternative<std::size_t>(command.object) && std::get<std::size_t>(command.object) > 0) {
         return "object: there is one";
       }
@@ -136,6 +137,17 @@ TEST_F(WebServerTest, AFirstBadMessageIsAnsweredASecondEndsTheStream) {
   ASSERT_TRUE(close);
   EXPECT_EQ(close->close_code(), 1008);
   expect_frames(good, 5);
+}
+
+TEST_F(WebServerTest, TouchesThatMissEndNoStream) {
+  start();
+  WebsocketClient viewer(port());
+  want(viewer);
+  for (int i = 0; i < 4; ++i) {
+    viewer.send_text(R"({"type":"object","index":0,"on_pixel":[3,4]})");
+    EXPECT_TRUE(viewer.receive_text("nothing is there"));
+  }
+  expect_frames(viewer, 5);
 }
 
 TEST_F(WebServerTest, HostileFramesHarmNoOtherViewer) {
