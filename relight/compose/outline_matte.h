@@ -83,8 +83,8 @@ class OutlineMatte {
   // side apart. What a pixel sees of them is summed at the nodes, the middles of cells, and linear between: over so
   // many samples the sums are smooth.
   static constexpr int kCell = 2, kReach = 3;  ///< samples along a cell's edge; cells to all sides of a node
-  int step_, cell_px_, first_column_, first_row_, columns_, rows_;  ///< first: cell, from the image's corner
-  std::array<float, (2 * kReach + 1) * (2 * kReach + 1)> kernel_;   ///< weight by offset from a node, row-major
+  int step_, cell_px_, first_column_, first_row_, columns_, rows_;         ///< first: cell, from the image's corner
+  std::array<float, (2 * kReach + 1) * (2 * kReach + 1)> kernel_;          ///< weight by offset from a node, row-major
   enum class Cell : char { unknown, wanted, empty, front, behind, both };  ///< what its samples show
   std::vector<Cell> cells_;
   std::unique_ptr<Sides[]> sums_;  ///< by cell, unless it is unknown or empty

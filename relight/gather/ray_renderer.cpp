@@ -205,7 +205,7 @@ struct RayRenderer::State {
 
   void see(const CameraRays& eye, const CurrentDepth& depth, int rays, Clock& clock) {
     const UpdateSubset turn = new_view ? UpdateSubset{} : light.turn();
-    new_view = true;  // if this throws, everything is recomputed
+    new_view = true;  // until finish() is done: if anything throws, everything is recomputed
     const std::vector<EmitterSampleSet>& emitters = light.light().objects().emitter_samples();
     find_change(emitters, rays, turn, clock);
     if (gloss) {
@@ -220,14 +220,10 @@ struct RayRenderer::State {
     objects = trace_objects(light.light(), light_sources(lamps, emitters), seen, eye, depth, picture, detail,
                             std::move(objects));
     clock.done("object pixels");
-    divide_at_outlines(depth);
-    clock.done("change matte");
-    new_view = false;
   }
 
   /// The change of light at the outlines of what moved in front of the room.
   void divide_at_outlines(const CurrentDepth& depth) {
-    if (covered.empty()) return;
     capture::Image<std::uint8_t> front(change.width, change.height, 1);
     for (const auto& [i, behind] : covered) {
       if (!behind.known || behind.depth_m > seen[i].depth_m) front.data[i] = 255;
@@ -235,11 +231,16 @@ struct RayRenderer::State {
     divide_change(depth, camera, front, objects, change);
   }
 
-  /// From `objects` to `shown`.
-  void show_objects(const CurrentDepth& depth, Clock& clock) {
+  /// From `objects` to `shown`, and with a new `change` that at outlines. Neither needs the other.
+  void finish(const CurrentDepth& depth, bool changed, Clock& clock) {
+    const bool divided = changed && !covered.empty();
+    for_each_index(divided ? 2 : 1, 1, [&](int k) { k == 0 ? show_objects(depth) : divide_at_outlines(depth); });
+    if (changed) new_view = false;
+    clock.done("soften and mattes");
+  }
+  void show_objects(const CurrentDepth& depth) {
     shown = softened(objects, blur_px, session.color.model.width, session.color.model.height);
     hide_behind_foreground(depth, camera, shown);
-    clock.done("soften and matte");
   }
 
   void find_change(const std::vector<EmitterSampleSet>& emitters, int rays, const UpdateSubset& turn, Clock& clock) {
@@ -347,7 +348,7 @@ RelitPicture RayRenderer::relight(const capture::FrameSet& frame, const reconstr
   const float blur_px = like_camera ? s.camera_look.blur_px() : 0;
   if (seen_anew || s.blur_px != blur_px) {
     s.blur_px = blur_px;
-    s.show_objects(depth, clock);
+    s.finish(depth, seen_anew, clock);
   }
   compose(s.camera, {s.change, &s.radiance, like_camera}, s.shown, &result.srgb);
   if (seen_anew) clock.done("compose");
