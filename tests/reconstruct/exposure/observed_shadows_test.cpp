@@ -48,13 +48,15 @@ class BoardBeforeALamp : public testing::Test {
     places_.push_back({p, (behind_board(p) ? 1 - of_first / all : 1) + noise, {of_first / all, of_second / all}});
   }
   /// Mean error of the visible fraction of a lamp over points above the table.
-  float error(const LampShadows& shadows, std::size_t lamp) const {
+  float error(const LampShadows& shadows, std::size_t lamp) const { return error(shadows, lamp, -0.1f, 0, 0.2f); }
+  /// Over points between x_m and x_m + 0.4, and between the heights.
+  float error(const LampShadows& shadows, std::size_t lamp, float x_m, float low_m, float high_m) const {
     const LampShadow* shadow = shadows.of(light_.lights[lamp].id);
     float sum = 0;
     int points = 0;
-    for (float x = -0.1f; x <= 0.3f; x += 0.05f)
+    for (float x = x_m; x <= x_m + 0.4f; x += 0.05f)
       for (float y = -0.25f; y <= 0.25f; y += 0.05f)
-        for (float z = 0; z <= 0.2f; z += 0.05f) {
+        for (float z = low_m; z <= high_m; z += 0.05f) {
           const Vector3f p(x, y, z);
           const float open = lamp == 0 && behind_board(p) ? 0 : 1;
           sum += std::abs((shadow ? shadow->open_at(p) : 1) - open);
@@ -74,6 +76,16 @@ TEST_F(BoardBeforeALamp, ShadesWhatStandsOnTheTable) {
   ASSERT_TRUE(shadows);
   EXPECT_LT(error(*shadows, 0), 0.12f);
   EXPECT_LT(error(*shadows, 1), 0.05f);
+}
+
+/// The light that an object's upper part receives would fall beside the table, where no shadow can be seen.
+TEST_F(BoardBeforeALamp, ShadesWhatReachesBeyondTheShadowOnTheTable) {
+  for (const auto& moved_m : {board_m_, {}}) {
+    const auto shadows = observe_shadows(places_, moved_m, light_);
+    ASSERT_TRUE(shadows);
+    EXPECT_LT(error(*shadows, 0, -0.55f, 0.2f, 0.4f), 0.12f) << moved_m.size() << " points of the board are seen";
+    EXPECT_LT(error(*shadows, 1, -0.55f, 0.2f, 0.4f), 0.1f);
+  }
 }
 
 TEST_F(BoardBeforeALamp, WhoseLightItHidesIsKnownWithoutSeeingIt) {
