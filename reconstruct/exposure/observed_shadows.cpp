@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "reconstruct/exposure/parameters.h"
 #include "reconstruct/math/median.h"
@@ -71,7 +72,8 @@ class LampView {
       : index_(index), shadow_{.lamp = lamp.id, .projection = projection_of(lamp, centre_m), .open = {}} {
     Eigen::AlignedBox2f box;
     for (const ShadowedPlace& place : places) {
-      seen_.push_back(place.parts[index].mean() > kShadows.min_part ? shadow_.projection(place.position_m) : std::nullopt);
+      seen_.push_back(place.parts[index].mean() > kShadows.min_part ? shadow_.projection(place.position_m)
+                                                                    : std::nullopt);
       if (seen_.back()) box.extend(seen_.back()->head<2>());
     }
     if (box.isEmpty()) return;
@@ -186,28 +188,30 @@ Eigen::Vector2f upwards(const LampProjection& projection, const Eigen::Vector2f&
 /// What stands in the light stands upright: beyond the places, as where they end below. `weights`: of the places in
 /// cells; `map`: with `open` filled.
 void continue_upwards(const capture::Image<float>& weights, LampShadow& map) {
-  const auto has_place = [&](int x, int y) {
-    for (int v = std::max(y - kShadows.nearest_reach, 0); v <= std::min(y + kShadows.nearest_reach, kCells - 1); ++v)
-      for (int u = std::max(x - kShadows.nearest_reach, 0); u <= std::min(x + kShadows.nearest_reach, kCells - 1); ++u)
-        if (weights.at(u, v) > 0) return true;
-    return false;
-  };
-  capture::Image<std::uint8_t> known(kCells, kCells, 1);
-  for (int y = 0; y < kCells; ++y)
-    for (int x = 0; x < kCells; ++x) known.at(x, y) = has_place(x, y);
+  capture::Image<float> empty(kCells, kCells, 1);
+  for (std::size_t i = 0; i < weights.data.size(); ++i) empty.data[i] = weights.data[i] > 0 ? 0.0f : 1.0f;
+  const capture::Image<float> unknown = min_around(empty);
+  const auto known = [&](int x, int y) { return unknown.at(x, y) == 0; };
+  capture::Image<float> continued = map.open;
   for (int y = 0; y < kCells; ++y)
     for (int x = 0; x < kCells; ++x) {
-      if (known.at(x, y)) continue;
+      if (known(x, y)) continue;
       Eigen::Vector2f cell(static_cast<float>(x), static_cast<float>(y));
-      for (int step = 0; step < 2 * kCells; ++step) {
-        cell -= upwards(map.projection, map.min + map.cell * cell);
+      // A vertical line projects to a straight one.
+      const Eigen::Vector2f higher =
+          static_cast<float>(kShadows.nearest_reach) * upwards(map.projection, map.min + map.cell * cell);
+      bool among_places = false;  // one step more: at their border what is filled is of the cells beyond, too
+      for (int step = 0; step < kCells; ++step) {
+        cell -= higher;
         const auto u = static_cast<int>(std::lround(cell.x())), v = static_cast<int>(std::lround(cell.y()));
-        if (u < 0 || v < 0 || u >= kCells || v >= kCells) break;
-        if (!known.at(u, v)) continue;
-        map.open.at(x, y) = map.open.at(u, v);
-        break;
+        const bool inside = u >= 0 && v >= 0 && u < kCells && v < kCells;
+        if (!inside || (among_places && !known(u, v))) break;
+        if (!known(u, v)) continue;
+        continued.at(x, y) = map.open.at(u, v);
+        if (std::exchange(among_places, true)) break;
       }
     }
+  map.open = std::move(continued);
 }
 
 std::optional<LampShadow> LampView::map() const {
@@ -217,8 +221,7 @@ std::optional<LampShadow> LampView::map() const {
   if (dark.size() < kShadows.min_dark_places) return std::nullopt;
   Eigen::AlignedBox2f box = box_of_most(dark);
   LampShadow result = shadow_;
-  const Eigen::Vector2f higher =
-      kShadows.upwards * box.sizes().maxCoeff() * upwards(result.projection, box.center());
+  const Eigen::Vector2f higher = kShadows.upwards * box.sizes().maxCoeff() * upwards(result.projection, box.center());
   box.extend(Eigen::AlignedBox2f(box.min() + higher, box.max() + higher));
   const float edge = (1 + 2 * kShadows.margin) * std::max(box.sizes().maxCoeff(), std::numeric_limits<float>::min());
   result.min = box.center().array() - edge / 2;
@@ -245,7 +248,8 @@ Matrix3f covariance_of(const std::vector<ShadowedPlace>& places) {
     for (int c = 0; c < 3; ++c) hues.push_back(std::abs(place.ratio[c] - mean));
   }
   constexpr float kSigmas = 1.48f;  // of a Gaussian in its median deviation
-  const float sigma = hues.empty() ? kShadows.sigma : std::clamp(kSigmas * median(hues), kShadows.min_hue_sigma, kShadows.sigma);
+  const float sigma =
+      hues.empty() ? kShadows.sigma : std::clamp(kSigmas * median(hues), kShadows.min_hue_sigma, kShadows.sigma);
   return kShadows.sigma * kShadows.sigma * Matrix3f::Ones() + sigma * sigma * Matrix3f::Identity();
 }
 
