@@ -10,6 +10,7 @@
 #include "relight/compose/change_matte.h"
 #include "relight/compose/composer.h"
 #include "relight/compose/foreground_matte.h"
+#include "relight/compose/motion_blur.h"
 #include "relight/compose/soften.h"
 #include "relight/gather/clipped_pixels.h"
 #include "relight/gather/gather_grid.h"
@@ -84,7 +85,8 @@ struct RayRenderer::State {
   ObjectPixels objects;
   ObjectLayer shown;  ///< objects as the camera sees them, behind what is in front of them
   CameraLook camera_look;
-  float blur_px = 0;  ///< of `shown`
+  float blur_px = 0;                  ///< of `shown`, and the objects' own motion
+  std::vector<ObjectMotion> motions;  ///< none: they are at rest, or how long the camera exposes is not known
 
   State(const capture::Session& s, Rooms the_rooms, std::shared_ptr<const RayModels> models)
       : session(s),
@@ -238,8 +240,28 @@ struct RayRenderer::State {
     if (changed) new_view = false;
     clock.done("soften and mattes");
   }
+  /// While the camera exposes; none if all are at rest.
+  std::vector<ObjectMotion> motions_of(const Exhibit& exhibit, double time_s) const {
+    if (!session.color.settings.exposure_us) return {};
+    std::vector<ObjectMotion> found = motions_over(exhibit, time_s, 1e-6 * *session.color.settings.exposure_us);
+    if (std::ranges::none_of(found, &ObjectMotion::any)) found.clear();
+    return found;
+  }
+  /// Of the objects' surfaces over the exposure, in their window.
+  capture::Image<float> shift_px() const {
+    capture::Image<float> shift(objects.coverage.width, objects.coverage.height, 2);
+    const PosedCamera from{session.color.model, Eigen::Isometry3f(T_tag_camera)};
+    for_each_index(objects.surfaces.size(), kRows * std::max(shift.width, 1), [&](std::size_t i) {
+      if (!objects.surfaces[i].known || !motions[objects.meshes[i]].any) return;
+      const auto by_px = motions[objects.meshes[i]].shift_px(from, objects.surfaces[i].surface.position_m);
+      if (by_px) std::copy_n(by_px->data(), 2, &shift.data[2 * i]);
+    });
+    return shift;
+  }
   void show_objects(const CurrentDepth& depth) {
-    shown = softened(objects, blur_px, session.color.model.width, session.color.model.height);
+    const int width = session.color.model.width, height = session.color.model.height;
+    shown = motions.empty() ? softened(objects, blur_px, width, height)
+                            : softened(motion_blurred(objects, shift_px(), width, height), blur_px, width, height);
     hide_behind_foreground(depth, camera, shown);
   }
 
@@ -346,8 +368,11 @@ RelitPicture RayRenderer::relight(const capture::FrameSet& frame, const reconstr
   const bool lit_anew = s.light.gather(plan, done), seen_anew = lit_anew || s.new_view;
   if (seen_anew) s.see(eye, depth, plan.rays, clock);
   const float blur_px = like_camera ? s.camera_look.blur_px() : 0;
-  if (seen_anew || s.blur_px != blur_px) {
+  std::vector<ObjectMotion> motions;
+  if (like_camera) motions = s.motions_of(exhibit, static_cast<double>(frame.time_ns) * 1e-9);
+  if (seen_anew || s.blur_px != blur_px || motions.empty() != s.motions.empty()) {
     s.blur_px = blur_px;
+    s.motions = std::move(motions);
     s.finish(depth, seen_anew, clock);
   }
   compose(s.camera, {s.change, &s.radiance, like_camera}, s.shown, &result.srgb);
