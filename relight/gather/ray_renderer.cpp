@@ -12,6 +12,7 @@
 #include "relight/compose/foreground_matte.h"
 #include "relight/compose/motion_blur.h"
 #include "relight/compose/soften.h"
+#include "relight/compose/subsample_chroma.h"
 #include "relight/gather/clipped_pixels.h"
 #include "relight/gather/gather_grid.h"
 #include "relight/gather/light_change.h"
@@ -376,6 +377,8 @@ RelitPicture RayRenderer::relight(const capture::FrameSet& frame, const reconstr
     s.finish(depth, seen_anew, clock);
   }
   compose(s.camera, {s.change, &s.radiance, like_camera}, s.shown, &result.srgb);
+  if (like_camera && frame.color->original)
+    subsample_chroma(capture::chroma_block(*frame.color->original), s.shown, &result.srgb);
   if (seen_anew) clock.done("compose");
   if (like_camera && s.camera_look.noise()) {
     add_noise(*s.camera_look.noise(), *s.camera.coded(), s.shown, frame.index, &result.srgb);
