@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <opencv2/imgcodecs.hpp>
 #include <vector>
 
 namespace lumigraft::capture {
@@ -33,13 +32,6 @@ TEST(ChromaSampling, OfJpegByItsHeader) {
   expect_block(RawFrame(PixelFormat::mjpeg, jpeg(0x21, 0x11)), 2, 1);
   expect_block(RawFrame(PixelFormat::mjpeg, jpeg(0x11, 0x11)), 1, 1);
   expect_block(RawFrame(PixelFormat::mjpeg, jpeg(0x22, 0x12)), 2, 1);
-}
-
-TEST(ChromaSampling, OfAnEncodersJpeg) {
-  const cv::Mat3b picture(32, 32, cv::Vec3b(10, 200, 90));
-  std::vector<std::uint8_t> bytes;
-  cv::imencode(".jpg", picture, bytes);  // 4:2:0 is libjpeg's default
-  expect_block(RawFrame(PixelFormat::mjpeg, bytes), 2, 2);
 }
 
 TEST(ChromaSampling, OfCutOrWrongJpegIsNone) {
