@@ -7,6 +7,7 @@
 #include "relight/compose/foreground_matte.h"
 #include "relight/compose/read_tiles.h"
 #include "relight/compose/soften.h"
+#include "relight/compose/subsample_chroma.h"
 
 namespace lumigraft::relight {
 namespace {
@@ -98,7 +99,7 @@ void CameraView::show_live(const capture::FrameSet& frame, const View& view, con
   }
   const CurrentDepth depth(pixel_rays_, depth_of(frame, model_), view.params.field.x(), depth_noise_);
   result->srgb = live_picture_.over(camera_, depth, blur_px());
-  add_noise_to(live_picture_.shown(), frame.index, &result->srgb);
+  give_look(frame, live_picture_.shown(), &result->srgb);
   shown_ = Shown::live;
   if (view.with_maps) add_maps(depth, live_picture_.objects(), result);
 }
@@ -145,7 +146,7 @@ void CameraView::show_full(const capture::FrameSet& frame, const View& view, con
     full_foreground_ = hidden.has_value();
   }
   result->srgb = full_picture_;
-  add_noise_to(shown, frame.index, &result->srgb);
+  give_look(frame, shown, &result->srgb);
   shown_ = Shown::full;
   if (view.with_maps) add_maps(depth, full_objects_, result);
 }
@@ -174,9 +175,11 @@ void CameraView::take(const capture::FrameSet& frame, const reconstruct::Scene& 
   if (like_camera) look_.follow(camera_.coded(), model_, scene.pose, depth_of(frame, model_));
 }
 
-void CameraView::add_noise_to(const ObjectLayer& objects, std::uint64_t frame,
-                              capture::Image<std::uint8_t>* picture) const {
-  if (like_camera_ && look_.noise()) add_noise(*look_.noise(), *camera_.coded(), objects, frame, picture);
+void CameraView::give_look(const capture::FrameSet& frame, const ObjectLayer& objects,
+                           capture::Image<std::uint8_t>* picture) const {
+  if (!like_camera_) return;
+  if (frame.color->original) subsample_chroma(capture::chroma_block(*frame.color->original), objects, picture);
+  if (look_.noise()) add_noise(*look_.noise(), *camera_.coded(), objects, frame.index, picture);
 }
 
 /// As those of the picture that the screen holds.

@@ -71,7 +71,9 @@ class CameraView {
   void add_maps(const CurrentDepth& depth, const ObjectLayer& objects, RelitPicture* result);
 
   float blur_px() const { return like_camera_ ? look_.blur_px() : 0; }
-  void add_noise_to(const ObjectLayer& objects, std::uint64_t frame, capture::Image<std::uint8_t>* picture) const;
+  /// The camera's resolution in colour, and its noise.
+  void give_look(const capture::FrameSet& frame, const ObjectLayer& objects,
+                 capture::Image<std::uint8_t>* picture) const;
 
   gpu::Device& device_;
   CameraUpload camera_;

@@ -143,12 +143,12 @@ std::shared_ptr<const LampShadows> shadows_seen(const PlacesSeenAgain& seen, con
     const SurfaceCell* cell = seen.cells.find(place);
     if (!cell || !cell->light) continue;
     const LightChange change = seen.cells.light_change(*cell, light);
-    const float all = unoccluded_irradiance(*light, cell->position_m, cell->normal).mean();
-    const float ratio = (place.radiance / (seen.gain * cell->radiance * change.ratio)).mean();
-    if (!std::isfinite(change.log_sigma) || !std::isfinite(ratio) || !(all > 0)) continue;
+    const Array3f all = unoccluded_irradiance(*light, cell->position_m, cell->normal);
+    const Array3f ratio = place.radiance / (seen.gain * cell->radiance * change.ratio);
+    if (!std::isfinite(change.log_sigma) || !ratio.isFinite().all() || !(all > 0).all()) continue;
     ShadowedPlace& shadowed = seen_again.emplace_back(ShadowedPlace{cell->position_m, ratio, {}});
     for (const PointLight& lamp : light->lights)
-      shadowed.parts.push_back(lamp_irradiance(lamp, cell->position_m, cell->normal).mean() / all);
+      shadowed.parts.push_back(lamp_irradiance(lamp, cell->position_m, cell->normal) / all);
   }
   return observe_shadows(seen_again, moved_m, *light);
 }

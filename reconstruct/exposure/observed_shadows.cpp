@@ -3,12 +3,16 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "reconstruct/exposure/parameters.h"
+#include "reconstruct/math/median.h"
 
 namespace lumigraft::reconstruct {
 namespace {
 
+using Eigen::Array3f;
+using Eigen::Matrix3f;
 using Eigen::Vector3f;
 
 constexpr const ExposureParameters::Shadows& kShadows = kExposure.shadows;
@@ -68,7 +72,8 @@ class LampView {
       : index_(index), shadow_{.lamp = lamp.id, .projection = projection_of(lamp, centre_m), .open = {}} {
     Eigen::AlignedBox2f box;
     for (const ShadowedPlace& place : places) {
-      seen_.push_back(place.parts[index] > kShadows.min_part ? shadow_.projection(place.position_m) : std::nullopt);
+      seen_.push_back(place.parts[index].mean() > kShadows.min_part ? shadow_.projection(place.position_m)
+                                                                    : std::nullopt);
       if (seen_.back()) box.extend(seen_.back()->head<2>());
     }
     if (box.isEmpty()) return;
@@ -173,13 +178,51 @@ capture::Image<float> blurred(const capture::Image<float>& image) {
   return result;
 }
 
+/// The direction in which what is higher is seen from the lamp; zero right above and below it.
+Eigen::Vector2f upwards(const LampProjection& projection, const Eigen::Vector2f& at) {
+  const Vector3f up = projection.axes.col(2);
+  const Eigen::Vector2f direction = up.head<2>() - (projection.far ? 0.0f : up.z()) * at;
+  return direction.stableNormalized();
+}
+
+/// What stands in the light stands upright: beyond the places, as where they end below. `weights`: of the places in
+/// cells; `map`: with `open` filled.
+void continue_upwards(const capture::Image<float>& weights, LampShadow& map) {
+  capture::Image<float> empty(kCells, kCells, 1);
+  for (std::size_t i = 0; i < weights.data.size(); ++i) empty.data[i] = weights.data[i] > 0 ? 0.0f : 1.0f;
+  const capture::Image<float> unknown = min_around(empty);
+  const auto known = [&](int x, int y) { return unknown.at(x, y) == 0; };
+  capture::Image<float> continued = map.open;
+  for (int y = 0; y < kCells; ++y)
+    for (int x = 0; x < kCells; ++x) {
+      if (known(x, y)) continue;
+      Eigen::Vector2f cell(static_cast<float>(x), static_cast<float>(y));
+      // A vertical line projects to a straight one.
+      const Eigen::Vector2f higher =
+          static_cast<float>(kShadows.nearest_reach) * upwards(map.projection, map.min + map.cell * cell);
+      bool among_places = false;  // one step more: at their border what is filled is of the cells beyond, too
+      for (int step = 0; step < kCells; ++step) {
+        cell -= higher;
+        const auto u = static_cast<int>(std::lround(cell.x())), v = static_cast<int>(std::lround(cell.y()));
+        const bool inside = u >= 0 && v >= 0 && u < kCells && v < kCells;
+        if (!inside || (among_places && !known(u, v))) break;
+        if (!known(u, v)) continue;
+        continued.at(x, y) = map.open.at(u, v);
+        if (std::exchange(among_places, true)) break;
+      }
+    }
+  map.open = std::move(continued);
+}
+
 std::optional<LampShadow> LampView::map() const {
   std::vector<Eigen::Vector2f> dark;
   for (const Sample& sample : samples_)
     if (sample.open < kShadows.max_open && sample.weight > kShadows.min_weight) dark.push_back(sample.at);
   if (dark.size() < kShadows.min_dark_places) return std::nullopt;
-  const Eigen::AlignedBox2f box = box_of_most(dark);
+  Eigen::AlignedBox2f box = box_of_most(dark);
   LampShadow result = shadow_;
+  const Eigen::Vector2f higher = kShadows.upwards * box.sizes().maxCoeff() * upwards(result.projection, box.center());
+  box.extend(Eigen::AlignedBox2f(box.min() + higher, box.max() + higher));
   const float edge = (1 + 2 * kShadows.margin) * std::max(box.sizes().maxCoeff(), std::numeric_limits<float>::min());
   result.min = box.center().array() - edge / 2;
   result.cell = edge / (kCells - 1);
@@ -192,41 +235,51 @@ std::optional<LampShadow> LampView::map() const {
     weights.at(x, y) += sample.weight;
   }
   result.open = filled(blurred(sums), blurred(weights));
+  continue_upwards(weights, result);
   return result;
 }
 
-/// d_k of a place. `missing`: 1 - r.
-std::vector<float> hidden_fractions(const std::vector<float>& parts, const std::vector<float>& priors, float missing) {
-  float sure = kShadows.sigma * kShadows.sigma;
-  float rest = 1;
-  for (std::size_t k = 0; k < parts.size(); ++k) {
-    sure += std::pow(priors[k] * parts[k], 2.0f);
-    rest -= parts[k];
+/// N, from places that are not in shadow.
+Matrix3f covariance_of(const std::vector<ShadowedPlace>& places) {
+  std::vector<float> hues;
+  for (const ShadowedPlace& place : places) {
+    const float mean = place.ratio.mean();
+    if (mean < 1 - kShadows.min_darkening || mean > 1 + kShadows.min_darkening) continue;
+    for (int c = 0; c < 3; ++c) hues.push_back(std::abs(place.ratio[c] - mean));
   }
-  sure += std::pow(kShadows.rest_prior * rest, 2.0f);
+  constexpr float kSigmas = 1.48f;  // of a Gaussian in its median deviation
+  const float sigma =
+      hues.empty() ? kShadows.sigma : std::clamp(kSigmas * median(hues), kShadows.min_hue_sigma, kShadows.sigma);
+  return kShadows.sigma * kShadows.sigma * Matrix3f::Ones() + sigma * sigma * Matrix3f::Identity();
+}
+
+/// d_k of a place. `missing`: 1 - r; `noise`: N.
+std::vector<float> hidden_fractions(const std::vector<Array3f>& parts, const std::vector<float>& priors,
+                                    const Array3f& missing, const Matrix3f& noise) {
+  Array3f rest = Array3f::Ones();
+  for (const Array3f& part : parts) rest -= part;
   std::vector<float> hidden(parts.size(), 0);
   // A lamp cannot be hidden twice: what is beyond all of its light is of the others.
-  float left = missing;
   std::vector<bool> whole(parts.size(), false);
   for (std::size_t round = 0; round < parts.size(); ++round) {
-    bool any = false;
+    const Vector3f of_rest = kShadows.rest_prior * rest.matrix();
+    Matrix3f covariance = noise + of_rest * of_rest.transpose();
+    Array3f left = missing;
     for (std::size_t k = 0; k < parts.size(); ++k) {
-      if (whole[k]) continue;
-      hidden[k] = priors[k] * priors[k] * parts[k] * left / sure;
-      if (hidden[k] < 1) continue;
-      hidden[k] = 1;
-      whole[k] = any = true;
-    }
-    if (!any) break;
-    left = missing;
-    sure = kShadows.sigma * kShadows.sigma + std::pow(kShadows.rest_prior * rest, 2.0f);
-    for (std::size_t k = 0; k < parts.size(); ++k) {
+      const Vector3f of_lamp = priors[k] * parts[k].matrix();
       if (whole[k])
         left -= parts[k];
       else
-        sure += std::pow(priors[k] * parts[k], 2.0f);
+        covariance += of_lamp * of_lamp.transpose();
     }
-    left = std::max(left, 0.0f);
+    const Vector3f weighted = covariance.inverse() * left.matrix();
+    bool any = false;
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+      if (whole[k]) continue;
+      hidden[k] = std::clamp(priors[k] * priors[k] * parts[k].matrix().dot(weighted), 0.0f, 1.0f);
+      if (hidden[k] == 1) whole[k] = any = true;
+    }
+    if (!any) break;
   }
   return hidden;
 }
@@ -239,7 +292,7 @@ std::shared_ptr<const LampShadows> observe_shadows(const std::vector<ShadowedPla
   std::size_t dark = 0;
   Vector3f centre_m = Vector3f::Zero();
   for (const ShadowedPlace& place : places) {
-    dark += place.ratio < 1 - kShadows.min_darkening;
+    dark += place.ratio.mean() < 1 - kShadows.min_darkening;
     centre_m += place.position_m / static_cast<float>(places.size());
   }
   const auto is_covered = [](const PointLight& lamp) { return lamp.covered; };
@@ -252,16 +305,16 @@ std::shared_ptr<const LampShadows> observe_shadows(const std::vector<ShadowedPla
     views.emplace_back(light.lights[k], k, places, centre_m);
     views.back().add_moved(moved_m);
   }
+  const Matrix3f noise = covariance_of(places);
   std::vector<float> priors(light.lights.size(), 0);
   for (std::size_t i = 0; i < places.size(); ++i) {
     const ShadowedPlace& place = places[i];
     for (const LampView& view : views) priors[view.index()] = view.prior(i);
     // Texture, gloss and the room's reflected light vary by the lower bound, and shadows are all of the upper one.
-    const float darker = 1 - place.ratio;
-    const float missing =
-        darker * std::clamp((darker - kShadows.sigma) / (kShadows.min_darkening - kShadows.sigma), 0.0f, 1.0f);
-    const std::vector<float> hidden = hidden_fractions(place.parts, priors, missing);
-    for (LampView& view : views) view.set_open(i, 1 - hidden[view.index()], place.parts[view.index()]);
+    const float darker = 1 - place.ratio.mean();
+    const float shadow = std::clamp((darker - kShadows.sigma) / (kShadows.min_darkening - kShadows.sigma), 0.0f, 1.0f);
+    const std::vector<float> hidden = hidden_fractions(place.parts, priors, shadow * (1 - place.ratio), noise);
+    for (LampView& view : views) view.set_open(i, 1 - hidden[view.index()], place.parts[view.index()].mean());
   }
   auto result = std::make_shared<LampShadows>();
   for (const LampView& view : views)

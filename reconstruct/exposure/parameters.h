@@ -42,7 +42,8 @@ struct ExposureParameters {
   /// Of what moved (observed_shadows.h).
   struct Shadows {
     int cells = 128;                  ///< along the edges of a lamp's map; a power of two
-    float sigma = 0.05f;              ///< 1σ of a place's ratio: texture_log_sigma
+    float sigma = 0.05f;              ///< 1σ of a place's ratio: texture_log_sigma, that of all channels,
+    float min_hue_sigma = 0.01f;      ///< and of each one's deviation from their mean at least; measured
     float min_darkening = 0.1f;       ///< of a place that is in a shadow
     float min_dark_fraction = 0.03f;  ///< of the places, for a shadow to be found
     float min_part = 0.02f;           ///< of a place's light, for a lamp to be known to light it
@@ -52,7 +53,8 @@ struct ExposureParameters {
     float max_open = 0.8f;            ///< of a lamp at a place in its shadow,
     float min_weight = 0.5f;          ///< which has to be known: the lamp gives it sigma of its light
     std::size_t min_dark_places = 8;  ///< in the shadow of one lamp
-    float margin = 0.15f;             ///< of a map around its shadow
+    float margin = 0.15f;             ///< of a map around its shadow, and
+    float upwards = 1;                ///< above it, times its size: no place may show where it ends
     float other_prior = 0.2f, covered_prior = 0.5f, rest_prior = 0.1f;  ///< w_k, w
     float moved_reach_m = 0.3f;                  ///< around what moved: what belongs to it and no camera sees
     float moved_cell_m = 0.1f;                   ///< edge of space that is remembered as filled

@@ -34,24 +34,41 @@ Simd4 now_over(Simd4 now, Simd4 before) {
   return reconstruct::select(before > 0, bounded, broadcast(1));
 }
 
-/// By pixel value, the change of linear light that surely does not change it.
-struct Unchanged {
-  std::array<float, 256> linear;
-
+/// Which changes of linear light surely do not change pixel values that are the camera's own.
+class Unchanged {
+ public:
   Unchanged() {
     constexpr float kHalf = 0.49f;  // of a pixel value; the rest is for rounding
-    for (std::size_t code = 0; code < linear.size(); ++code) {
+    for (std::size_t code = 0; code < linear_.size(); ++code) {
       const auto value = static_cast<float>(code);
       const auto light = [&](float encoded) { return capture::srgb_to_linear(std::max(encoded, 0.0f) / 255); };
       const float own = light(value);
-      linear[code] = code == 0 ? light(kHalf) : std::min(own - light(value - kHalf), light(value + kHalf) - own);
+      linear_[code] = code == 0 ? light(kHalf) : std::min(own - light(value - kHalf), light(value + kHalf) - own);
     }
+    least_ = *std::min_element(linear_.begin(), linear_.end());
+    linear_.back() = 0;  // what clips may be restored
   }
-  /// Whether a pixel with these values keeps them. `change`: of linear light.
+  /// Of a pixel with these values. False where the change is not finite.
   bool holds(const std::uint8_t* codes, Simd4 change) const {
-    const Simd4 bound{linear[codes[0]], linear[codes[1]], linear[codes[2]], 1};
-    return !reconstruct::any(reconstruct::abs(change) >= bound);
+    const Simd4 bound{linear_[codes[0]], linear_[codes[1]], linear_[codes[2]], 1};
+    return all(reconstruct::abs(change) < bound);
   }
+  /// Of any kPixels pixels. `factor`: what their changes, three channels each, are multiplied by.
+  static constexpr int kPixels = 4;
+  bool hold_all(const float* changes, Simd4 factor) const {
+    const Simd4 most = reconstruct::max(reconstruct::abs(reconstruct::load(changes)),
+                                        reconstruct::max(reconstruct::abs(reconstruct::load(changes + 4)),
+                                                         reconstruct::abs(reconstruct::load(changes + 8))));
+    // A maximum may lose what is not a number, a sum does not.
+    const Simd4 sum = reconstruct::load(changes) + reconstruct::load(changes + 4) + reconstruct::load(changes + 8);
+    return all((factor * most < broadcast(least_)) & (sum - sum == Simd4{}));
+  }
+
+ private:
+  static bool all(reconstruct::Simd4Int where) { return !reconstruct::any(~where); }
+
+  std::array<float, 256> linear_;  ///< by pixel value
+  float least_;                    ///< of any
 };
 
 }  // namespace
@@ -61,14 +78,31 @@ void compose(const CameraUpload& camera, const RoomChange& change, const ObjectL
   const capture::SrgbTable& srgb = capture::srgb_table();
   static const Unchanged unchanged;
   const Simd4 exposure = channels_of(camera.exposure());
+  const bool exact = camera.coded_exactly();
+  // By which a change may yet grow: the lens transmits all of the light at most.
+  const Simd4 flicker = broadcast(change.proportional && change.radiance ? kCompose.max_flicker : 1);
+  const Simd4 grown = flicker * broadcast(camera.exposure().maxCoeff());
+  const int width = picture->width;
   for_each_index(picture->height, kRows, [&](int v) {
-    std::size_t pixel = static_cast<std::size_t>(v) * static_cast<std::size_t>(picture->width);
-    const int y = v - objects.top, width = picture->width;
+    const std::size_t row = static_cast<std::size_t>(v) * static_cast<std::size_t>(width);
+    const int y = v - objects.top;
     const bool in_rows = y >= 0 && y < objects.coverage.height;
-    for (int u = 0; u < width; ++u, ++pixel) {
-      const int x = u - objects.left;
-      const float coverage = in_rows && x >= 0 && x < objects.coverage.width ? objects.coverage.at(x, y) : 0;
-      Simd4 delta = finite_or_zero(channels_of(&change.delta.data[3 * pixel]));
+    const int left = in_rows ? objects.left : width, right = in_rows ? objects.left + objects.coverage.width : width;
+    for (int u = 0; u < width; ++u) {
+      const std::size_t pixel = row + static_cast<std::size_t>(u);
+      const float* of_pixel = &change.delta.data[3 * pixel];
+      if (exact && u + Unchanged::kPixels <= width && (u + Unchanged::kPixels <= left || u >= right) &&
+          unchanged.hold_all(of_pixel, grown)) {
+        u += Unchanged::kPixels - 1;
+        continue;
+      }
+      const float coverage = u >= left && u < right ? objects.coverage.at(u - left, y) : 0;
+      std::uint8_t* codes = &picture->data[3 * pixel];
+      Simd4 delta = channels_of(of_pixel);
+      // Most of the room changes by less than a pixel value.
+      const Simd4 transmitted = exposure * broadcast(camera.transmission(pixel));
+      if (coverage == 0 && exact && unchanged.holds(codes, flicker * transmitted * delta)) continue;
+      delta = finite_or_zero(delta);
       if (coverage == 0 && !reconstruct::any(delta != Simd4{})) continue;
       Simd4 light = channels_of(camera.radiance(pixel));
       if (change.radiance) {
@@ -80,13 +114,10 @@ void compose(const CameraUpload& camera, const RoomChange& change, const ObjectL
         }
         if (change.proportional) delta *= now_over(light, then);
       }
-      std::uint8_t* codes = &picture->data[3 * pixel];
-      const Simd4 transmitted = exposure * broadcast(camera.transmission(pixel));
-      // Most of the room changes by less than a pixel value.
-      if (coverage == 0 && camera.coded_exactly(pixel) && unchanged.holds(codes, transmitted * delta)) continue;
+      if (coverage == 0 && exact && unchanged.holds(codes, transmitted * delta)) continue;
       light = reconstruct::max(light + delta, Simd4{});
       if (coverage != 0) {
-        const Simd4 object = finite_or_zero(channels_of(&objects.radiance.at(x, y)));
+        const Simd4 object = finite_or_zero(channels_of(&objects.radiance.at(u - left, y)));
         light = reconstruct::max(composed(light, object, broadcast(coverage)), Simd4{});
       }
       light *= transmitted;

@@ -1,6 +1,7 @@
 #include "relight/compose/foreground_matte.h"
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <opencv2/imgproc.hpp>
 #include <vector>
@@ -38,6 +39,51 @@ cv::Rect grown(const cv::Rect& bounds, int by_px) {
   return {bounds.x - by_px, bounds.y - by_px, bounds.width + 2 * by_px, bounds.height + 2 * by_px};
 }
 
+/// Pixels that are in front of an object, and what is near them. They are looked for in squares of `edge_px`: depth
+/// shows an outline no better.
+class Core {
+ public:
+  Core(const DisplacedDepth& depth, const std::vector<cv::Point>& pixels, const cv::Rect& window, int edge_px)
+      : edge_px_(edge_px) {
+    cv::Mat1b others((window.height - 1) / edge_px + 1, (window.width - 1) / edge_px + 1, std::uint8_t{255});
+    const auto square_of = [&](const cv::Point& pixel) {
+      return cv::Point((pixel.x - window.x) / edge_px, (pixel.y - window.y) / edge_px);
+    };
+    for (const cv::Point& pixel : pixels) others(square_of(pixel)) = 0;
+    cv::distanceTransform(others, from_squares_, nearest_, cv::DIST_L2, cv::DIST_MASK_5, cv::DIST_LABEL_PIXEL);
+    depth_m_.resize(pixels.size() + 1);
+    for (const cv::Point& pixel : pixels) {
+      float& depth_m = depth_m_[static_cast<std::size_t>(nearest_(square_of(pixel)))];
+      depth_m = std::max(depth_m, depth.at(pixel.x, pixel.y));
+    }
+  }
+
+  /// Calls act(x, px) for the pixels in row y of the window, of this width, that are within this distance of the core.
+  /// Where squares are larger than pixels `px` is a bound of a pixel's distance from below.
+  template <typename Act>
+  void for_each_within(float reach_px, int y, int width, Act act) const {
+    constexpr float kDiagonal = 1.5f;  // of a square, over its edge
+    const auto edge = static_cast<float>(edge_px_);
+    const float* squares = from_squares_[y / edge_px_];
+    for (int column = 0; column < from_squares_.cols; ++column) {
+      const float px = edge * squares[column] - kDiagonal * (edge - 1);
+      if (px > reach_px) continue;
+      for (int x = column * edge_px_; x < std::min((column + 1) * edge_px_, width); ++x) act(x, px);
+    }
+  }
+  /// Of the core near a pixel.
+  float nearest_m(int x, int y) const {
+    return depth_m_[static_cast<std::size_t>(nearest_(y / edge_px_, x / edge_px_))];
+  }
+  float farthest_m() const { return *std::max_element(depth_m_.begin(), depth_m_.end()); }
+
+ private:
+  int edge_px_;
+  cv::Mat1f from_squares_;
+  cv::Mat1i nearest_;           ///< label of a square with core
+  std::vector<float> depth_m_;  ///< by label
+};
+
 /// The surfaces in front of the objects in a window around what they hide.
 class Foreground {
  public:
@@ -49,12 +95,12 @@ class Foreground {
     if (depth_.by != cv::Point() && !find()) return;
     matte_.emplace(depth_, picture, window_.tl(), *away_);
     for (int y = 0; y < window_.height; ++y) {
-      for (int x = 0; x < window_.width; ++x) {
+      core_->for_each_within(static_cast<float>(reach_.samples_px), y, window_.width, [&](int x, float from_core_px) {
         const int u = x + window_.x, v = y + window_.y;
         const auto i = objects_.index(u, v);
-        if (!i || !(objects_.coverage.data[*i] > 0) || !(objects_.distance_m.data[*i] > 0)) continue;
-        if (concerns(x, y, depth_.known(u, v))) pixels_.emplace_back(u, v);
-      }
+        if (!i || !(objects_.coverage.data[*i] > 0) || !(objects_.distance_m.data[*i] > 0)) return;
+        if (from_core_px <= static_cast<float>(reach_.matte_px) || !depth_.known(u, v)) pixels_.emplace_back(u, v);
+      });
     }
     matte_->prepare(pixels_);
   }
@@ -65,9 +111,6 @@ class Foreground {
   OutlineMatte::Mixture at(const cv::Point& pixel) const { return matte_->at(pixel.x, pixel.y); }
 
  private:
-  bool concerns(int x, int y, bool known) const {
-    return from_core_(y, x) <= static_cast<float>(known ? reach_.matte_px : reach_.samples_px);
-  }
   /// Finds what is in front, and the outline's distances. False: nothing is.
   bool find() {
     const cv::Size size(picture_.coded()->width, picture_.coded()->height);
@@ -75,9 +118,10 @@ class Foreground {
     cv::Rect hiding;
     for (int v = bounds_.y; v < bounds_.y + bounds_.height; ++v) {
       int first = -1, last = -1;
+      const float* row_m = &objects_.distance_m.at(bounds_.x - objects_.left, v - objects_.top);
       for (int u = bounds_.x; u < bounds_.x + bounds_.width; ++u) {
-        const float object_m = objects_.distance_m.at(u - objects_.left, v - objects_.top);
-        if (!(object_m > 0) || !depth_.nearer(u, v, object_m)) continue;
+        const float object_m = row_m[u - bounds_.x];
+        if (!(object_m > 0) || !depth_.maybe_nearer(u, v, object_m)) continue;
         const float depth_m = depth_.at(u, v);
         if (depth_m >= object_m - depth_.depth.allowed_m(depth_m)) continue;
         core.emplace_back(u, v);
@@ -94,29 +138,26 @@ class Foreground {
     return true;
   }
   void mark_front(const std::vector<cv::Point>& core) {
-    cv::Mat1b away(window_.size(), std::uint8_t{255});
-    for (const cv::Point& pixel : core) away(pixel - window_.tl()) = 0;
     // Pixels without an object belong to the foreground if their depth continues that of the nearest core pixel.
-    cv::Mat1i nearest;
-    cv::distanceTransform(away, from_core_, nearest, cv::DIST_L2, cv::DIST_MASK_5, cv::DIST_LABEL_PIXEL);
-    std::vector<float> core_m(core.size() + 1);
-    for (const cv::Point& pixel : core)
-      core_m[static_cast<std::size_t>(nearest(pixel - window_.tl()))] = depth_.at(pixel.x, pixel.y);
+    core_.emplace(depth_, core, window_, std::max(static_cast<int>(std::lround(reach_.sigma_px)), 1));
+    const float farthest_m = core_->farthest_m() * (1 + kCompose.moved_jump);
     front_ = cv::Mat1b(window_.size(), std::uint8_t{0});
-    for_each_pixel(window_.width, window_.height, kRows, [&](int x, int y) {
-      const int u = x + window_.x, v = y + window_.y;
-      const auto i = objects_.index(u, v);
-      const bool on_object = i && objects_.distance_m.data[*i] > 0;
-      const float near_m = core_m[static_cast<std::size_t>(nearest(y, x))];
-      const bool continues = !on_object && depth_.nearer(u, v, near_m * (1 + kCompose.moved_jump));
-      front_(y, x) = away(y, x) == 0 || continues ? 255 : 0;
+    const cv::Mat1f along_z_m = depth_.within(window_);
+    for_each_index(window_.height, kRows, [&](int y) {
+      const float* z_m = along_z_m[y];
+      for (int x = 0; x < window_.width; ++x) {
+        if (!(z_m[x] > 0) || z_m[x] >= farthest_m) continue;
+        const int u = x + window_.x, v = y + window_.y;
+        const auto i = objects_.index(u, v);
+        const bool on_object = i && objects_.distance_m.data[*i] > 0;
+        if (!on_object && depth_.nearer(u, v, core_->nearest_m(x, y) * (1 + kCompose.moved_jump))) front_(y, x) = 255;
+      }
     });
+    for (const cv::Point& pixel : core) front_(pixel - window_.tl()) = 255;
     // Pixels without depth are of the side that most pixels around them are of.
     cv::Mat1b majority;
     cv::medianBlur(front_, majority, 5);
-    for_each_pixel(window_.width, window_.height, kRows, [&](int x, int y) {
-      if (!depth_.known(x + window_.x, y + window_.y)) front_(y, x) = majority(y, x);
-    });
+    majority.copyTo(front_, along_z_m == 0);
   }
 
   DisplacedDepth depth_;
@@ -124,8 +165,8 @@ class Foreground {
   const ObjectLayer& objects_;
   cv::Rect bounds_, window_;
   MatteReach reach_;
-  cv::Mat1b front_;      ///< nearer than the objects
-  cv::Mat1f from_core_;  ///< distances in pixels from what is in front of an object
+  cv::Mat1b front_;  ///< nearer than the objects
+  std::optional<Core> core_;
   std::optional<OutlineDistance> away_;
   std::optional<OutlineMatte> matte_;
   std::vector<cv::Point> pixels_;

@@ -17,8 +17,7 @@ class OutlineDistance {
   /// From the outline, which is half a pixel from the nearest centre of the other side, pixels; negative in front.
   /// Beyond the reach: farther than that.
   float at(int x, int y) const {
-    const std::int16_t square = std::min(squares_[front_(y, x) ? 0 : 1][index(x, y)], beyond_);
-    const float px = roots_[static_cast<std::size_t>(square)] - 0.5f;
+    const float px = roots_[static_cast<std::size_t>(squares_[index(x, y)])] - 0.5f;
     return front_(y, x) ? -px : px;
   }
   cv::Size size() const { return front_.size(); }
@@ -39,24 +38,18 @@ class OutlineDistance {
   }
 
  private:
-  static constexpr int kLanes = 8;
-  using Lanes = std::int16_t __attribute__((vector_size(2 * kLanes)));
+  static constexpr int kLanes = 8;  ///< pixels that are looked at as one
 
-  std::size_t index(int x, int y) const {
-    return static_cast<std::size_t>(y + reach_px_) * stride_ + static_cast<std::size_t>(x + reach_px_);
-  }
+  std::size_t index(int x, int y) const { return static_cast<std::size_t>(y) * stride_ + static_cast<std::size_t>(x); }
   /// Whether any of the pixels from (left, y) on may be.
   bool any_near(int left, int y) const;
-  void stamp(int x, int y, std::vector<std::int16_t>& squares) const;
 
   cv::Mat1b front_;
   int reach_px_;
-  std::size_t stride_;
+  std::size_t stride_;  ///< whole lanes
   std::int16_t beyond_;
-  std::vector<float> roots_;              ///< by squared distance
-  std::vector<std::int16_t> stamp_;       ///< squared distances from the middle of a square, row-major
-  int stamp_columns_;                     ///< of it, whole lanes
-  std::vector<std::int16_t> squares_[2];  ///< of distances: in front from what is not, and the reverse; with a margin
+  std::vector<float> roots_;           ///< by squared distance
+  std::vector<std::int16_t> squares_;  ///< of distances to the nearest pixel of the other side, at most `beyond_`
 };
 
 }  // namespace lumigraft::relight

@@ -101,6 +101,15 @@ float scale_of(int width) { return std::max(static_cast<float>(width) / 320, 1.0
 
 }  // namespace
 
+cv::Mat1f DisplacedDepth::within(const cv::Rect& window) const {
+  cv::Mat1f z_m(window.size(), 0.0f);
+  const capture::Image<float>& image = depth.along_z_m();
+  const cv::Mat1f all(image.height, image.width, const_cast<float*>(image.data.data()));
+  const cv::Rect seen = (window - by) & cv::Rect({}, all.size());
+  if (!seen.empty()) all(seen).copyTo(z_m(seen + by - window.tl()));
+  return z_m;
+}
+
 int lag_reach_px(int width) { return static_cast<int>(std::lround(kCompose.lag_px * scale_of(width))); }
 int lag_distance_px(int width) {
   return static_cast<int>(std::ceil(kWide * static_cast<float>(lag_reach_px(width) + kBeyond_px)));

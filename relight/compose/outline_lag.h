@@ -15,6 +15,14 @@ struct DisplacedDepth {
   float at(int u, int v) const { return inside(u, v) ? depth.at(u - by.x, v - by.y) : 0; }
   bool known(int u, int v) const { return inside(u, v) && depth.known(u - by.x, v - by.y); }
   bool nearer(int u, int v, float limit_m) const { return inside(u, v) && depth.nearer(u - by.x, v - by.y, limit_m); }
+  /// False only where it is unknown or not nearer.
+  bool maybe_nearer(int u, int v, float limit_m) const {
+    if (!inside(u, v)) return false;
+    const float z_m = depth.along_z_m().at(u - by.x, v - by.y);
+    return z_m > 0 && z_m < limit_m;
+  }
+  /// In a window of the picture, along z; 0: unknown.
+  cv::Mat1f within(const cv::Rect& window) const;
 
  private:
   bool inside(int u, int v) const {

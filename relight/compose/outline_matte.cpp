@@ -1,8 +1,10 @@
 #include "relight/compose/outline_matte.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "relight/compose/parameters.h"
 #include "relight/tracing/parallel_for.h"
@@ -13,11 +15,31 @@ namespace {
 using reconstruct::broadcast;
 using reconstruct::Simd4;
 
-constexpr int kSquare = 8;      // samples along the edge of a square that is sampled as one
-constexpr int kNodeBlock = 64;  // nodes per thread at a time
+constexpr int kCellBlock = 64;  // cells or nodes per thread at a time
+/// Scale of the kernel over its reach. With the width of cells and what lies between nodes, samples around a pixel have
+/// the variance that 0.5 gives where each pixel sums them by itself.
+constexpr float kSpread = 0.4f;
 
 /// Fraction of a Gaussian below x.
-float normal_cdf(float x) { return 0.5f * std::erfc(-x / std::sqrt(2.0f)); }
+class NormalCdf {
+ public:
+  NormalCdf() {
+    for (std::size_t k = 0; k < values_.size(); ++k) {
+      const float x = static_cast<float>(k) / kSteps - kEnd;
+      values_[k] = 0.5f * std::erfc(-x / std::sqrt(2.0f));
+    }
+  }
+  /// To 3e-5: linear between steps of which the square is at most 1/8 · 0.25 of it off.
+  float operator()(float x) const {
+    const float at = (std::clamp(x, -kEnd, kEnd) + kEnd) * kSteps;
+    const auto k = std::min(static_cast<std::size_t>(at), values_.size() - 2);
+    return values_[k] + (at - static_cast<float>(k)) * (values_[k + 1] - values_[k]);
+  }
+
+ private:
+  static constexpr float kEnd = 5, kSteps = 32;
+  std::array<float, static_cast<std::size_t>(2 * kEnd * kSteps) + 1> values_;
+};
 
 /// How surely a pixel shows one side alone, by its distance from the outline over sigma: half a pixel inside a finger
 /// counts only where nothing else does.
@@ -28,30 +50,31 @@ float certainty(float away) {
 
 Rgb channels(Simd4 sums) { return {sums[1], sums[2], sums[3]}; }
 
-/// Means of one side.
+/// Means of one side; first 1 and 0.
 struct MeansOfSide {
-  Rgb color, variance;
+  Simd4 color, variance;
 
-  MeansOfSide(Simd4 colors, Simd4 squares)
-      : color(channels(colors) / colors[0]), variance((channels(squares) / colors[0] - color.square()).max(0)) {}
+  MeansOfSide(Simd4 colors, Simd4 squares) {
+    const Simd4 part = broadcast(1 / colors[0]);
+    color = part * colors;
+    variance = reconstruct::max(part * squares - color * color, Simd4{});
+  }
 };
 
 /// Probability that a colour is of a side of which colours are known some pixels away: a Gaussian about their mean
 /// along which it varies by shading. The other side may have any colour up to the brightest. `noise`: its variance.
 float probability_of(const MeansOfSide& side, const Rgb& color, const Rgb& noise) {
   constexpr float kTwoPi = 6.2831853f;
-  const Rgb variance = (side.variance + noise).max(std::numeric_limits<float>::min());
-  const Rgb brightest = color.max(side.color).max(std::numeric_limits<float>::min());
+  const Rgb mean = channels(side.color);
+  const Rgb variance = (channels(side.variance) + noise).max(std::numeric_limits<float>::min());
+  const Rgb brightest = color.max(mean).max(std::numeric_limits<float>::min());
   // By Sherman and Morrison 1950, and the determinant of the same sum.
-  const Rgb off = color - side.color, shade = kCompose.matte_shade * side.color;
+  const Rgb off = color - mean, shade = kCompose.matte_shade * mean;
   const float shaded = 1 + (shade.square() / variance).sum(), along = (shade * off / variance).sum();
   const float distance2 = (off.square() / variance).sum() - along * along / shaded;
   const float log_ratio = ((brightest.square() / (kTwoPi * variance)).log().sum() - std::log(shaded) - distance2) / 2;
   return 1 / (1 + std::exp(-log_ratio));
 }
-
-int steps_down(int px, int step) { return px / step; }  // px is not negative
-int steps_up(int px, int step) { return (px + step - 1) / step; }
 
 }  // namespace
 
@@ -71,110 +94,126 @@ OutlineMatte::OutlineMatte(const DisplacedDepth& depth, const CameraUpload& pict
       values_(values),
       // Every other pixel of fine images is enough.
       step_(std::max(static_cast<int>(std::lround(reach_.sigma_px)), 1)),
-      first_column_(steps_down(corner.x, step_)),
-      first_row_(steps_down(corner.y, step_)),
-      columns_(steps_up(corner.x + away.size().width - 1, step_) - first_column_ + 1),
-      rows_(steps_up(corner.y + away.size().height - 1, step_) - first_row_ + 1),
-      samples_(steps_up(reach_.samples_px, step_)) {
-  const float spread = 0.5f * static_cast<float>(reach_.samples_px) / static_cast<float>(step_);
-  for (int y = -samples_; y <= samples_; ++y) {
-    for (int x = -samples_; x <= samples_; ++x) {
+      cell_px_(kCell * step_),
+      first_column_(corner.x / cell_px_ - 1),
+      first_row_(corner.y / cell_px_ - 1),
+      columns_((corner.x + away.size().width - 1) / cell_px_ - first_column_ + 2),
+      rows_((corner.y + away.size().height - 1) / cell_px_ - first_row_ + 2) {
+  const float spread = kSpread * static_cast<float>(reach_.samples_px) / static_cast<float>(cell_px_);
+  for (int y = -kReach; y <= kReach; ++y) {
+    for (int x = -kReach; x <= kReach; ++x) {
       const float near = 1 / (1 + static_cast<float>(x * x + y * y) / (spread * spread));
-      kernel_.push_back(near * near);
+      kernel_[static_cast<std::size_t>((y + kReach) * (2 * kReach + 1) + x + kReach)] = near * near;
     }
   }
-  const std::size_t places = index(0, rows_);
-  weights_.assign(places, 0.0f);
-  sample_colors_ = std::make_unique_for_overwrite<Simd4[]>(places);
-  if (values) sample_values_ = std::make_unique_for_overwrite<Simd4[]>(places);
-  sampled_.assign(static_cast<std::size_t>(steps_up(columns_, kSquare) * steps_up(rows_, kSquare)), 0);
-  node_of_.assign(places, -1);
+  const std::size_t cells = index(0, rows_);
+  cells_.assign(cells, Cell::unknown);
+  sums_ = std::make_unique_for_overwrite<Sides[]>(cells);
+  node_of_.assign(cells, -1);
 }
 
 OutlineMatte::Place OutlineMatte::place_of(int u, int v) const {
-  const auto part = [&](int px) { return static_cast<float>(px % step_) / static_cast<float>(step_); };
-  return {u / step_ - first_column_, v / step_ - first_row_, part(u), part(v)};
-}
-
-/// Calls act(column, row, weight) for the nodes that the sums at a pixel are interpolated from.
-template <typename Act>
-void OutlineMatte::for_each_node(int u, int v, Act act) const {
-  const Place at = place_of(u, v);
-  for (int j = 0; j <= (at.below > 0 ? 1 : 0); ++j) {
-    for (int i = 0; i <= (at.right > 0 ? 1 : 0); ++i) {
-      act(at.column + i, at.row + j, (i ? at.right : 1 - at.right) * (j ? at.below : 1 - at.below));
-    }
-  }
+  // A node is in the middle of the samples of its cell.
+  const float middle = 0.5f * static_cast<float>(step_ * (kCell - 1)), edge = static_cast<float>(cell_px_);
+  const float x = (static_cast<float>(u - first_column_ * cell_px_) - middle) / edge,
+              y = (static_cast<float>(v - first_row_ * cell_px_) - middle) / edge;
+  const auto column = static_cast<int>(x), row = static_cast<int>(y);
+  return {column, row, x - static_cast<float>(column), y - static_cast<float>(row)};
 }
 
 void OutlineMatte::prepare(const std::vector<cv::Point>& pixels) {
-  std::vector<cv::Point> places;
+  std::vector<cv::Point> nodes;
+  cv::Point last(-1, -1);
   for (const cv::Point& pixel : pixels) {
-    for_each_node(pixel.x, pixel.y, [&](int column, int row, float) {
-      int& node = node_of_[index(column, row)];
-      if (node >= 0) return;
-      node = static_cast<int>(nodes_.size() + places.size());
-      places.emplace_back(column, row);
-    });
+    const Place at = place_of(pixel.x, pixel.y);
+    if (std::exchange(last, cv::Point(at.column, at.row)) == cv::Point(at.column, at.row)) continue;
+    for (const cv::Point& place : {last, last + cv::Point(1, 0), last + cv::Point(0, 1), last + cv::Point(1, 1)}) {
+      int& node = node_of_[index(place.x, place.y)];
+      if (node >= 0) continue;
+      node = static_cast<int>(nodes_.size() + nodes.size());
+      nodes.push_back(place);
+    }
   }
-  std::vector<cv::Point> squares;
-  const int across = steps_up(columns_, kSquare);
-  for (const cv::Point& place : places) {
-    for (int y = std::max(place.y - samples_, 0) / kSquare; y <= std::min(place.y + samples_, rows_ - 1) / kSquare;
-         ++y) {
-      for (int x = std::max(place.x - samples_, 0) / kSquare; x <= std::min(place.x + samples_, columns_ - 1) / kSquare;
-           ++x) {
-        char& sampled = sampled_[static_cast<std::size_t>(y * across + x)];
-        if (!sampled) squares.emplace_back(x, y);
-        sampled = 1;
+  std::vector<cv::Point> cells;
+  for (const cv::Point& node : nodes) {
+    for (int row = std::max(node.y - kReach, 0); row <= std::min(node.y + kReach, rows_ - 1); ++row) {
+      for (int column = std::max(node.x - kReach, 0); column <= std::min(node.x + kReach, columns_ - 1); ++column) {
+        if (std::exchange(cells_[index(column, row)], Cell::wanted) == Cell::unknown) cells.emplace_back(column, row);
       }
     }
   }
-  for_each_index(squares.size(), kNodeBlock, [&](std::size_t k) {
-    const int left = squares[k].x * kSquare, top = squares[k].y * kSquare;
-    for (int row = top; row < std::min(top + kSquare, rows_); ++row) {
-      for (int column = left; column < std::min(left + kSquare, columns_); ++column) sample(column, row);
-    }
-  });
+  for_each_index(cells.size(), kCellBlock, [&](std::size_t k) { sum_samples(cells[k].x, cells[k].y); });
   const std::size_t before = nodes_.size();
-  nodes_.resize(before + places.size());
-  for_each_index(places.size(), kNodeBlock,
-                 [&](std::size_t k) { nodes_[before + k] = gathered(places[k].x, places[k].y); });
+  nodes_.resize(before + nodes.size());
+  for_each_index(nodes.size(), kCellBlock,
+                 [&](std::size_t k) { nodes_[before + k] = gathered(nodes[k].x, nodes[k].y); });
 }
 
-void OutlineMatte::sample(int column, int row) {
-  const int u = (first_column_ + column) * step_, v = (first_row_ + row) * step_;
-  const int x = u - corner_.x, y = v - corner_.y;
-  if (x < 0 || y < 0 || x >= away_.size().width || y >= away_.size().height || !depth_.known(u, v)) return;
-  const float away_px = away_.at(x, y), sure = certainty(away_px / reach_.sigma_px);
-  const auto pixel = static_cast<std::size_t>(v * width_ + u);
-  const Rgb color = picture_.radiance(pixel);
-  const std::size_t i = index(column, row);
-  weights_[i] = away_px < 0 ? -sure : sure;
-  sample_colors_[i] = Simd4{1, color[0], color[1], color[2]};
-  if (!values_) return;
-  const Rgb value = radiance_at(*values_, pixel);
-  sample_values_[i] = Simd4{0, value[0], value[1], value[2]};
-}
-
-OutlineMatte::Node OutlineMatte::gathered(int column, int row) const {
-  Node node;
-  const int left = std::max(column - samples_, 0), right = std::min(column + samples_, columns_ - 1);
-  for (int y = std::max(row - samples_, 0); y <= std::min(row + samples_, rows_ - 1); ++y) {
-    const float* kernel = &kernel_[static_cast<std::size_t>((y - row + samples_) * (2 * samples_ + 1))];
-    for (int x = left; x <= right; ++x) {
-      const std::size_t i = index(x, y);
-      const float side = weights_[i];
-      if (side == 0) continue;
-      const Simd4 color = sample_colors_[i], weight = broadcast(std::abs(side) * kernel[x - column + samples_]);
-      const Simd4 weighted = weight * color;
-      Side& of = side < 0 ? node.front : node.behind;
-      of.colors += weighted;
-      of.squares += weighted * color;
-      if (values_) of.values += weight * sample_values_[i];
+void OutlineMatte::sum_samples(int column, int row) {
+  Sides sums;
+  for (int j = 0; j < kCell; ++j) {
+    for (int i = 0; i < kCell; ++i) {
+      const int u = (first_column_ + column) * cell_px_ + i * step_, v = (first_row_ + row) * cell_px_ + j * step_;
+      const int x = u - corner_.x, y = v - corner_.y;
+      if (x < 0 || y < 0 || x >= away_.size().width || y >= away_.size().height || !depth_.known(u, v)) continue;
+      const float away_px = away_.at(x, y);
+      const Simd4 sure = broadcast(certainty(away_px / reach_.sigma_px));
+      const auto pixel = static_cast<std::size_t>(v * width_ + u);
+      const Rgb own = picture_.radiance(pixel);
+      const Simd4 color{1, own[0], own[1], own[2]};
+      Side& side = away_px < 0 ? sums.front : sums.behind;
+      side.colors += sure * color;
+      side.squares += sure * color * color;
+      if (!values_) continue;
+      const Rgb value = radiance_at(*values_, pixel);
+      side.values += sure * Simd4{0, value[0], value[1], value[2]};
     }
   }
-  return node;
+  const std::size_t i = index(column, row);
+  const bool front = sums.front.colors[0] > 0, behind = sums.behind.colors[0] > 0;
+  cells_[i] = front ? (behind ? Cell::both : Cell::front) : behind ? Cell::behind : Cell::empty;
+  sums_[i] = sums;
+}
+
+OutlineMatte::Sides OutlineMatte::gathered(int column, int row) const {
+  Sides sums;
+  const auto add = [](Simd4 weight, const Side& from, Side& to) {
+    to.colors += weight * from.colors;
+    to.squares += weight * from.squares;
+    to.values += weight * from.values;
+  };
+  const int left = std::max(column - kReach, 0), right = std::min(column + kReach, columns_ - 1);
+  for (int y = std::max(row - kReach, 0); y <= std::min(row + kReach, rows_ - 1); ++y) {
+    const float* kernel = &kernel_[static_cast<std::size_t>((y - row + kReach) * (2 * kReach + 1))];
+    for (int x = left; x <= right; ++x) {
+      const std::size_t i = index(x, y);
+      const Cell cell = cells_[i];
+      if (cell == Cell::empty) continue;
+      const Simd4 weight = broadcast(kernel[x - column + kReach]);
+      if (cell != Cell::behind) add(weight, sums_[i].front, sums.front);
+      if (cell != Cell::front) add(weight, sums_[i].behind, sums.behind);
+    }
+  }
+  return sums;
+}
+
+OutlineMatte::Sides OutlineMatte::interpolated(int u, int v) const {
+  const Place at = place_of(u, v);
+  const auto node = [&](int right, int below) -> const Sides& {
+    return nodes_[static_cast<std::size_t>(node_of_[index(at.column + right, at.row + below)])];
+  };
+  const Sides &a = node(0, 0), &b = node(1, 0), &c = node(0, 1), &d = node(1, 1);
+  const Simd4 right = broadcast(at.right), below = broadcast(at.below);
+  const auto between = [&](Side Sides::*side, Simd4 Side::*sum) {
+    const Simd4 top = a.*side.*sum + right * (b.*side.*sum - a.*side.*sum),
+                bottom = c.*side.*sum + right * (d.*side.*sum - c.*side.*sum);
+    return top + below * (bottom - top);
+  };
+  const auto of_side = [&](Side Sides::*side) {
+    return Side{between(side, &Side::colors), between(side, &Side::squares),
+                values_ ? between(side, &Side::values) : Simd4{}};
+  };
+  return {of_side(&Sides::front), of_side(&Sides::behind)};
 }
 
 OutlineMatte::Mixture OutlineMatte::at(int u, int v) const {
@@ -182,41 +221,32 @@ OutlineMatte::Mixture OutlineMatte::at(int u, int v) const {
   const bool unknown = !depth_.known(u, v);
   const float outside_px = away_.at(u - corner_.x, v - corner_.y);
   if (!unknown && outside_px < -static_cast<float>(reach_.matte_px)) return {1, own, own, own, false, true};
+  static const NormalCdf normal_cdf;
   const float prior = unknown ? 0.5f : normal_cdf(-outside_px / reach_.sigma_px);
-  Node sums;
-  for_each_node(u, v, [&](int column, int row, float weight) {
-    const Node& node = nodes_[static_cast<std::size_t>(node_of_[index(column, row)])];
-    const Simd4 w = broadcast(weight);
-    const auto add = [&](const Side& from, Side& to) {
-      to.colors += w * from.colors;
-      to.squares += w * from.squares;
-      to.values += w * from.values;
-    };
-    add(node.front, sums.front);
-    add(node.behind, sums.behind);
-  });
-  const Rgb own_noise = kCompose.matte_noise * kCompose.matte_noise * own.square();
+  const Sides sums = interpolated(u, v);
   const bool any_front = sums.front.colors[0] > 0, any_behind = sums.behind.colors[0] > 0;
   if (!any_front || !any_behind) {
     // As in the shadow that a hand throws in the light of a depth camera's projector.
+    const Rgb own_noise = kCompose.matte_noise * kCompose.matte_noise * own.square();
     float alpha = prior;
     if (unknown && any_front) alpha = probability_of({sums.front.colors, sums.front.squares}, own, own_noise);
     if (unknown && any_behind) alpha = 1 - probability_of({sums.behind.colors, sums.behind.squares}, own, own_noise);
     return {alpha, own, own, own, false, outside_px < 0};
   }
   const MeansOfSide front(sums.front.colors, sums.front.squares), behind(sums.behind.colors, sums.behind.squares);
-  const Rgb apart = front.color - behind.color;
+  const Simd4 color{1, own[0], own[1], own[2]}, apart = front.color - behind.color;
   // The precision of α by colour, channels being independent, and by depth.
-  const Rgb noise = prior * front.variance + (1 - prior) * behind.variance + own_noise;
-  const Rgb precision = apart.square() / noise.max(std::numeric_limits<float>::min());
-  const float by_color = precision.sum();
+  const Simd4 noise = broadcast(prior) * front.variance + broadcast(1 - prior) * behind.variance +
+                      broadcast(kCompose.matte_noise * kCompose.matte_noise) * color * color;
+  const Simd4 over_noise = apart / reconstruct::max(noise, broadcast(std::numeric_limits<float>::min()));
+  const float by_color = reconstruct::sum_of(over_noise * apart);
   const float by_depth = 1 / std::max(prior * (1 - prior), 1e-4f);
-  const float sum = (precision * (own - behind.color) / (apart.abs() > 0).select(apart, Rgb::Ones())).sum();
+  const float sum = reconstruct::sum_of(over_noise * (color - behind.color));
   const float alpha = std::clamp((sum + by_depth * prior) / (by_color + by_depth), 0.0f, 1.0f);
   return {alpha,
           own,
-          front.color,
-          behind.color,
+          channels(front.color),
+          channels(behind.color),
           true,
           outside_px < 0,
           channels(sums.front.values) / sums.front.colors[0],

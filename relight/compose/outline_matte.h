@@ -1,6 +1,7 @@
 #pragma once
 // Alpha of pixels at the outline of a foreground that depth shows: C = α F + (1 - α) B (Chuang et al. 2001), as in
 // foreground_matte.h.
+#include <array>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <vector>
@@ -53,23 +54,22 @@ class OutlineMatte {
   struct Side {
     Simd4 colors{}, squares{}, values{};  ///< colors: the sum of weights first
   };
-  struct Node {
+  struct Sides {
     Side front, behind;
   };
 
   std::size_t index(int column, int row) const {
     return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(column);
   }
-  /// The nodes around a pixel, and its place between them, 0 to 1.
+  /// The nodes around a pixel, the first at (column, row), and its place between them, 0 to 1.
   struct Place {
     int column, row;
     float right, below;
   };
   Place place_of(int u, int v) const;
-  template <typename Act>
-  void for_each_node(int u, int v, Act act) const;
-  void sample(int column, int row);
-  Node gathered(int column, int row) const;
+  void sum_samples(int column, int row);
+  Sides gathered(int column, int row) const;
+  Sides interpolated(int u, int v) const;
 
   DisplacedDepth depth_;
   const CameraUpload& picture_;
@@ -79,16 +79,17 @@ class OutlineMatte {
   const OutlineDistance& away_;
   const capture::Image<float>* values_;
 
-  // Colours are sampled on a grid over the window, every `step_` pixels of the image. They are summed at nodes of the
-  // same grid: sums over so many samples are nearly linear from node to node.
-  int step_, first_column_, first_row_, columns_, rows_;  ///< first: of the grid, in steps from the image's corner
-  int samples_;                                           ///< to all sides of a node
-  std::vector<float> kernel_;                             ///< weight by offset from a node, row-major
-  std::vector<float> weights_;                            ///< by sample: how surely it shows one side; negative: front
-  std::unique_ptr<Simd4[]> sample_colors_, sample_values_;  ///< where the weight is not 0
-  std::vector<char> sampled_;                               ///< by square of samples
-  std::vector<int> node_of_;                                ///< index in `nodes_`, by place in the grid; -1: none
-  std::vector<Node> nodes_;
+  // Colours are sampled every `step_` pixels of the image and summed over square cells of kCell × kCell samples, each
+  // side apart. What a pixel sees of them is summed at the nodes, the middles of cells, and linear between: over so
+  // many samples the sums are smooth.
+  static constexpr int kCell = 2, kReach = 3;  ///< samples along a cell's edge; cells to all sides of a node
+  int step_, cell_px_, first_column_, first_row_, columns_, rows_;         ///< first: cell, from the image's corner
+  std::array<float, (2 * kReach + 1) * (2 * kReach + 1)> kernel_;          ///< weight by offset from a node, row-major
+  enum class Cell : char { unknown, wanted, empty, front, behind, both };  ///< what its samples show
+  std::vector<Cell> cells_;
+  std::unique_ptr<Sides[]> sums_;  ///< by cell, unless it is unknown or empty
+  std::vector<int> node_of_;       ///< index in `nodes_` by cell; -1: none
+  std::vector<Sides> nodes_;
 };
 
 }  // namespace lumigraft::relight

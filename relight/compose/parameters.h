@@ -29,6 +29,8 @@ inline constexpr struct ComposeParameters {
   int view_block_px = 16, view_step_px = 4;
   float min_contrast = 6;  ///< pixel values; any room has more
   float max_detail = 4;    ///< ratio of the radiance of one side to that of a mixture with it
+  /// Of an object over the exposure: bound in the image, and samples of the mean along it, a step of half a pixel.
+  float max_motion_px = 64, motion_samples_per_px = 2;
   float matte_change =
       0.01f;                ///< of a pixel's radiance: smallest difference of the changes on both sides of an outline
   float lag_px = 8;         ///< largest displacement of depth, 320ths of the width

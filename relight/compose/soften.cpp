@@ -13,14 +13,19 @@ cv::Rect covered_part(const capture::Image<float>& coverage) {
   return cv::boundingRect(cv::Mat1b(mat > 0));
 }
 
+/// The image's own memory.
+template <int kChannels>
+cv::Mat_<cv::Vec<float, kChannels>> mat_of(const capture::Image<float>& image) {
+  using Pixel = cv::Vec<float, kChannels>;
+  return {image.height, image.width, reinterpret_cast<Pixel*>(const_cast<float*>(image.data.data()))};
+}
+
 /// An image of this size, zero except for `inner`, which is the `part` of `image`.
 template <int kChannels>
-cv::Mat_<cv::Vec<float, kChannels>> with_margin(const capture::Image<float>& image, const cv::Rect& part,
-                                                const cv::Rect& inner, const cv::Size& size) {
-  using Pixel = cv::Vec<float, kChannels>;
-  cv::Mat_<Pixel> grown(size, Pixel::all(0));
-  const cv::Mat_<Pixel> own(image.height, image.width, reinterpret_cast<Pixel*>(const_cast<float*>(image.data.data())));
-  own(part).copyTo(grown(inner));
+capture::Image<float> with_margin(const capture::Image<float>& image, const cv::Rect& part, const cv::Rect& inner,
+                                  const cv::Size& size) {
+  capture::Image<float> grown(size.width, size.height, kChannels);
+  mat_of<kChannels>(image)(part).copyTo(mat_of<kChannels>(grown)(inner));
   return grown;
 }
 
@@ -31,13 +36,6 @@ cv::Mat1f discrete_gaussian(float sigma_px, int margin) {
   for (int n = -margin; n <= margin; ++n)
     kernel(n + margin) = static_cast<float>(std::exp(-t) * std::cyl_bessel_i(std::abs(n), t));
   return kernel / cv::sum(kernel)[0];
-}
-
-template <int kChannels>
-capture::Image<float> image_of(const cv::Mat_<cv::Vec<float, kChannels>>& mat) {
-  capture::Image<float> image(mat.cols, mat.rows, kChannels);
-  std::copy_n(reinterpret_cast<const float*>(mat.data), image.data.size(), image.data.begin());
-  return image;
 }
 
 }  // namespace
@@ -52,21 +50,19 @@ ObjectLayer softened(const ObjectLayer& objects, float sigma_px, int width, int 
                           cv::Rect(0, 0, width, height);
   const cv::Rect inner = old - window.tl();
   const cv::Mat1f kernel = discrete_gaussian(sigma_px, margin);
-  const auto blurred = [&](auto grown) {
+  ObjectLayer soft{window.x, window.y, with_margin<3>(objects.radiance, part, inner, window.size()),
+                   with_margin<1>(objects.coverage, part, inner, window.size()),
+                   capture::Image<float>(window.width, window.height, 1)};
+  const auto blur = [&](auto mat) {
     // Beyond the image's border the object continues.
-    cv::sepFilter2D(grown, grown, -1, kernel, kernel, {-1, -1}, 0, cv::BORDER_REPLICATE);
-    return grown;
+    cv::sepFilter2D(mat, mat, -1, kernel, kernel, {-1, -1}, 0, cv::BORDER_REPLICATE);
   };
-  ObjectLayer soft{window.x,
-                   window.y,
-                   image_of<3>(blurred(with_margin<3>(objects.radiance, part, inner, window.size()))),
-                   image_of<1>(blurred(with_margin<1>(objects.coverage, part, inner, window.size()))),
-                   {}};
-  const auto distance = with_margin<1>(objects.distance_m, part, inner, window.size());
-  cv::Mat_<cv::Vec<float, 1>> around;
+  blur(mat_of<3>(soft.radiance));
+  blur(mat_of<1>(soft.coverage));
+  const capture::Image<float> distance_m = with_margin<1>(objects.distance_m, part, inner, window.size());
+  const auto distance = mat_of<1>(distance_m), around = mat_of<1>(soft.distance_m);
   cv::dilate(distance, around, cv::getStructuringElement(cv::MORPH_RECT, {2 * margin + 1, 2 * margin + 1}));
   distance.copyTo(around, distance > 0);
-  soft.distance_m = image_of<1>(around);
   return soft;
 }
 

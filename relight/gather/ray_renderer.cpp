@@ -10,7 +10,9 @@
 #include "relight/compose/change_matte.h"
 #include "relight/compose/composer.h"
 #include "relight/compose/foreground_matte.h"
+#include "relight/compose/motion_blur.h"
 #include "relight/compose/soften.h"
+#include "relight/compose/subsample_chroma.h"
 #include "relight/gather/clipped_pixels.h"
 #include "relight/gather/gather_grid.h"
 #include "relight/gather/light_change.h"
@@ -84,7 +86,8 @@ struct RayRenderer::State {
   ObjectPixels objects;
   ObjectLayer shown;  ///< objects as the camera sees them, behind what is in front of them
   CameraLook camera_look;
-  float blur_px = 0;  ///< of `shown`
+  float blur_px = 0;                  ///< of `shown`, and the objects' own motion
+  std::vector<ObjectMotion> motions;  ///< none: they are at rest, or how long the camera exposes is not known
 
   State(const capture::Session& s, Rooms the_rooms, std::shared_ptr<const RayModels> models)
       : session(s),
@@ -205,7 +208,7 @@ struct RayRenderer::State {
 
   void see(const CameraRays& eye, const CurrentDepth& depth, int rays, Clock& clock) {
     const UpdateSubset turn = new_view ? UpdateSubset{} : light.turn();
-    new_view = true;  // if this throws, everything is recomputed
+    new_view = true;  // until finish() is done: if anything throws, everything is recomputed
     const std::vector<EmitterSampleSet>& emitters = light.light().objects().emitter_samples();
     find_change(emitters, rays, turn, clock);
     if (gloss) {
@@ -220,14 +223,10 @@ struct RayRenderer::State {
     objects = trace_objects(light.light(), light_sources(lamps, emitters), seen, eye, depth, picture, detail,
                             std::move(objects));
     clock.done("object pixels");
-    divide_at_outlines(depth);
-    clock.done("change matte");
-    new_view = false;
   }
 
   /// The change of light at the outlines of what moved in front of the room.
   void divide_at_outlines(const CurrentDepth& depth) {
-    if (covered.empty()) return;
     capture::Image<std::uint8_t> front(change.width, change.height, 1);
     for (const auto& [i, behind] : covered) {
       if (!behind.known || behind.depth_m > seen[i].depth_m) front.data[i] = 255;
@@ -235,11 +234,36 @@ struct RayRenderer::State {
     divide_change(depth, camera, front, objects, change);
   }
 
-  /// From `objects` to `shown`.
-  void show_objects(const CurrentDepth& depth, Clock& clock) {
-    shown = softened(objects, blur_px, session.color.model.width, session.color.model.height);
+  /// From `objects` to `shown`, and with a new `change` that at outlines. Neither needs the other.
+  void finish(const CurrentDepth& depth, bool changed, Clock& clock) {
+    const bool divided = changed && !covered.empty();
+    for_each_index(divided ? 2 : 1, 1, [&](int k) { k == 0 ? show_objects(depth) : divide_at_outlines(depth); });
+    if (changed) new_view = false;
+    clock.done("soften and mattes");
+  }
+  /// While the camera exposes; none if all are at rest.
+  std::vector<ObjectMotion> motions_of(const Exhibit& exhibit, double time_s) const {
+    if (!session.color.settings.exposure_us) return {};
+    std::vector<ObjectMotion> found = motions_over(exhibit, time_s, 1e-6 * *session.color.settings.exposure_us);
+    if (std::ranges::none_of(found, &ObjectMotion::any)) found.clear();
+    return found;
+  }
+  /// Of the objects' surfaces over the exposure, in their window.
+  capture::Image<float> shift_px() const {
+    capture::Image<float> shift(objects.coverage.width, objects.coverage.height, 2);
+    const PosedCamera from{session.color.model, Eigen::Isometry3f(T_tag_camera)};
+    for_each_index(objects.surfaces.size(), kRows * std::max(shift.width, 1), [&](std::size_t i) {
+      if (!objects.surfaces[i].known || !motions[objects.meshes[i]].any) return;
+      const auto by_px = motions[objects.meshes[i]].shift_px(from, objects.surfaces[i].surface.position_m);
+      if (by_px) std::copy_n(by_px->data(), 2, &shift.data[2 * i]);
+    });
+    return shift;
+  }
+  void show_objects(const CurrentDepth& depth) {
+    const int width = session.color.model.width, height = session.color.model.height;
+    shown = motions.empty() ? softened(objects, blur_px, width, height)
+                            : softened(motion_blurred(objects, shift_px(), width, height), blur_px, width, height);
     hide_behind_foreground(depth, camera, shown);
-    clock.done("soften and matte");
   }
 
   void find_change(const std::vector<EmitterSampleSet>& emitters, int rays, const UpdateSubset& turn, Clock& clock) {
@@ -346,11 +370,16 @@ RelitPicture RayRenderer::relight(const capture::FrameSet& frame, const reconstr
   const bool lit_anew = s.light.gather(plan, done), seen_anew = lit_anew || s.new_view;
   if (seen_anew) s.see(eye, depth, plan.rays, clock);
   const float blur_px = like_camera ? s.camera_look.blur_px() : 0;
-  if (seen_anew || s.blur_px != blur_px) {
+  std::vector<ObjectMotion> motions;
+  if (like_camera) motions = s.motions_of(exhibit, static_cast<double>(frame.time_ns) * 1e-9);
+  if (seen_anew || s.blur_px != blur_px || motions.empty() != s.motions.empty()) {
     s.blur_px = blur_px;
-    s.show_objects(depth, clock);
+    s.motions = std::move(motions);
+    s.finish(depth, seen_anew, clock);
   }
   compose(s.camera, {s.change, &s.radiance, like_camera}, s.shown, &result.srgb);
+  if (like_camera && frame.color->original)
+    subsample_chroma(capture::chroma_block(*frame.color->original), s.shown, &result.srgb);
   if (seen_anew) clock.done("compose");
   if (like_camera && s.camera_look.noise()) {
     add_noise(*s.camera_look.noise(), *s.camera.coded(), s.shown, frame.index, &result.srgb);

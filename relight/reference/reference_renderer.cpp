@@ -7,6 +7,7 @@
 #include "relight/compose/foreground_matte.h"
 #include "relight/compose/rgb_image.h"
 #include "relight/compose/soften.h"
+#include "relight/compose/subsample_chroma.h"
 #include "relight/gather/clipped_pixels.h"
 #include "relight/gather/moved_surfaces.h"
 #include "relight/look/camera_look.h"
@@ -186,6 +187,8 @@ RelitPicture ReferenceRenderer::relight(const capture::FrameSet& frame, const re
   if (like_camera) shown = softened(shown, s.camera_look.blur_px(), traced.coverage.width, traced.coverage.height);
   if (!s.room) hide_behind_foreground(depth, s.camera, shown);
   compose(s.camera, {traced.change, radiance ? &*radiance : nullptr}, shown, &result.srgb);
+  if (like_camera && frame.color->original)
+    subsample_chroma(capture::chroma_block(*frame.color->original), shown, &result.srgb);
   if (like_camera && s.camera_look.noise())
     add_noise(*s.camera_look.noise(), *s.camera.coded(), shown, frame.index, &result.srgb);
   if (with_maps) {

@@ -112,6 +112,7 @@ bool measure_settings(const BenchCommand& command, const std::vector<NamedInput>
                       const std::atomic<bool>& interrupted, BenchResults& results) {
   CsvFile table(command.out / "results.csv", fields_of(BenchRow{}));
   CsvFile stages(command.out / "stages.csv", fields_of("", "", {}));
+  CsvFile passes(command.out / "passes.csv", fields_of(BenchRow{}, {}));
   std::size_t all = 0;
   for (const Method& method : methods) all += sessions.size() * method.settings.size();
   for (const auto& [name, input] : sessions) {
@@ -131,6 +132,7 @@ bool measure_settings(const BenchCommand& command, const std::vector<NamedInput>
         row.run =
             run_setting(*renderer, scene, exhibit, setting.plan, results.machine.hardware && setting.plan.on_device());
         table.add(fields_of(row));
+        for (const relight::gpu::PassTime& pass : row.run.moving.passes) passes.add(fields_of(row, pass));
         results.rows.push_back(std::move(row));
         say(results.rows.back(), results.rows.size(), all);
       }

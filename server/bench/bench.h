@@ -2,8 +2,8 @@
 // `lumigraft bench`: sessions with truth × methods × settings; measures the error of each picture and the cost of a
 // frame.
 //
-// Writes results.csv, stages.csv, cost_work.csv and error_budget.csv into OUT, complete after every row so that a
-// failure keeps earlier measurements, then results.json, and each chart as SVG and PNG.
+// Writes results.csv, stages.csv, passes.csv, cost_work.csv and error_budget.csv into OUT, complete after every row so
+// that a failure keeps earlier measurements, then results.json, and each chart as SVG and PNG.
 #include <atomic>
 #include <filesystem>
 #include <string>

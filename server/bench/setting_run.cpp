@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <functional>
 #include <numbers>
+#include <utility>
 
 #include "relight/amortized_light_update.h"
 #include "relight/planner.h"
@@ -19,7 +20,7 @@ constexpr double kEnough_ms = 1000;  ///< time limit for measuring one cost
 /// amortized updates differs from frame to frame.
 FrameCost measure_cost(bool hardware, int min_frames, const std::function<relight::RelitPicture(int)>& frame) {
   reconstruct::StageCost sum{0, 0};
-  double gpu_ms = 0;
+  std::vector<relight::gpu::PassTime> passes;
   int frames = 0;
   for (; frames < min_frames || (frames < kMaxFrames && sum.wall_ms < kEnough_ms); ++frames) {
     const reconstruct::CostClock clock;
@@ -27,10 +28,19 @@ FrameCost measure_cost(bool hardware, int min_frames, const std::function<religh
     const reconstruct::StageCost cost = clock.elapsed();
     sum.wall_ms += cost.wall_ms;
     sum.cpu_ms += cost.cpu_ms;
-    for (const relight::gpu::PassTime& pass : picture.passes) gpu_ms += pass.gpu_ms;
+    for (const relight::gpu::PassTime& pass : picture.passes) {
+      const auto known = std::ranges::find(passes, pass.name, &relight::gpu::PassTime::name);
+      if (known == passes.end()) {
+        passes.push_back(pass);
+      } else {
+        known->gpu_ms += pass.gpu_ms;
+      }
+    }
   }
-  FrameCost result{{sum.wall_ms / frames, sum.cpu_ms / frames}, std::nullopt};
-  if (hardware) result.gpu_ms = gpu_ms / frames;
+  double gpu_ms = 0;
+  for (relight::gpu::PassTime& pass : passes) gpu_ms += pass.gpu_ms /= frames;
+  FrameCost result{{sum.wall_ms / frames, sum.cpu_ms / frames}, std::nullopt, std::move(passes)};
+  if (hardware) result.gpu_ms = gpu_ms;
   return result;
 }
 

@@ -14,6 +14,8 @@ namespace lumigraft::server {
 struct FrameCost {
   reconstruct::StageCost host;   ///< relight alone
   std::optional<double> gpu_ms;  ///< between the device's timestamps; of hardware alone
+  /// Of each pass of relight, in order: wall time on the processor, or between the device's timestamps.
+  std::vector<relight::gpu::PassTime> passes;
 };
 
 struct BenchRun {

@@ -68,6 +68,14 @@ Fields fields_of(const BenchRow& row) {
           {"still_gpu_ms", device_ms(still)}};
 }
 
+Fields fields_of(const BenchRow& row, const relight::gpu::PassTime& pass) {
+  return {{"session", row.session},
+          {"method", row.method},
+          {"setting", row.setting},
+          {"pass", pass.name},
+          {"ms", Number{pass.gpu_ms, 3}}};
+}
+
 Fields fields_of(const WorkRow& row) {
   return {{"work", row.work},
           {"amount", Number{row.amount, 0}},

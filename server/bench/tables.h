@@ -19,6 +19,8 @@ using FieldValue = std::variant<std::string, bool, Number>;
 using Fields = std::vector<std::pair<std::string, FieldValue>>;
 
 Fields fields_of(const BenchRow& row);
+/// Of one pass while objects turn.
+Fields fields_of(const BenchRow& row, const relight::gpu::PassTime& pass);
 Fields fields_of(const WorkRow& row);
 Fields fields_of(const BudgetRow& row);
 Fields fields_of(const std::string& session, const std::string& stage, const reconstruct::StageCost& cost);

@@ -41,10 +41,8 @@ class CameraUpload {
     return std::any_of(picture_->encoded.data.begin(), picture_->encoded.data.end(),
                        [](std::uint8_t value) { return value >= capture::kFullScale; });
   }
-  /// Whether coded() has the pixel's exact radiance: it is the camera's, and no channel clips.
-  bool coded_exactly(std::size_t pixel) const {
-    return response_is_srgb_ && !picture_->encoded.empty() && !clipped(pixel);
-  }
+  /// Whether coded() has the exact radiance of pixels in which no channel clips: it is the camera's.
+  bool coded_exactly() const { return response_is_srgb_ && !picture_->encoded.empty(); }
   const std::vector<float>& rays() const { return rays_; }  ///< x/z and y/z of every pixel
   /// The picture as sRGB codes; the camera's own picture where its codes are.
   const std::shared_ptr<const capture::Image<std::uint8_t>>& coded() const { return coded_; }

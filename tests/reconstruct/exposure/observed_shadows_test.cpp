@@ -9,28 +9,29 @@
 namespace lumigraft::reconstruct {
 namespace {
 
+using Eigen::Array3f;
 using Eigen::Vector3f;
 
 /// Two lamps above a table of 1.2 m, and a board between it and the first.
 class BoardBeforeALamp : public testing::Test {
  protected:
-  BoardBeforeALamp() {
-    add_lamp(7, {1.2f, 0, 1});
+  explicit BoardBeforeALamp(const Vector3f& of_first = Vector3f::Ones(), const Vector3f& of_second = Vector3f::Ones()) {
+    add_lamp(7, {1.2f, 0, 1}, of_first);
     light_.lights[0].covered = true;
-    add_lamp(3, {-1, 0.3f, 1.2f});
+    add_lamp(3, {-1, 0.3f, 1.2f}, of_second);
     light_.environment_sh[0].setConstant(0.5f);
     for (float y = -kBoard_m; y <= kBoard_m; y += 0.02f)
       for (float z = 0; z <= 1; z += 0.05f) board_m_.emplace_back(0.8f, y, z);
     for (float x = -0.6f; x <= 0.6f; x += 0.02f)
       for (float y = -0.6f; y <= 0.6f; y += 0.02f) add_place({x, y, 0});
   }
-  void add_lamp(int id, const Vector3f& position_m) {
+  void add_lamp(int id, const Vector3f& position_m, const Vector3f& color) {
     PointLight lamp;
     lamp.id = id;
     lamp.distance_known = true;
     lamp.position_m = position_m;
     lamp.direction = position_m.normalized();
-    lamp.intensity = 2 * Vector3f::Ones();
+    lamp.intensity = 2 * color;
     lamp.irradiance = lamp.intensity / position_m.squaredNorm();
     lamp.radius_m = 0.05f;
     light_.lights.push_back(lamp);
@@ -41,20 +42,24 @@ class BoardBeforeALamp : public testing::Test {
     return std::abs(p.y() + t * (lamp.y() - p.y())) < kBoard_m;
   }
   void add_place(const Vector3f& p) {
-    const float of_first = lamp_irradiance(light_.lights[0], p, Vector3f::UnitZ()).mean(),
-                of_second = lamp_irradiance(light_.lights[1], p, Vector3f::UnitZ()).mean(),
-                all = of_first + of_second + 0.5f;
+    const Array3f of_first = lamp_irradiance(light_.lights[0], p, Vector3f::UnitZ()),
+                  of_second = lamp_irradiance(light_.lights[1], p, Vector3f::UnitZ()),
+                  all = of_first + of_second + 0.5f;
     const float noise = 0.02f * std::sin(100 * p.x() + 300 * p.y());
-    places_.push_back({p, (behind_board(p) ? 1 - of_first / all : 1) + noise, {of_first / all, of_second / all}});
+    const Array3f hue_noise(0.01f * std::sin(500 * p.x()), 0.01f * std::sin(400 * p.y()), 0);
+    const float hidden = behind_board(p) ? 1 : 0;
+    places_.push_back({p, 1 - hidden * of_first / all + noise + hue_noise, {of_first / all, of_second / all}});
   }
   /// Mean error of the visible fraction of a lamp over points above the table.
-  float error(const LampShadows& shadows, std::size_t lamp) const {
+  float error(const LampShadows& shadows, std::size_t lamp) const { return error(shadows, lamp, -0.1f, 0, 0.2f); }
+  /// Over points between x_m and x_m + 0.4, and between the heights.
+  float error(const LampShadows& shadows, std::size_t lamp, float x_m, float low_m, float high_m) const {
     const LampShadow* shadow = shadows.of(light_.lights[lamp].id);
     float sum = 0;
     int points = 0;
-    for (float x = -0.1f; x <= 0.3f; x += 0.05f)
+    for (float x = x_m; x <= x_m + 0.4f; x += 0.05f)
       for (float y = -0.25f; y <= 0.25f; y += 0.05f)
-        for (float z = 0; z <= 0.2f; z += 0.05f) {
+        for (float z = low_m; z <= high_m; z += 0.05f) {
           const Vector3f p(x, y, z);
           const float open = lamp == 0 && behind_board(p) ? 0 : 1;
           sum += std::abs((shadow ? shadow->open_at(p) : 1) - open);
@@ -83,13 +88,35 @@ TEST_F(BoardBeforeALamp, WhoseLightItHidesIsKnownWithoutSeeingIt) {
   EXPECT_LT(error(*shadows, 1), 0.1f);
 }
 
+/// An amber lamp with the board, and a blue one.
+class BoardBeforeAnAmberLamp : public BoardBeforeALamp {
+ protected:
+  BoardBeforeAnAmberLamp() : BoardBeforeALamp({1.4f, 1, 0.6f}, {0.7f, 0.9f, 1.3f}) {}
+};
+
+/// Far from the lamp it gives a quarter of the light: the missing colour says that it is its light.
+TEST_F(BoardBeforeAnAmberLamp, TakesTheLampsOwnColour) {
+  const auto shadows = observe_shadows(places_, {}, light_);
+  ASSERT_TRUE(shadows);
+  EXPECT_LT(error(*shadows, 0, -0.5f, 0, 0), 0.2f);
+  EXPECT_LT(error(*shadows, 1, -0.5f, 0, 0), 0.05f);
+}
+
+/// The light that reaches an object's upper part would fall beside the table, where no shadow can be seen.
+TEST_F(BoardBeforeAnAmberLamp, ShadesWhatReachesBeyondItsShadowOnTheTable) {
+  const auto shadows = observe_shadows(places_, board_m_, light_);
+  ASSERT_TRUE(shadows);
+  EXPECT_LT(error(*shadows, 0, -0.55f, 0.2f, 0.4f), 0.15f);
+  EXPECT_LT(error(*shadows, 1, -0.55f, 0.2f, 0.4f), 0.05f);
+}
+
 TEST_F(BoardBeforeALamp, ThatTheFisheyeDoesNotSeeIsLeftToDepth) {
   light_.lights[0].covered = false;
   EXPECT_FALSE(observe_shadows(places_, board_m_, light_));
 }
 
 TEST_F(BoardBeforeALamp, ThatIsGoneLeavesNoShadow) {
-  for (ShadowedPlace& place : places_) place.ratio = 0.98f;
+  for (ShadowedPlace& place : places_) place.ratio.setConstant(0.98f);
   EXPECT_FALSE(observe_shadows(places_, board_m_, light_));
 }
 
@@ -98,8 +125,8 @@ TEST_F(BoardBeforeALamp, IsNoneUnderTheTable) {
   for (float x = -0.8f; x <= 0; x += 0.02f)
     for (float y = -0.3f; y <= 0.3f; y += 0.02f) {
       const Vector3f p(x, y, -0.7f);
-      const float of_first = lamp_irradiance(light_.lights[0], p, Vector3f::UnitZ()).mean();
-      places_.push_back({p, 1, {of_first / (of_first + 1), 0.1f}});
+      const Array3f of_first = lamp_irradiance(light_.lights[0], p, Vector3f::UnitZ());
+      places_.push_back({p, Array3f::Ones(), {of_first / (of_first + 1), Array3f::Constant(0.1f)}});
     }
   const auto shadows = observe_shadows(places_, board_m_, light_);
   ASSERT_TRUE(shadows);

@@ -183,6 +183,29 @@ TEST(ComposerOfOne, ChangeIsProportionalToThePixelOfNow) {
   EXPECT_EQ(light_at(false, 2), 1) << "what clips stays white where it stays too bright";
 }
 
+TEST(ComposerOfOne, ASmallChangeGrowsWithThePixel) {
+  constexpr int kPixels = 8, kCode = 128;
+  capture::ColorCamera of_camera;
+  of_camera.model.width = kPixels;
+  of_camera.model.height = 1;
+  CameraUpload camera(of_camera);
+  capture::FrameSet frame;
+  auto picture = std::make_shared<capture::Frame>();
+  picture->encoded = capture::Image<std::uint8_t>(kPixels, 1, 3, kCode);
+  frame.color = picture;
+  camera.take(frame);
+  // Less than half a pixel value for the light of then, more for twice as much.
+  const std::array<float, 256>& linear = capture::srgb_table().linear;
+  const capture::Image<float> delta(kPixels, 1, 3, 0.4f * (linear[kCode + 1] - linear[kCode])),
+      then(kPixels, 1, 3, camera.radiance(0)[0] / 2);
+  capture::Image<std::uint8_t> out = *camera.coded();
+  compose(camera, {delta, &then, true}, {}, &out);
+  for (const std::uint8_t code : out.data) EXPECT_EQ(code, kCode + 1);
+  out = *camera.coded();
+  compose(camera, {delta, &then, false}, {}, &out);
+  for (const std::uint8_t code : out.data) EXPECT_EQ(code, kCode);
+}
+
 /// A pixel is left alone only where its change is below the next pixel value.
 TEST(ComposerOfOne, SmallChangesGiveTheNearestPixelValue) {
   constexpr int kCodes = 256, kSteps = 41;

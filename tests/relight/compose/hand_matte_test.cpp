@@ -8,6 +8,7 @@
 #include "relight/compose/foreground_matte.h"
 #include "relight/compose/rgb_image.h"
 #include "tests/relight/closed_form/closed_scene.h"
+#include "tests/relight/compose/drawn_hand.h"
 
 namespace lumigraft::test {
 namespace {
@@ -19,49 +20,16 @@ constexpr int kWidth = 320, kHeight = 240, kFine = 8;
 constexpr float kHand_m = 0.6f, kObject_m = 0.8f, kTable_m = 1;
 const Rgb kSkin(0.42f, 0.26f, 0.19f), kLight(0.5f, 0.52f, 0.5f), kDark(0.2f, 0.22f, 0.24f);
 
-struct Capsule {
-  Vector2f from_px, to_px;
-  float radius_px;
-
-  float distance_px(const Vector2f& p) const {
-    const Vector2f along = to_px - from_px;
-    const float t = std::clamp((p - from_px).dot(along) / along.squaredNorm(), 0.0f, 1.0f);
-    return (p - from_px - t * along).norm() - radius_px;
-  }
-};
-
-/// A forearm from the right, a palm and four fingers.
-constexpr int kParts = 6;
-std::array<Capsule, kParts> hand_at(const Vector2f& by_px) {
-  std::array<Capsule, kParts> hand{{{{190, 120}, {330, 100}, 16},
-                                    {{150, 122}, {185, 120}, 18},
-                                    {{105, 100}, {145, 112}, 3.5f},
-                                    {{95, 114}, {145, 118}, 3.5f},
-                                    {{98, 130}, {145, 126}, 3.5f},
-                                    {{110, 146}, {145, 133}, 3}}};
-  for (Capsule& part : hand) {
-    part.from_px += by_px;
-    part.to_px += by_px;
-  }
-  return hand;
-}
-
-float distance_px(const std::array<Capsule, kParts>& hand, const Vector2f& p) {
-  float nearest = hand[0].distance_px(p);
-  for (const Capsule& part : hand) nearest = std::min(nearest, part.distance_px(p));
-  return nearest;
-}
-
 /// Fraction of a pixel that the hand covers.
-float coverage(const std::array<Capsule, kParts>& hand, int u, int v) {
-  const float away = distance_px(hand, Vector2f(static_cast<float>(u), static_cast<float>(v)));
+float coverage(const DrawnHand& hand, int u, int v) {
+  const float away = hand.distance_px(Vector2f(static_cast<float>(u), static_cast<float>(v)));
   if (std::abs(away) > 1) return away < 0 ? 1 : 0;
   int inside = 0;
   for (int j = 0; j < kFine; ++j) {
     for (int i = 0; i < kFine; ++i) {
       const Vector2f p(static_cast<float>(u) + (static_cast<float>(i) + 0.5f) / kFine - 0.5f,
                        static_cast<float>(v) + (static_cast<float>(j) + 0.5f) / kFine - 0.5f);
-      inside += distance_px(hand, p) < 0;
+      inside += hand.distance_px(p) < 0;
     }
   }
   return static_cast<float>(inside) / (kFine * kFine);
@@ -82,7 +50,7 @@ double coverage_error(const DepthFaults& faults) {
   scene.focal_px = 280;
   const capture::Session session = scene.session();
   const relight::PixelRays rays(session.color.model);
-  const auto hand = hand_at({0, 0}), in_depth = hand_at(faults.behind_px);
+  const DrawnHand hand({0, 0}), in_depth(faults.behind_px);
   std::mt19937 random(7);
   std::normal_distribution<float> normal;
   std::uniform_real_distribution<float> uniform;
@@ -103,7 +71,7 @@ double coverage_error(const DepthFaults& faults) {
       const auto i = static_cast<std::size_t>(v * kWidth + u);
       truth.data[i] = coverage(hand, u, v);
       const Vector2f p(static_cast<float>(u), static_cast<float>(v));
-      const float shade = 1 - 0.25f * std::max(0.0f, 1 + distance_px(hand, p) / 16);  // rounded limbs are lit less
+      const float shade = 1 - 0.25f * std::max(0.0f, 1 + hand.distance_px(p) / 16);  // rounded limbs are lit less
       const Rgb table =
           ((u / 24 + v / 24) % 2 == 0 ? kLight : kDark) * (1 + 0.1f * std::sin(0.7f * static_cast<float>(u)));
       const Rgb mixed = truth.data[i] * shade * kSkin + (1 - truth.data[i]) * table;
@@ -112,7 +80,7 @@ double coverage_error(const DepthFaults& faults) {
         color->encoded.at(u, v, c) = capture::srgb_table().code(value);
       }
       const float away =
-          distance_px(in_depth, p) + off[static_cast<std::size_t>(v / 4)][static_cast<std::size_t>(u / 4)];
+          in_depth.distance_px(p) + off[static_cast<std::size_t>(v / 4)][static_cast<std::size_t>(u / 4)];
       const float seen_m = (away < 0 ? kHand_m : kTable_m) + faults.noise_m * normal(random);
       const bool hole = uniform(random) < (std::abs(away) < 2 ? faults.holes : 0.25f * faults.holes);
       depth_m.data[i] = hole ? 0 : seen_m;
@@ -129,7 +97,7 @@ double coverage_error(const DepthFaults& faults) {
   for (int v = 0; v < kHeight; ++v) {
     for (int u = 0; u < kWidth - 8; ++u) {
       const auto i = static_cast<std::size_t>(v * kWidth + u);
-      if (std::abs(distance_px(hand, {static_cast<float>(u), static_cast<float>(v)})) > 4) continue;
+      if (std::abs(hand.distance_px({static_cast<float>(u), static_cast<float>(v)})) > 4) continue;
       sum += std::abs(1 - objects.coverage.data[i] - truth.data[i]);
       ++count;
     }

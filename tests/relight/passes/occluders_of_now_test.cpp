@@ -99,9 +99,9 @@ TEST_P(OccludersOfNow, ShadowsThatTheCameraSeesAreOnObjectsAndNotTakenTwice) {
   const reconstruct::Scene open = scene_.scene();
   reconstruct::Scene dark = open;
   dark.shadows = shadowed().shadows;
+  relight::Relighter relighter(device_, scene_.session());  // its pipelines take most of the time
   for (const relight::Plan& plan : plans()) {
     SCOPED_TRACE("at 1/" + std::to_string(plan.trace_scale));
-    relight::Relighter relighter(device_, scene_.session());
     const RelitPicture before = relit(relighter, open, plan), with = relit(relighter, dark, plan),
                        after = relit(relighter, open, plan);
     expect_half(before, with, 0.15f);  // light that the box reflects into its shadow stays
@@ -120,12 +120,12 @@ TEST_P(OccludersOfNow, SurfaceThatDepthSeesThroughOccludesNoLamp) {
   };
   held.extent.extend(hand.max() + Eigen::Vector3f::Constant(0.05f));
   const reconstruct::Scene open = scene_.scene(), with_hand = held.scene();
+  relight::Relighter relighter(device_, scene_.session());
   for (const relight::Plan& plan : plans()) {
     SCOPED_TRACE("at 1/" + std::to_string(plan.trace_scale));
-    relight::Relighter relighter(device_, scene_.session()), other(device_, scene_.session());
     const RelitPicture before = relit(relighter, open, plan);
-    const RelitPicture hidden = other.relight(held.frame(), with_hand, scene_.exhibit, plan, true),
-                       gone = relit(other, with_hand, plan);
+    const RelitPicture hidden = relighter.relight(held.frame(), with_hand, scene_.exhibit, plan, true),
+                       gone = relit(relighter, with_hand, plan);
     ASSERT_GT(lost_by_top(before, hidden), 0.3f) << "it was between them";
     EXPECT_NEAR(lost_by_top(before, gone), 0, 0.1f) << "but for the light that the hand's surface still reflects";
     EXPECT_NEAR(left_of_shadow(before, gone), 1, 0.1f);

@@ -32,5 +32,33 @@ TEST(BenchRun, NoTurnIsExactlyNone) {
   EXPECT_EQ(turned(exhibit, 0).objects[0].rotation.coeffs(), exhibit.objects[0].rotation.coeffs());
 }
 
+/// Draws nothing, and says what it took.
+class TimedRenderer : public relight::Renderer {
+ public:
+  relight::RelitPicture relight(const capture::FrameSet&, const reconstruct::Scene&, const relight::Exhibit&,
+                                const relight::Plan&, bool) override {
+    relight::RelitPicture picture;
+    ++frames_;
+    picture.passes = {{"gather", 1.0}, {"compose", frames_ % 2 == 0 ? 3.0 : 5.0}, {"gather", 0.5}};
+    return picture;
+  }
+
+ private:
+  int frames_ = 0;
+};
+
+TEST(BenchRun, ThePassesOfAFrameAreMeans) {
+  TimedRenderer renderer;
+  relight::Plan plan;
+  plan.method = "rays";
+  const FrameCost cost = cost_of_turning(renderer, {}, {}, {}, plan, true);
+  ASSERT_EQ(cost.passes.size(), 2u);
+  EXPECT_EQ(cost.passes[0].name, "gather");
+  EXPECT_DOUBLE_EQ(cost.passes[0].gpu_ms, 1.5);
+  EXPECT_EQ(cost.passes[1].name, "compose");
+  EXPECT_NEAR(cost.passes[1].gpu_ms, 4, 0.5);
+  EXPECT_NEAR(*cost.gpu_ms, cost.passes[0].gpu_ms + cost.passes[1].gpu_ms, 1e-9);
+}
+
 }  // namespace
 }  // namespace lumigraft::server
