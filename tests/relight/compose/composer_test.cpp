@@ -184,20 +184,20 @@ TEST(ComposerOfOne, ChangeIsProportionalToThePixelOfNow) {
 }
 
 TEST(ComposerOfOne, ASmallChangeGrowsWithThePixel) {
-  constexpr int kPixels = 8, kCode = 128;
+  constexpr int kWide = 8, kCode = 128;
   capture::ColorCamera of_camera;
-  of_camera.model.width = kPixels;
+  of_camera.model.width = kWide;
   of_camera.model.height = 1;
   CameraUpload camera(of_camera);
   capture::FrameSet frame;
   auto picture = std::make_shared<capture::Frame>();
-  picture->encoded = capture::Image<std::uint8_t>(kPixels, 1, 3, kCode);
+  picture->encoded = capture::Image<std::uint8_t>(kWide, 1, 3, kCode);
   frame.color = picture;
   camera.take(frame);
   // Less than half a pixel value for the light of then, more for twice as much.
   const std::array<float, 256>& linear = capture::srgb_table().linear;
-  const capture::Image<float> delta(kPixels, 1, 3, 0.4f * (linear[kCode + 1] - linear[kCode])),
-      then(kPixels, 1, 3, camera.radiance(0)[0] / 2);
+  const capture::Image<float> delta(kWide, 1, 3, 0.4f * (linear[kCode + 1] - linear[kCode])),
+      then(kWide, 1, 3, camera.radiance(0)[0] / 2);
   capture::Image<std::uint8_t> out = *camera.coded();
   compose(camera, {delta, &then, true}, {}, &out);
   for (const std::uint8_t code : out.data) EXPECT_EQ(code, kCode + 1);
