@@ -9,7 +9,7 @@ struct ChromaBlock {
   int width = 1, height = 1;
 };
 
-/// Of a frame as the camera delivers it; {1, 1} where it cannot be told: Bayer patterns are not subsampled video.
+/// Of a frame as the camera delivers it; {1, 1} of other formats: Bayer patterns have no subsampled chroma.
 ChromaBlock chroma_block(const RawFrame& frame);
 
 }  // namespace lumigraft::capture

@@ -397,7 +397,7 @@ std::optional<AlbedoStage::State::Followed> AlbedoStage::State::known_lamps(cons
     const PointLight& was = before->second.light;
     result.lamps.push_back(before->second.estimate);
     const bool carried = !Located::same_place(was, light, merged.probe_position_m);
-    // Where others were switched off the room shows much better where this one is.
+    // Where others were switched off shading determines this one much better.
     const float share = share_of(light, merged);
     const bool clearer = !before->second.estimate.far && share > kFollowing.min_share &&
                          share > kFollowing.clearer_share * before->second.share;

@@ -185,8 +185,8 @@ Eigen::Vector2f upwards(const LampProjection& projection, const Eigen::Vector2f&
   return direction.stableNormalized();
 }
 
-/// What stands in the light stands upright: beyond the places, as where they end below. `weights`: of the places in
-/// cells; `map`: with `open` filled.
+/// Occluders are assumed to be vertical: beyond the places `open` is as where they end below. `weights`: of the places
+/// in cells; `map`: with `open` filled.
 void continue_upwards(const capture::Image<float>& weights, LampShadow& map) {
   capture::Image<float> empty(kCells, kCells, 1);
   for (std::size_t i = 0; i < weights.data.size(); ++i) empty.data[i] = weights.data[i] > 0 ? 0.0f : 1.0f;

@@ -6,8 +6,8 @@
 //   eᵀ N⁻¹ e + Σ d_k² / w_k² + d² / w²,  e = 1 - r - Σ d_k f_k - d f,  0 <= d_k <= 1
 //
 // with d that of the rest f of the light, and N the covariance of r: what changes a place otherwise changes its
-// brightness more than its colour, so that lamps of different colours are told apart. Lamps of one colour are not: w_k
-// is 1 for lamps whose light passes near something that was not there before, less for those that the fish-eye sees
+// brightness more than its colour, so that lamps of different colours are distinguished. Lamps of one colour are not:
+// w_k is 1 for lamps whose light passes near something that was not there before, less for those that the fish-eye sees
 // covered, and little for others.
 #include <Eigen/Core>
 #include <memory>

@@ -332,8 +332,8 @@ void FusionLevel::State::record_change(WorkingBrick& brick, bool open, const Bri
   if (brick.urgent || brick.model || brick.may_have_drifted()) queue(brick);
 }
 
-/// Colours seen under earlier light follow it, to first order, and are less certain by what the room's light changed
-/// and by what it changed here: beside a lamp that is carried past, all of it.
+/// Colours seen under earlier light follow it, to first order, and are less certain by the relative change of the
+/// room's light and by that at this place, which is larger near a lamp that is carried past.
 void FusionLevel::State::follow_light(WorkingBrick& brick, const LightRatio& light_ratio) const {
   brick.prepare_change(maker);
   double variance = light_variance - brick.light_variance;

@@ -30,21 +30,19 @@ double carried_log_sigma(const PointLight& was, const PointLight& now) {
   return std::hypot(kMemory.flux_log_sigma, kMemory.raised_slope * raised, kMemory.turned_slope * turned);
 }
 
-double exponent(const LampShape& shape) { return shape.beam ? 4 : shape.flat ? 1 : 0; }
-
 /// Log of the intensity along the axis, mean of the channels: E d² / cos(tilt)ᵐ with exponent m of the emission.
 double log_intensity(const PointLight& light, const LampShape& shape) {
   double sum = 0;
   for (Eigen::Index c = 0; c < 3; ++c)
     sum += std::log(std::max(light.irradiance[c], 1e-12f)) + shape.log_gain[static_cast<std::size_t>(c)];
   const double tilt = Eigen::Vector2d::Map(shape.tilt.data()).squaredNorm();
-  return sum / 3 - 2 * std::log(shape.inverse_distance) + 0.5 * exponent(shape) * std::log1p(tilt);
+  return sum / 3 - 2 * std::log(shape.inverse_distance) + 0.5 * shape.emission_exponent() * std::log1p(tilt);
 }
 /// Its derivatives by the lamp's unknowns.
 Eigen::RowVectorXd intensity_slope(const PointLight& light, const LampShape& shape) {
   Eigen::RowVectorXd slope(kUnknownsPerLamp);
   const auto tilt = Eigen::RowVector2d::Map(shape.tilt.data());
-  slope << -2 / shape.inverse_distance, exponent(shape) / (1 + tilt.squaredNorm()) * tilt,
+  slope << -2 / shape.inverse_distance, shape.emission_exponent() / (1 + tilt.squaredNorm()) * tilt,
       Eigen::RowVector3d::Constant(light.clipped ? 1 / 3.0 : 0);  // else no unknown
   return slope;
 }

@@ -22,6 +22,9 @@ struct LampShape {
   bool far = false;                  ///< infinitely; its distance is fixed,
   bool weak = false;                 ///< and so is that of a lamp that hardly lights the samples, and its tilt;
   bool held = false;                 ///< or all of it
+
+  /// m of docs/light_posterior.md.
+  double emission_exponent() const { return beam ? 4 : flat ? 1 : 0; }
 };
 
 constexpr int kUnknownsPerLamp = 6;  ///< inverse distance, two tilts, log gain of three channels

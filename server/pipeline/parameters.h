@@ -18,9 +18,9 @@ inline constexpr struct PipelineParameters {
   /// Rest after a turn, as a multiple of its processor time: each uses a third of a core while the room is unknown,
   /// later geometry and room a tenth, and albedo a twentieth: later solutions differ little from the previous ones.
   int rest = 2, geometry_rest_later = 9, room_rest_later = 9, albedo_rest_later = 19, background_niceness = 10;
-  /// Range of a surface that is touched, and the cosine of its slope: an object stands on up to 30°.
-  float touch_near_m = 0.1f, touch_far_m = 12;
-  double touch_min_up = 0.866;
+  /// Range of a surface that is picked in the picture, and the cosine of its slope: an object stands on up to 30°.
+  float pick_near_m = 0.1f, pick_far_m = 12;
+  double pick_min_up = 0.866;
   std::uintmax_t max_model_bytes = 16 << 20;  ///< of a model's file that is loaded before the service starts: 0.5 s
   std::size_t memory_bytes = std::size_t{512} << 20;  ///< for a recording that is played repeatedly
 } kPipeline;

@@ -14,7 +14,7 @@
 #include "server/pipeline/mailbox.h"
 #include "server/pipeline/pacing.h"
 #include "server/pipeline/resting_pace.h"
-#include "server/pipeline/touched_place.h"
+#include "server/pipeline/surface_picking.h"
 
 namespace lumigraft::server {
 namespace {
@@ -481,8 +481,8 @@ std::optional<std::string> Pipeline::change_object(ObjectCommand command) {
     }
     if (!scene.pose || !scene.field)
       return "on_pixel: found no pose of the camera or no surface yet, allowed: while objects are shown";
-    const auto place = touched_place({scene.pose->T_tag_camera, scene.pose->T_tag_exhibit, scene.field.get()},
-                                     s.session.color.model, *command.on_pixel, *object);
+    const auto place = place_on_picked_surface({scene.pose->T_tag_camera, scene.pose->T_tag_exhibit, scene.field.get()},
+                                               s.session.color.model, *command.on_pixel, *object);
     if (const auto* error = std::get_if<std::string>(&place)) return *error;
     command.position_m = std::get<Eigen::Vector3d>(place);
   }

@@ -7,7 +7,7 @@
 namespace lumigraft::server {
 inline constexpr struct StreamParameters {
   double max_position_m = 100, max_at_s = 1e7;  ///< in commands: of objects; in a recording
-  double max_pixel = 65535;                     ///< of a picture that is touched
+  double max_pixel = 65535;                     ///< in which a pixel is picked
   std::size_t max_name_bytes = 200, max_body_bytes = 1024;
   std::size_t max_queued = 8, remembered_frames = 256;  ///< H.264 frames of a viewer; whose capture time is known
   std::uint32_t max_in_flight = 16, max_header_bytes = 8 * 1024;  ///< frames sent but not acknowledged; of a request

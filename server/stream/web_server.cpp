@@ -211,7 +211,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     } else if (const auto* object = std::get_if<ObjectCommand>(&command)) {
       wrong = server_.handlers.change_object(*object);
       if (!wrong) server_.objects_changed();
-      harmless = object->on_pixel.has_value();  // a touch may miss
+      harmless = object->on_pixel.has_value();  // there may be no surface
     } else if (const auto* record = std::get_if<RecordCommandOfViewer>(&command)) {
       wrong = server_.handlers.record(record->on);
     } else if (const auto* playback = std::get_if<PlaybackCommand>(&command)) {

@@ -24,16 +24,6 @@ double hall_with_columns(const Eigen::Vector3d& p) {
   return d;
 }
 
-capture::CameraModel coarse_camera() {
-  capture::CameraModel camera;
-  camera.width = 160;
-  camera.height = 120;
-  camera.fx = camera.fy = 131;
-  camera.cx = 79.5;
-  camera.cy = 59.5;
-  return camera;
-}
-
 /// A walker at 1 m/s who turns at the walls and columns, and looks about.
 class Walker {
  public:

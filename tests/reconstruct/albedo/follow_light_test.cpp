@@ -88,7 +88,7 @@ TEST(FollowLight, DimmedLampStaysWhereItIs) {
               1e-3);
 }
 
-// An error of the strong lamp moves the weak one, which shading hardly determines beside it.
+// An error of the strong lamp moves the weak one, which shading hardly determines in its light.
 TEST(FollowLight, WhereOthersGoALampIsFoundBetter) {
   TestRoom room = striped_room();
   room.lamps[1].intensity *= 0.4f;
@@ -105,7 +105,7 @@ TEST(FollowLight, WhereOthersGoALampIsFoundBetter) {
   const auto followed = stage.follow_light(alone.field, alone.light);
   ASSERT_TRUE(followed);
   const float after = distance_error(*followed, room, 1);
-  std::printf("error of distance: %.3f beside a strong lamp, %.3f alone\n", before, after);
+  std::printf("error of distance: %.3f with a strong lamp, %.3f alone\n", before, after);
   EXPECT_LT(after, 0.7f * before);
 
   room.lamps[0] = strong;

@@ -13,16 +13,6 @@ namespace {
 
 constexpr float kVoxelM = 0.008f, kTruncationM = 0.032f;
 
-capture::CameraModel coarse_camera() {
-  capture::CameraModel camera;
-  camera.width = 160;
-  camera.height = 120;
-  camera.fx = camera.fy = 131;
-  camera.cx = 79.5;
-  camera.cy = 59.5;
-  return camera;
-}
-
 WorkingBrick new_brick(const BrickKey& key) {
   WorkingBrick brick;
   brick.key = key;
@@ -31,7 +21,7 @@ WorkingBrick new_brick(const BrickKey& key) {
 }
 
 TEST(FusionUpdate, IsBitIdenticalWithNarrowVectors) {
-  const capture::CameraModel camera = coarse_camera();
+  const capture::CameraModel camera = test::coarse_camera();
   const PixelMap map(camera);
   DepthPreprocessor preprocessor(camera, kVoxelM, kTruncationM, 5), narrow(camera, kVoxelM, kTruncationM, 5, false);
   RecentBricks known;
@@ -76,7 +66,7 @@ TEST(FusionUpdate, IsBitIdenticalWithNarrowVectors) {
 
 // What counts as hidden is not observed, at jumps and outside the image too, and little else is updated in vain.
 TEST(FusionUpdate, NothingThatIsObservedCountsAsHidden) {
-  const capture::CameraModel camera = coarse_camera();
+  const capture::CameraModel camera = test::coarse_camera();
   const PixelMap map(camera);
   DepthPreprocessor preprocessor(camera, kVoxelM, kTruncationM, 5);
   RecentBricks known;
@@ -112,7 +102,7 @@ TEST(FusionUpdate, NothingThatIsObservedCountsAsHidden) {
 }
 
 TEST(FusionUpdate, ABrickOfWhichNothingIsObservedIsNotCopied) {
-  const capture::CameraModel camera = coarse_camera();
+  const capture::CameraModel camera = test::coarse_camera();
   const PixelMap map(camera);
   DepthPreprocessor preprocessor(camera, kVoxelM, kTruncationM, 5);
   const Eigen::Isometry3d T_tag_camera = test::looking_at_tag(0.8, 50 * test::kDegree, -2.4);
@@ -181,7 +171,7 @@ TEST(RecentBricks, ContainsAllOnlyAfterEachWasInserted) {
 
 // The upper bound of drift: a brick below it has not drifted in the exact comparison.
 TEST(FusionUpdate, TheBoundOfDriftHolds) {
-  const capture::CameraModel camera = coarse_camera();
+  const capture::CameraModel camera = test::coarse_camera();
   const PixelMap map(camera);
   DepthPreprocessor preprocessor(camera, kVoxelM, kTruncationM, 5);
   RecentBricks known;

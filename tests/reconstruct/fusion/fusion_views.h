@@ -14,6 +14,16 @@
 
 namespace lumigraft::test {
 
+inline capture::CameraModel coarse_camera() {
+  capture::CameraModel camera;
+  camera.width = 160;
+  camera.height = 120;
+  camera.fx = camera.fy = 131;
+  camera.cx = 79.5;
+  camera.cy = 59.5;
+  return camera;
+}
+
 /// Signed distance to the nearest surface, tag frame; images are made by sphere tracing.
 using Shape = std::function<double(const Eigen::Vector3d&)>;
 

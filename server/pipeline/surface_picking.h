@@ -1,5 +1,5 @@
 #pragma once
-// Where an object is put by touching the picture: on the surface of the room that the touched pixel shows.
+// Picking: an object is put on the surface of the room that a pixel of the picture shows.
 #include <Eigen/Geometry>
 #include <string>
 #include <variant>
@@ -18,8 +18,9 @@ struct SeenRoom {
 
 /// VirtualObject::position_m, in the exhibit's frame, at which the lowest point of the object, as the model is at rest,
 /// is level with the surface that the pixel shows, and its origin above it; else what was found and what is allowed.
-std::variant<Eigen::Vector3d, std::string> touched_place(const SeenRoom& room, const capture::CameraModel& camera,
-                                                         const Eigen::Vector2d& pixel,
-                                                         const relight::VirtualObject& object);
+std::variant<Eigen::Vector3d, std::string> place_on_picked_surface(const SeenRoom& room,
+                                                                   const capture::CameraModel& camera,
+                                                                   const Eigen::Vector2d& pixel,
+                                                                   const relight::VirtualObject& object);
 
 }  // namespace lumigraft::server
