@@ -47,7 +47,9 @@ TEST(MotionBlur, ABarThatPassesIsATrapezoid) {
     const float expected = covered_until(kFrom, at_px) - covered_until(kTo, at_px);
     EXPECT_NEAR(blurred.coverage.at(x, 1), expected, 0.03f) << x;
     EXPECT_NEAR(blurred.radiance.at(x, 1, 0), 0.4f * blurred.coverage.at(x, 1), 1e-5f) << x;
-    if (blurred.coverage.at(x, 1) > 0) EXPECT_EQ(blurred.distance_m.at(x, 1), 1) << x;
+    if (blurred.coverage.at(x, 1) > 0) {
+      EXPECT_EQ(blurred.distance_m.at(x, 1), 1) << x;
+    }
     sum += blurred.coverage.at(x, 1);
   }
   EXPECT_NEAR(sum, kTo - kFrom, 0.01f);

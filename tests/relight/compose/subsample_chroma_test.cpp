@@ -48,7 +48,9 @@ void expect_sampled(const capture::ChromaBlock& block) {
       EXPECT_NEAR(luma(now), luma(own), kRounding) << u << ", " << v;
       EXPECT_NEAR(blue(now), covered ? mean_blue : blue(own), kRounding) << u << ", " << v;
       EXPECT_NEAR(red(now), covered ? mean_red : red(own), kRounding) << u << ", " << v;
-      if (!covered) EXPECT_TRUE(std::equal(own, own + 3, now)) << u << ", " << v;
+      if (!covered) {
+        EXPECT_TRUE(std::equal(own, own + 3, now)) << u << ", " << v;
+      }
     }
   }
 }
