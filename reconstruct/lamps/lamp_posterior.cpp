@@ -193,23 +193,36 @@ NormalEquations normal_equations(const Evaluation& evaluation, const std::vector
   return sum;
 }
 
-/// Mean squared residual of the pairs that agree. `information`: of each pair.
-double mean_square(const Evaluation& evaluation, const std::vector<SamplePair>& pairs,
-                   const std::vector<double>& information) {
-  double squares = 0, weights = 0;
+/// Mean squared residual of the pairs that agree: of all, and of adjacent samples.
+struct Misfit {
+  double all = 0, adjacent = 0;
+};
+
+/// `information`: of each pair.
+Misfit misfit_of(const Evaluation& evaluation, const std::vector<SamplePair>& pairs,
+                 const std::vector<double>& information) {
+  struct Mean {
+    double sum = 0, weights = 1e-9;
+  } all, adjacent;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const double s = evaluation.residual(pairs[i]).squaredNorm();
     const double weight = pairs[i].weight * information[i] / ((1 + s) * (1 + s));
-    squares += weight * s;
-    weights += weight;
+    for (Mean* mean : {&all, pairs[i].adjacent ? &adjacent : nullptr}) {
+      if (!mean) continue;
+      mean->sum += weight * s;
+      mean->weights += weight;
+    }
   }
-  return squares / std::max(weights, 1e-9);
+  return {all.sum / all.weights, adjacent.sum / adjacent.weights};
 }
 
-/// v: that of a channel, but no less than the model's own error, for as many pairs as share one error.
-double variance_of(double mean_square) {
+/// v. What adjacent samples differ by is each sample's own (the nugget effect: Cressie 1993, section 2.3): it averages
+/// out over samples, and the pairs of one sample share it. The rest, but no less than the model's own error, is common
+/// to as many pairs as share one error.
+double variance_of(const Misfit& misfit) {
   const double min_square = std::pow(kPosterior.model_error / kPosterior.pair_scale, 2);
-  return kPosterior.pairs_per_observation * std::max(min_square, mean_square) / 3;
+  const double own = std::min(misfit.adjacent, misfit.all), common = std::max(min_square, misfit.all - own);
+  return kPosterior.pairs_per_observation * common / 3 + kPosterior.pairs_per_sample * own;
 }
 
 /// A cost of all lamps' unknowns.
@@ -421,7 +434,7 @@ LampPosterior solve_lamps(const ShadingModel& model, const std::vector<SamplePai
   Evaluation evaluation(model, start);
   evaluation.PrepareForEvaluation(false, true);
   LampPosterior result;
-  result.pair_variance = variance_of(mean_square(evaluation, pairs, evaluation.information(pairs)));
+  result.pair_variance = variance_of(misfit_of(evaluation, pairs, evaluation.information(pairs)));
   ceres::Problem::Options options;
   options.evaluation_callback = &evaluation;
   ceres::Problem problem(options);
@@ -454,11 +467,11 @@ LampPosterior solve_lamps(const ShadingModel& model, const std::vector<SamplePai
   result.cost = robust_cost(evaluation.log_albedo, pairs) +
                 result.pair_variance * albedo_scale_cost(model, evaluation.log_albedo, paper);
   const std::vector<double> information = evaluation.information(pairs);
-  const double square = mean_square(evaluation, pairs, information);
-  result.misfit = kPosterior.pair_scale * std::sqrt(square);
+  const Misfit misfit = misfit_of(evaluation, pairs, information);
+  result.misfit = kPosterior.pair_scale * std::sqrt(misfit.all);
   const NormalEquations sum = normal_equations(evaluation, pairs, 1, information);
   result.information = Eigen::MatrixXd::Zero(evaluation.size(), evaluation.size());
-  result.information(evaluation.free(), evaluation.free()) = sum.curvature / variance_of(square);
+  result.information(evaluation.free(), evaluation.free()) = sum.curvature / variance_of(misfit);
   if (with_scale) {
     const Eigen::MatrixXd rows = ScaleCost::rows(evaluation, paper);
     result.information += rows.transpose() * rows;

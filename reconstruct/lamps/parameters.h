@@ -19,6 +19,7 @@ struct LampParameters {
     int far = 6, far_tries = 40;    ///< samples of the same orientation, and random draws to find them
     float far_reach_m = 1.0f;       ///< shading over a larger part of a floor or wall says more
     float same_orientation = 0.9f;  ///< cosine
+    float touching_cells = 1.8f;    ///< distance of samples whose cells share an edge or a corner, over the cells' edge
     float sample_error = 0.08f;     ///< 1σ of log irradiance, as for albedo
     float min_albedo = 0.02f;       ///< lower clamp before the logarithm
   } pairs;
@@ -69,7 +70,8 @@ struct LampParameters {
     /// one independent observation. No pair is better than model_error of the light. With both, the power of a clipped
     /// lamp was never off by more than 1.2 of its sigmas in the sessions.
     double pairs_per_observation = 600;
-    double usual_pair_variance = 20;  ///< v of the prior in the coarse search; it is estimated from 8 to 50
+    double pairs_per_sample = Pairs{}.neighbours + Pairs{}.far;  ///< of which each has the own errors of two samples
+    double usual_pair_variance = 20;  ///< v of the prior in the coarse search; it is estimated from 8 to 70
     double model_error = 0.02;
     /// Scale of albedo where a lamp's power is unknown: albedo with 1σ of its logarithm, of white paper (office paper
     /// reflects 75 to 87 %) and of the mean

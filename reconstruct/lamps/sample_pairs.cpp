@@ -31,7 +31,11 @@ std::vector<SamplePair> choose_pairs(const std::vector<SurfaceSample>& samples) 
     const auto count = std::min<std::ptrdiff_t>(kPairs.neighbours, static_cast<std::ptrdiff_t>(near.size()));
     std::partial_sort(near.begin(), near.begin() + count, near.end());
     const auto add = [&](int b) {
-      if (sample.known.sigma < 0 || samples[static_cast<std::size_t>(b)].known.sigma < 0) pairs.push_back({a, b});
+      const SurfaceSample& other = samples[static_cast<std::size_t>(b)];
+      const float touching_m = kPairs.touching_cells * std::min(sample.size_m, other.size_m);
+      const bool adjacent = (sample.position - other.position).norm() < touching_m &&
+                            sample.normal.dot(other.normal) > kPairs.same_orientation;
+      if (sample.known.sigma < 0 || other.known.sigma < 0) pairs.push_back({.a = a, .b = b, .adjacent = adjacent});
     };
     for (std::ptrdiff_t i = 0; i < count; ++i) add(near[static_cast<std::size_t>(i)].second);
     for (int found = 0, i = 0; i < kPairs.far_tries && found < kPairs.far; ++i) {

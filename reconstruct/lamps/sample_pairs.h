@@ -9,6 +9,7 @@ namespace lumigraft::reconstruct {
 struct SamplePair {
   int a, b;
   float weight = 1;
+  bool adjacent = false;  ///< cells that touch, of one orientation
 };
 
 /// For each usable sample its nearest neighbours of any normal, and random ones of the same orientation up to 1 m away.

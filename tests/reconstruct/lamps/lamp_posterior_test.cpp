@@ -4,7 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
+#include <map>
 #include <optional>
+#include <random>
+#include <utility>
 
 #include "reconstruct/field/field_rays.h"
 #include "reconstruct/field/real_surface_mesh.h"
@@ -152,6 +156,46 @@ TEST(LampPosterior, InformationIsTheCurvatureOfItsOwnCost) {
                sigma = kLampParameters.posterior.inverse_distance_sigma;
   const double curvature = (cost(at + step) - 2 * cost(at) + cost(at - step)) / (step * step) + 1 / (sigma * sigma);
   EXPECT_NEAR(best.information(0, 0) / curvature, 1, 0.2);
+}
+
+/// Solutions of one lamp in rooms whose albedo varies.
+struct Textured {
+  static constexpr int kRooms = 12;
+  double error_sigmas = 0;  ///< RMS error over sigma
+  double sigma = 0;         ///< mean, 1/m
+
+  /// `texture`: log albedo at a position in one of the rooms.
+  explicit Textured(const std::function<float(int room, const Vector3f& position)>& texture) {
+    const Vector3f lamp_m(0.5f, -0.3f, 0.8f);
+    for (int i = 0; i < kRooms; ++i) {
+      Scene scene(lamp_m);
+      const double truth = 1 / (lamp_m - scene.room.probe).norm();
+      for (SurfaceSample& sample : scene.samples) sample.radiance *= std::exp(texture(i, sample.position));
+      scene.model.emplace(*scene.irradiance, scene.light, scene.samples, scene.gathered);
+      const LampPosterior found = scene.solve(truth);
+      const double own = found.inverse_distance_sigma(0);
+      error_sigmas += std::pow((found.shapes[0].inverse_distance - truth) / own, 2) / kRooms;
+      sigma += own / kRooms;
+    }
+    error_sigmas = std::sqrt(error_sigmas);
+  }
+};
+
+TEST(LampPosterior, OwnTextureOfSamplesAveragesOutAndThatOfPlanksDoesNot) {
+  constexpr float kAmplitude = 0.1f, kPlank_m = 0.15f;
+  std::mt19937 random(7);
+  const auto uniform = [&] { return static_cast<float>(random()) / static_cast<float>(std::mt19937::max()); };
+  const Textured grain([&](int, const Vector3f&) { return kAmplitude * std::sqrt(3.0f) * (2 * uniform() - 1); });
+  std::map<std::pair<int, int>, float> tones;  // of a room's planks
+  const Textured planks([&](int room, const Vector3f& position) {
+    const auto plank = static_cast<int>(std::floor(position.x() / kPlank_m));
+    return tones.try_emplace({room, plank}, kAmplitude * std::sqrt(3.0f) * (2 * uniform() - 1)).first->second;
+  });
+  EXPECT_GT(grain.error_sigmas, 0.4);
+  EXPECT_LT(grain.error_sigmas, 1.4);
+  EXPECT_LT(grain.sigma, 0.03) << "1/m; 0.05 if the texture of all samples were one error";
+  EXPECT_LT(planks.error_sigmas, 2);
+  EXPECT_GT(planks.sigma, 1.15 * grain.sigma) << "fewer independent pieces";
 }
 
 TEST(LampPosterior, EarlierSolutionsHoldUnlessContradicted) {
