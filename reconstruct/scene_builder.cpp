@@ -84,6 +84,9 @@ constexpr std::int64_t kNever_ns = std::numeric_limits<std::int64_t>::min() / 2;
 /// light of a black room is.
 constexpr float kNoLight = 1e-6f;
 
+/// Ratio of the light at the fish-eye, from which on it may see a lamp that was hidden.
+constexpr float kCompletedLight = 1.5f;
+
 constexpr const char* kKeptRoomUnseen =
     "the room that was kept is not used yet, nor is this one kept: the camera sees too little of its surfaces; if the "
     "camera was moved for good, delete the file";
@@ -111,6 +114,7 @@ struct SceneBuilder::State {
   AlbedoStage albedo;
   EnclosureStage enclosure;
   LightFromShading light_from_shading;
+  Shared<std::shared_ptr<const Illumination>> incomplete_light;  ///< that the fish-eye measured; or null
   const std::int64_t fisheye_awaited_ns;
   std::int64_t first_fused_ns = -1;
   std::atomic<std::int64_t> fused_span_ns = 0;  ///< time over which depth was fused
@@ -155,6 +159,7 @@ struct SceneBuilder::State {
   void compare_kept_room(const capture::FrameSet& frame, const Pose& where);
   void use_kept_solution();
   void estimate_light(const DistanceField& field);
+  bool is_incomplete(const Illumination& measured);
   void publish(AlbedoStage::Result solution, const DistanceField& field,
                const std::shared_ptr<const Illumination>& measured);
 };
@@ -236,7 +241,9 @@ void SceneBuilder::extract_light(const capture::FisheyeFrames& fisheye, const ca
   // The colour camera may be disconnected: then for as long as a hidden tag's pose is kept.
   if (!fisheye.empty() && fisheye.front()->stamp.time_ns - tags.time_ns > LampTagStage::kHeldNs) tags.poses.clear();
   LightStage::Result result = s.light.extract(fisheye, color, tags.poses, s.color_brightness);
-  if (result.illumination)
+  if (result.illumination && s.is_incomplete(*result.illumination))
+    result.warnings.emplace_back(kLightIsHidden);
+  else if (result.illumination)
     s.store.publish_light(std::move(result.illumination));
   else if (s.store.measured_light())
     std::replace(result.warnings.begin(), result.warnings.end(), std::string(kLightUnknown),
@@ -328,13 +335,23 @@ void SceneBuilder::State::use_kept_solution() {
   store.publish_albedo(kept_albedo->complete(store.newest().albedo));
 }
 
-/// While no fish-eye delivers.
+/// Whether most of the room's light is still missing from what the fish-eye measures.
+bool SceneBuilder::State::is_incomplete(const Illumination& measured) {
+  const std::shared_ptr<const Illumination> incomplete = incomplete_light.get();
+  const auto at_probe = [](const Illumination& seen) { return mean_irradiance(seen, seen.probe_position_m).mean(); };
+  if (incomplete && at_probe(measured) < kCompletedLight * at_probe(*incomplete)) return true;
+  incomplete_light.put(nullptr);
+  return false;
+}
+
+/// While no fish-eye delivers, or not the light of the room.
 void SceneBuilder::State::estimate_light(const DistanceField& field) {
   const std::shared_ptr<const Illumination> known = store.measured_light();
-  if (overrides.light || (known && !known->from_shading) || fused_span_ns < fisheye_awaited_ns) return;
+  const bool awaited = fused_span_ns < fisheye_awaited_ns && !incomplete_light.get();
+  if (overrides.light || (known && !known->from_shading) || awaited) return;
   const std::shared_ptr<const Illumination> estimated = light_from_shading.estimate(field);
   if (!estimated) return;
-  if (!known) store.publish_warnings("light", {kLightFromShading});
+  if (!known && !incomplete_light.get()) store.publish_warnings("light", {kLightFromShading});
   store.publish_light(estimated);
 }
 
@@ -387,6 +404,13 @@ bool SceneBuilder::solve_albedo() {
   if (work == AlbedoWork::nothing) return false;
   std::optional<AlbedoStage::Result> solution = s.solve(work, field, *measured);
   if (!solution) return false;
+  if (solution->light_is_missing && !s.overrides.light) {
+    s.incomplete_light.put(measured);
+    s.store.publish_warnings("light", {kLightIsHidden});
+    s.store.withdraw_light();
+    s.estimate_light(*field);
+    return true;
+  }
   s.schedule.solved(solution->albedo, solution->due);
   s.lamps_to_keep.put(s.albedo.lamps_to_keep());
   s.publish(*std::move(solution), *field, measured);

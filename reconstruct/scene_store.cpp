@@ -64,6 +64,11 @@ void SceneStore::publish_light(std::shared_ptr<const Illumination> light) {
   }
 }
 
+void SceneStore::withdraw_light() {
+  std::lock_guard lock(mutex_);
+  light_ = nullptr;
+}
+
 void SceneStore::publish_solution(AlbedoStage::Result solution, std::uint64_t field_version,
                                   std::shared_ptr<const Illumination> measured) {
   std::lock_guard lock(mutex_);

@@ -17,6 +17,8 @@ class SceneStore {
   void publish_field(std::shared_ptr<const DistanceField> field);
   /// Light that is estimated without a fish-eye replaces no light that a fish-eye measured.
   void publish_light(std::shared_ptr<const Illumination> light);
+  /// The light that a fish-eye measured is not that of the room: as if there were none.
+  void withdraw_light();
   /// The albedo solution of a field and the measured light; its lamps are also applied to later measured light.
   void publish_solution(AlbedoStage::Result solution, std::uint64_t field_version,
                         std::shared_ptr<const Illumination> measured);

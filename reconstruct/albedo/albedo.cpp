@@ -10,6 +10,7 @@
 #include "reconstruct/albedo/incremental_solver.h"
 #include "reconstruct/albedo/kept_albedo.h"
 #include "reconstruct/albedo/known_surface.h"
+#include "reconstruct/albedo/missing_light.h"
 #include "reconstruct/albedo/parameters.h"
 #include "reconstruct/albedo/sample_solver.h"
 #include "reconstruct/albedo/surface_lighting.h"
@@ -269,6 +270,7 @@ std::vector<LampEstimate> AlbedoStage::State::locate(const IrradianceModel& room
 
 void AlbedoStage::State::check_extrinsics(const DistanceField& field, const FieldRays& rays,
                                           const Illumination& illumination, std::size_t points) {
+  if (illumination.from_shading) return;
   const bool hidden = std::any_of(illumination.lights.begin(), illumination.lights.end(),
                                   [](const PointLight& light) { return light.hidden > 0 || light.covered; });
   const bool grown = static_cast<double>(points) > kStage.search_growth * static_cast<double>(checked_points);
@@ -351,7 +353,7 @@ std::optional<AlbedoStage::Result> AlbedoStage::State::solve_incremental(const D
 void AlbedoStage::State::remember_albedo() {
   if (solved_light.dimmed) return;  // it follows from what is known
   known.clear();
-  if (solved_light.from_shading) return;
+  if (solved_light.from_shading || last.light_is_missing) return;
   const float common = common_error(*last.illumination);
   known = incremental.albedo();
   for (auto& [cell, sample] : known) sample.sigma = sigma_later(sample, common);
@@ -582,8 +584,11 @@ AlbedoStage::Result AlbedoStage::solve_complete(const DistanceField& field, cons
       std::make_shared<BrickMap<FieldBrick>>(carve_occluders(field, rays, surface.samples, points.shadows()));
   s.last = {result, lit,   std::move(occluders),  std::move(mirrors), std::move(warnings),
             true,   false, surface.samples.size()};
+  s.last.light_is_missing =
+      !lit->from_shading && reflected_over_possible(surface, points.sample_light(), *room, *lit, s.print_m) >
+                                kAlbedoParameters.missing_light.max_reflected;
   s.empty = surface.points.empty();
-  s.check_extrinsics(field, rays, illumination, surface.points.size());
+  if (!s.last.light_is_missing) s.check_extrinsics(field, rays, illumination, surface.points.size());
   s.add_warnings(*lit);
   s.solved = true;
   s.field_version = field.version;

@@ -56,6 +56,8 @@ class AlbedoStage {
     bool complete = false;    ///< a complete solution: lamps and all samples
     bool due = false;         ///< a complete one is due: more surface is known, much of it changed, or it is long ago
     std::size_t samples = 0;  ///< number of samples solved
+    /// The room reflects more light than the illumination has (reflected_over_possible): this albedo is none.
+    bool light_is_missing = false;
   };
   /// Incremental solution if that is as good, else a complete one.
   Result solve(const DistanceField& field, const Illumination& illumination);

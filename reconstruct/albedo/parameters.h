@@ -40,6 +40,14 @@ struct AlbedoParameters {
     int solves = 8;  ///< between complete solutions, which learn more of albedo
   } following;
 
+  struct MissingLight {
+    int paper_rays = 64;            ///< gathered on the tag's paper
+    float max_paper_albedo = 0.9f;  ///< office paper reflects 75 to 87 %
+    /// Of what surfaces can reflect, above which the fish-eye's image does not have most of the light, however wrong
+    /// the scale of the two cameras is.
+    float max_reflected = 2;
+  } missing_light;
+
   struct Gather {
     std::uint32_t refresh = 8;       ///< solutions within which every sample is gathered anew
     float max_light_change = 0.05f;  ///< relative, before all are (relative_change)

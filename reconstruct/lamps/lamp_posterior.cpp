@@ -193,9 +193,9 @@ NormalEquations normal_equations(const Evaluation& evaluation, const std::vector
   return sum;
 }
 
-/// Mean squared residual of the pairs that agree: of all, and of adjacent samples.
+/// Mean squared residual of the pairs that agree: of all, of adjacent samples, and of samples apart.
 struct Misfit {
-  double all = 0, adjacent = 0;
+  double all = 0, adjacent = 0, apart = 0;
 };
 
 /// `information`: of each pair.
@@ -203,25 +203,25 @@ Misfit misfit_of(const Evaluation& evaluation, const std::vector<SamplePair>& pa
                  const std::vector<double>& information) {
   struct Mean {
     double sum = 0, weights = 1e-9;
-  } all, adjacent;
+  } adjacent, apart;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const double s = evaluation.residual(pairs[i]).squaredNorm();
     const double weight = pairs[i].weight * information[i] / ((1 + s) * (1 + s));
-    for (Mean* mean : {&all, pairs[i].adjacent ? &adjacent : nullptr}) {
-      if (!mean) continue;
-      mean->sum += weight * s;
-      mean->weights += weight;
-    }
+    Mean& mean = pairs[i].adjacent ? adjacent : apart;
+    mean.sum += weight * s;
+    mean.weights += weight;
   }
-  return {all.sum / all.weights, adjacent.sum / adjacent.weights};
+  return {(adjacent.sum + apart.sum) / (adjacent.weights + apart.weights), adjacent.sum / adjacent.weights,
+          apart.sum / apart.weights};
 }
 
 /// v. What adjacent samples differ by is each sample's own (the nugget effect: Cressie 1993, section 2.3): it averages
-/// out over samples, and the pairs of one sample share it. The rest, but no less than the model's own error, is common
-/// to as many pairs as share one error.
+/// out over samples, and the pairs of one sample share it. The rest of what samples apart differ by, at most what all
+/// pairs do and at least the model's own error, is common to as many pairs as share one error.
 double variance_of(const Misfit& misfit) {
   const double min_square = std::pow(kPosterior.model_error / kPosterior.pair_scale, 2);
-  const double own = std::min(misfit.adjacent, misfit.all), common = std::max(min_square, misfit.all - own);
+  const double own = std::min(misfit.adjacent, misfit.apart),
+               common = std::max(min_square, std::min(misfit.all, misfit.apart - own));
   return kPosterior.pairs_per_observation * common / 3 + kPosterior.pairs_per_sample * own;
 }
 

@@ -184,6 +184,33 @@ TEST(SceneBuilder, AFisheyeIsAwaitedAndReplacesTheEstimate) {
   EXPECT_FALSE(build(0.8, false)->from_shading);
 }
 
+/// The lamps of the frame's fish-eye image are behind something as bright as the room at most.
+capture::FrameSet without_lamps(capture::FrameSet frame) {
+  constexpr float kRoom = 0.1f;  // W/sr/m²; lamps are 80 to 900 times as bright
+  for (std::shared_ptr<const capture::Frame>& fisheye : frame.fisheye) {
+    auto hidden = std::make_shared<capture::Frame>(*fisheye);
+    for (float& radiance : hidden->radiance.data) radiance = std::min(radiance, kRoom);
+    fisheye = hidden;
+  }
+  return frame;
+}
+
+TEST(SceneBuilder, LampsHiddenFromTheFisheyeFollowFromShading) {
+  const capture::Session session = tabletop();
+  SceneBuilder builder(session);
+  const std::vector<capture::FrameSet> frames = first_frames(session, 4);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const BuildResult built = builder.build(without_lamps(frames[i]));
+    ASSERT_TRUE(built.scene.illumination);
+    EXPECT_TRUE(built.scene.illumination->from_shading) << i;
+    EXPECT_FALSE(built.scene.illumination->lights.empty()) << i;
+    EXPECT_EQ(light_warnings(built.warnings), std::vector<std::string>{kLightIsHidden}) << i;
+  }
+  const BuildResult built = builder.build(frames[3]);
+  EXPECT_FALSE(built.scene.illumination->from_shading) << "the fish-eye sees the lamps again";
+  EXPECT_EQ(light_warnings(built.warnings), std::vector<std::string>{});
+}
+
 std::vector<std::string> warnings_of(const std::vector<std::string>& warnings, const std::string& about) {
   std::vector<std::string> result;
   for (const std::string& warning : warnings)
