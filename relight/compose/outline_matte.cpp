@@ -61,19 +61,25 @@ struct MeansOfSide {
   }
 };
 
-/// Probability that a colour is of a side of which colours are known some pixels away: a Gaussian about their mean
-/// along which it varies by shading. The other side may have any colour up to the brightest. `noise`: its variance.
-float probability_of(const MeansOfSide& side, const Rgb& color, const Rgb& noise) {
+/// Radiance over which the encoded value of a channel grows by 1 at the rate that it has at this radiance.
+Rgb spread_of(const Rgb& radiance, const Rgb& exposure) {
+  const Rgb light = (exposure * radiance).max(0.0f).min(1.0f);
+  return (light < 0.0031308f).select(Rgb::Constant(1 / 12.92f), 2.4f / 1.055f * light.pow(1 - 1 / 2.4f)) / exposure;
+}
+
+/// Probability that a colour is of a side of which colours are known some pixels away, `prior` before it was seen: a
+/// Gaussian about their mean along which it varies by shading. The other side may have any pixel values, all alike.
+/// `noise`: the colour's variance; `spread`: one over the density of those pixel values at the colour.
+float probability_of(const MeansOfSide& side, float prior, const Rgb& color, const Rgb& noise, const Rgb& spread) {
   constexpr float kTwoPi = 6.2831853f;
   const Rgb mean = channels(side.color);
   const Rgb variance = (channels(side.variance) + noise).max(std::numeric_limits<float>::min());
-  const Rgb brightest = color.max(mean).max(std::numeric_limits<float>::min());
   // By Sherman and Morrison 1950, and the determinant of the same sum.
   const Rgb off = color - mean, shade = kCompose.matte_shade * mean;
   const float shaded = 1 + (shade.square() / variance).sum(), along = (shade * off / variance).sum();
   const float distance2 = (off.square() / variance).sum() - along * along / shaded;
-  const float log_ratio = ((brightest.square() / (kTwoPi * variance)).log().sum() - std::log(shaded) - distance2) / 2;
-  return 1 / (1 + std::exp(-log_ratio));
+  const float log_ratio = ((spread.square() / (kTwoPi * variance)).log().sum() - std::log(shaded) - distance2) / 2;
+  return prior / (prior + (1 - prior) * std::exp(-log_ratio));
 }
 
 }  // namespace
@@ -228,9 +234,13 @@ OutlineMatte::Mixture OutlineMatte::at(int u, int v) const {
   if (!any_front || !any_behind) {
     // As in the shadow that a hand throws in the light of a depth camera's projector.
     const Rgb own_noise = kCompose.matte_noise * kCompose.matte_noise * own.square();
-    float alpha = prior;
-    if (unknown && any_front) alpha = probability_of({sums.front.colors, sums.front.squares}, own, own_noise);
-    if (unknown && any_behind) alpha = 1 - probability_of({sums.behind.colors, sums.behind.squares}, own, own_noise);
+    const Rgb spread = spread_of(own, picture_.exposure());
+    const auto probability = [&](const Side& side, float before) {
+      return probability_of({side.colors, side.squares}, before, own, own_noise, spread);
+    };
+    const float alpha = any_front    ? probability(sums.front, prior)
+                        : any_behind ? 1 - probability(sums.behind, 1 - prior)
+                                     : prior;
     return {alpha, own, own, own, false, outside_px < 0};
   }
   const MeansOfSide front(sums.front.colors, sums.front.squares), behind(sums.behind.colors, sums.behind.squares);

@@ -2,6 +2,7 @@
 // G-buffer: the real surface at each pixel.
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -25,6 +26,8 @@ struct GBufferPixel {
   Rgb albedo = Rgb::Zero();                     ///< per pixel, finer than the room's; unset if glossy
   Rgb before = Rgb::Zero();                     ///< of the fused surface there, W/sr/m²; zero: not known
 };
+
+using MovedPixels = std::vector<std::pair<std::size_t, GBufferPixel>>;  ///< by pixel index, ascending
 
 struct CameraRays {
   const PixelRays& rays;

@@ -16,8 +16,8 @@ using Eigen::Vector3f;
 }  // namespace
 
 MovedOccluders::MovedOccluders(const CameraRays& eye, const CurrentDepth& depth, const MovedPixels& moved,
-                               const MovedPixels& fused, const Meshes& objects, const RecentlyMoved& recent)
-    : recent_(recent) {
+                               const MovedPixels& fused, const Meshes& objects, ArrivedSurface arrived)
+    : arrived_(std::move(arrived)) {
   ReferenceMesh mesh;
   mesh.model = moved_shell(eye, depth, moved, fused, objects, false);
   if (mesh.model) surfaces_ = std::make_unique<Meshes>(std::vector{mesh}, nullptr);
@@ -30,7 +30,7 @@ MovedOccluders::MovedOccluders(const CameraRays& eye, const CurrentDepth& depth,
     gone_.extend(gone_.min() - Vector3f::Constant(kGather.gone_margin_m));
     gone_.extend(gone_.max() + Vector3f::Constant(kGather.gone_margin_m));
   }
-  gone_.extend(recent_.box());
+  gone_.extend(arrived_.recent().box());
   if (gone_.isEmpty()) return;
   free_z_m_ = hidden_z_m_ = depth.along_z_m();
   free_.emplace(eye.camera, depth);
@@ -79,9 +79,10 @@ bool MovedOccluders::remains(const Meshes& room, const Vector3f& from_m, const V
 bool MovedOccluders::is_gone(const Vector3f& p_m) const {
   const std::optional<FreeSpace::Place> at = free_->place(p_m);
   if (!at) return false;
-  if (free_->contains(*at)) return true;
+  if (free_->contains(*at) || (arrived_.any() && arrived_.contains(p_m, at->z_m))) return true;
   const float hidden_m = hidden_z_m_.at(at->u, at->v);
-  return (at->z_m < free_z_m_.at(at->u, at->v) || (hidden_m > 0 && at->z_m > hidden_m)) && recent_.contains(p_m);
+  return (at->z_m < free_z_m_.at(at->u, at->v) || (hidden_m > 0 && at->z_m > hidden_m)) &&
+         arrived_.recent().contains(p_m);
 }
 
 }  // namespace lumigraft::relight

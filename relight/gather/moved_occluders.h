@@ -1,7 +1,7 @@
 #pragma once
 // How moved surfaces (moved_surfaces.h) change what the fused room hides from lamps: they hide, too, and fused surface
 // that this frame's camera sees through is gone, as is surface where something moved a moment ago and that this frame
-// does not show.
+// does not show. What fusion holds of what has arrived is replaced by this frame's depth.
 #include <Eigen/Geometry>
 #include <memory>
 #include <optional>
@@ -15,9 +15,9 @@ namespace lumigraft::relight {
 class MovedOccluders {
  public:
   /// `moved`: this frame's; `fused`: the room's pixels that they replace, in the same order. They end before the
-  /// `objects`. `recent`: until this frame.
+  /// `objects`. `arrived`: until this frame.
   MovedOccluders(const CameraRays& eye, const CurrentDepth& depth, const MovedPixels& moved, const MovedPixels& fused,
-                 const Meshes& objects, const RecentlyMoved& recent);
+                 const Meshes& objects, ArrivedSurface arrived);
 
   /// Whether a ray from `from_m` along `w` (unit) is blocked before `limit_m`, tag frame; `by_room`: whether the fused
   /// room blocks it.
@@ -31,7 +31,7 @@ class MovedOccluders {
   bool remains(const Meshes& room, const Eigen::Vector3f& from_m, const Eigen::Vector3f& w, float limit_m) const;
   bool is_gone(const Eigen::Vector3f& p_m) const;
 
-  RecentlyMoved recent_;
+  ArrivedSurface arrived_;
   std::unique_ptr<Meshes> surfaces_;  ///< of this frame's depth; null: none
   Eigen::AlignedBox3f gone_;          ///< encloses fused surface that is gone; empty: none is
   std::optional<FreeSpace> free_;     ///< if any is gone

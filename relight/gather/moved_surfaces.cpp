@@ -1,5 +1,7 @@
 #include "relight/gather/moved_surfaces.h"
 
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -91,6 +93,16 @@ cv::Mat1b moved_mask(float voxel_m, const CameraRays& eye, const CurrentDepth& d
   return nearer | farther;
 }
 
+/// Adds pixels of what has arrived where depth does not differ from it.
+void add_arrived(const CurrentDepth& depth, const std::vector<GBufferPixel>& seen, const ArrivedSurface& arrived,
+                 cv::Mat1b& moved) {
+  for_each_pixel(moved.cols, moved.rows, kRows, [&](int u, int v) {
+    const GBufferPixel& p = seen[static_cast<std::size_t>(v * moved.cols + u)];
+    if (moved(v, u) || !p.known || p.glossy || depth.differs(u, v, p.depth_m)) return;
+    if (arrived.contains(p.surface.position_m, p.depth_m)) moved(v, u) = 255;
+  });
+}
+
 /// The field's surfaces at pixels whose depth may differ from them; the others have their depth.
 class FieldView {
  public:
@@ -166,13 +178,14 @@ class Moved {
         const CurrentDepth& depth, const CameraUpload& picture)
       : light_(light), lamps_(lamps), eye_(eye), depth_(depth), depth_m_(depth.along_z_m()), picture_(picture) {}
 
-  GBufferPixel pixel(int u, int v, const Vector3f& w) const {
+  /// `fused`: the room's there, which is of the same surface if depth is unknown.
+  GBufferPixel pixel(int u, int v, const GBufferPixel& fused) const {
     GBufferPixel p;
     p.known = true;
-    p.w = w;
-    p.depth_m = depth_.at(u, v);
-    p.surface.position_m = point(u, v);
-    p.surface.normal = p.surface.face = normal(u, v, w);
+    p.w = fused.w;
+    p.depth_m = depth_.known(u, v) ? depth_.at(u, v) : fused.depth_m;
+    p.surface.position_m = depth_.known(u, v) ? point(u, v) : fused.surface.position_m;
+    p.surface.normal = p.surface.face = depth_.known(u, v) ? normal(u, v, p.w) : fused.surface.normal;
     p.albedo = p.surface.bsdf.diffuse = albedo(p.surface, picture_.radiance(depth_m_.index(u, v)));
     return p;
   }
@@ -180,28 +193,33 @@ class Moved {
  private:
   Vector3f point(int u, int v) const { return eye_.camera.T_tag_camera * (depth_.at(u, v) * eye_.rays.at(u, v)); }
 
-  /// The nearest pixel with the same surface, up to `reach` away along an axis.
-  std::pair<int, int> reach(int u, int v, int du, int dv) const {
-    std::pair<int, int> last{u, v};
-    for (int k = 1; k <= kGather.moved_normal_px; ++k) {
-      const int x = u + k * du, y = v + k * dv;
-      if (x < 0 || y < 0 || x >= depth_m_.width || y >= depth_m_.height) break;
-      const float z = depth_m_.at(x, y), before = depth_m_.at(last.first, last.second);
-      if (!(z > 0) || std::abs(z - before) > kCompose.moved_jump * before) break;
-      last = {x, y};
-    }
-    return last;
-  }
-
+  /// Of the plane nearest to the same surface around the pixel: its inverse depth is linear in the image.
   Vector3f normal(int u, int v, const Vector3f& w) const {
-    const auto span = [&](int du, int dv) {
-      const auto [u0, v0] = reach(u, v, -du, -dv);
-      const auto [u1, v1] = reach(u, v, du, dv);
-      return (point(u1, v1) - point(u0, v0)).eval();
+    constexpr int kReach = kGather.moved_normal_px;
+    const float centre_m = depth_m_.at(u, v);
+    Eigen::Matrix3f moments = Eigen::Matrix3f::Zero();
+    Vector3f sums = Vector3f::Zero();
+    for (int y = std::max(v - kReach, 0); y <= std::min(v + kReach, depth_m_.height - 1); ++y) {
+      for (int x = std::max(u - kReach, 0); x <= std::min(u + kReach, depth_m_.width - 1); ++x) {
+        const float z = depth_m_.at(x, y);
+        const auto steps = static_cast<float>(std::max({std::abs(x - u), std::abs(y - v), 1}));
+        if (!(z > 0) || std::abs(z - centre_m) > steps * kCompose.moved_jump * centre_m) continue;
+        const Vector3f at(1, static_cast<float>(x - u), static_cast<float>(y - v));
+        moments += at * at.transpose();
+        sums += at / z;
+      }
+    }
+    const Eigen::LDLT<Eigen::Matrix3f> solver(moments);
+    if (!(solver.vectorD().minCoeff() > 0.5f)) return -w;  // pixels along a line
+    Eigen::Matrix3f rays;                                  // of unit z, and their derivatives
+    const auto ray = [&](float du, float dv) -> Vector3f {
+      const Vector3f r = eye_.rays.at(u, v, {0.5f + du, 0.5f + dv});
+      return r / r.z();
     };
-    const Vector3f across = span(1, 0).cross(span(0, 1));
-    if (!(across.squaredNorm() > 0)) return -w;
-    const Vector3f n = across.normalized();
+    rays << ray(0, 0).transpose(), (ray(0.5f, 0) - ray(-0.5f, 0)).transpose(),
+        (ray(0, 0.5f) - ray(0, -0.5f)).transpose();
+    const Vector3f n = (eye_.camera.T_tag_camera.linear() * rays.inverse() * solver.solve(sums)).stableNormalized();
+    if (!n.allFinite()) return -w;
     return n.dot(w) > 0 ? (-n).eval() : n;
   }
 
@@ -222,21 +240,23 @@ class Moved {
 
 MovedPixels moved_surfaces(const reconstruct::Illumination& light, const std::vector<LightSampleSet>& lamps,
                            float voxel_m, const CameraRays& eye, const CurrentDepth& depth, const CameraUpload& picture,
-                           const std::vector<GBufferPixel>& seen) {
+                           const std::vector<GBufferPixel>& seen, const ArrivedSurface* arrived) {
   const int width = eye.camera.model.width, height = eye.camera.model.height;
   std::vector<FusedPixel> fused(seen.size());
   for (std::size_t i = 0; i < seen.size(); ++i) {
     if (seen[i].known) fused[i] = {seen[i].depth_m, -seen[i].surface.normal.dot(seen[i].w)};
   }
-  const cv::Mat1b differs = moved_mask(voxel_m, eye, depth, fused);
+  cv::Mat1b moved = moved_mask(voxel_m, eye, depth, fused);
+  if (arrived && arrived->any()) add_arrived(depth, seen, *arrived, moved);
   const Moved surfaces(light, lamps, eye, depth, picture);
   MovedPixels found;
-  for (int v = 0; v < height; ++v) {
-    for (int u = 0; u < width; ++u) {
-      const auto i = static_cast<std::size_t>(v * width + u);
-      if (differs(v, u)) found.emplace_back(i, surfaces.pixel(u, v, seen[i].w));
-    }
+  for (int i = 0; i < width * height; ++i) {
+    if (moved(i / width, i % width)) found.emplace_back(i, GBufferPixel{});
   }
+  for_each_index(found.size(), kRows * width, [&](std::size_t k) {
+    const auto i = static_cast<int>(found[k].first);
+    found[k].second = surfaces.pixel(i % width, i / width, seen[found[k].first]);
+  });
   return found;
 }
 
@@ -253,7 +273,8 @@ std::shared_ptr<const Model> moved_shell(const CameraRays& eye, const CurrentDep
     part |= cv::Rect(pixel % width - 1, pixel / width - 1, 3, 3);
     if (colored) set_at(color, moved[i].first, now.albedo);
     float& end_m = behind_m.data[moved[i].first];
-    end_m = before.known ? before.depth_m : std::numeric_limits<float>::infinity();
+    const bool same = !depth.differs(pixel % width, pixel / width, before.depth_m);  // what has arrived
+    end_m = before.known && !same ? before.depth_m : std::numeric_limits<float>::infinity();
     if (end_m < now.depth_m) {
       end_m = 0;
     } else if (const auto object = objects.hit(eye.camera.T_tag_camera.translation(), now.w, end_m)) {

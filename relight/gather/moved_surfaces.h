@@ -10,22 +10,23 @@
 #include "reconstruct/field/distance_field.h"
 #include "relight/compose/current_depth.h"
 #include "relight/gather/gbuffer.h"
+#include "relight/gather/recently_moved.h"
 #include "relight/passes/screen/camera_upload.h"
 #include "relight/tracing/light_samples.h"
 
 namespace lumigraft::relight {
 
-using MovedPixels = std::vector<std::pair<std::size_t, GBufferPixel>>;  ///< by pixel index, ascending
-
 /// Pixels of `seen`, the G-buffer of the fused room, whose depth differs from it by more than noise, in areas wider
 /// than fusion displaces edges; with their surfaces: matt, of the albedo that explains the pixel's radiance under
-/// unoccluded lamps and the environment. `voxel_m`: of the fused room.
+/// unoccluded lamps and the environment. `voxel_m`: of the fused room. Surface of what has `arrived` is moved surface,
+/// too, where depth does not differ from it or is unknown; null: nothing has.
 MovedPixels moved_surfaces(const reconstruct::Illumination& light, const std::vector<LightSampleSet>& lamps,
                            float voxel_m, const CameraRays& eye, const CurrentDepth& depth, const CameraUpload& picture,
-                           const std::vector<GBufferPixel>& seen);
+                           const std::vector<GBufferPixel>& seen, const ArrivedSurface* arrived = nullptr);
 
 /// The depth that moved as triangles (depth_shell.h), null: none. `fused`: the room's pixels that `moved` replaces, in
-/// the same order; the triangles end before these and before `objects`. With `colored` their colours are the albedo.
+/// the same order; the triangles end before these, unless they are of what has arrived, and before `objects`. With
+/// `colored` their colours are the albedo.
 std::shared_ptr<const Model> moved_shell(const CameraRays& eye, const CurrentDepth& depth, const MovedPixels& moved,
                                          const MovedPixels& fused, const Meshes& objects, bool colored);
 

@@ -53,5 +53,8 @@ inline constexpr struct GatherParameters {
   float thickness_m = 0.4f;  ///< of a person: what is nearer behind a surface may be its own side
   float recent_cell_m = 0.05f;             ///< of space where something moved,
   std::int64_t recent_ns = 3'000'000'000;  ///< within this time: fusion forgets what it sees gone in a second
+  /// Measurements of settled surface: the six that fusion averages completely (UpdateSchedule), and the three of what
+  /// was there before (BrickUpdateParameters::past_updates).
+  float settled_updates = 9;
 } kGather;
 }  // namespace lumigraft::relight

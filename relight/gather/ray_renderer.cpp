@@ -156,8 +156,9 @@ struct RayRenderer::State {
       gain = frame.color_gain;
     }
     MovedPixels moved;
+    const ArrivedSurface arrived(recent, room->field(), session.depth_noise());
     if (depth.any()) {
-      moved = moved_surfaces(*room->illumination(), lamps, room->voxel_m(), eye, depth, camera, seen);
+      moved = moved_surfaces(*room->illumination(), lamps, room->voxel_m(), eye, depth, camera, seen, &arrived);
       for (const auto& [i, pixel] : moved) {
         covered.emplace_back(i, std::exchange(seen[i], pixel));
         set_at(radiance, i, camera.radiance(i));
@@ -166,11 +167,14 @@ struct RayRenderer::State {
     std::shared_ptr<const MovedOccluders> occluders;
     if (!moved.empty()) {
       occluders =
-          std::make_shared<const MovedOccluders>(eye, depth, moved, covered, light.light().objects().meshes(), recent);
+          std::make_shared<const MovedOccluders>(eye, depth, moved, covered, light.light().objects().meshes(), arrived);
       light_change->predict(*room, lamps, *occluders, covered);
     }
     light.set_moved(std::move(occluders), light_change->any() ? std::move(light_change) : nullptr);
-    recent.add(moved, covered, frame.time_ns);
+    const auto settled = [&](const GBufferPixel& p) {
+      return ArrivedSurface::is_settled(*room->field(), session.depth_noise(), p.surface.position_m, p.depth_m);
+    };
+    recent.add(moved, covered, settled, frame.time_ns);
     last_depth = frame.depth;
     if (!same_view || had_moved || !moved.empty()) {
       detail = asked;
@@ -229,7 +233,9 @@ struct RayRenderer::State {
   void divide_at_outlines(const CurrentDepth& depth) {
     capture::Image<std::uint8_t> front(change.width, change.height, 1);
     for (const auto& [i, behind] : covered) {
-      if (!behind.known || behind.depth_m > seen[i].depth_m) front.data[i] = 255;
+      const auto u = static_cast<int>(i) % front.width, v = static_cast<int>(i) / front.width;
+      if (!behind.known || behind.depth_m > seen[i].depth_m || !depth.differs(u, v, behind.depth_m))
+        front.data[i] = 255;
     }
     divide_change(depth, camera, front, objects, change);
   }

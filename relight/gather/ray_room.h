@@ -51,6 +51,7 @@ class RayRoom {
   const std::vector<ReferenceLamp>& lamps() const { return light_.lamps; }
   const Sky& sky() const { return *sky_; }
   float voxel_m() const { return surfaces_->field->voxel_m; }  ///< voxel size of the fused surface
+  const std::shared_ptr<const reconstruct::DistanceField>& field() const { return surfaces_->field; }
   const std::vector<Patch>& patches() const { return surfaces_->patches; }
 
   /// Null on surfaces of known material.

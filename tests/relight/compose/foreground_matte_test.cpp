@@ -137,6 +137,20 @@ TEST(ForegroundMatte, InAWideBandWithoutDepthTheHandIsKnownByItsColour) {
       EXPECT_GT(outline.objects.coverage.at(static_cast<int>(Outline::edge(v)) + px, v), 0.95f) << px;
 }
 
+/// As beside an arm in front of a dark coat.
+TEST(ForegroundMatte, AGapOfDepthInADarkPersonShowsNoObject) {
+  const Rgb coat(0.018f, 0.002f, 0.003f);
+  Outline outline(coat, coat, kGreen, [](int) { return 1000.0f; });
+  for (int v = 0; v < kHeight; ++v) {
+    for (int px = 0; px < 5; ++px) outline.depth_m.at(static_cast<int>(Outline::edge(v)) + px, v) = 0;
+  }
+  outline.hide();
+  for (int v = 8; v < kHeight - 8; ++v) {
+    for (int px = -8; px < 12; ++px)
+      EXPECT_LT(outline.objects.coverage.at(static_cast<int>(Outline::edge(v)) + px, v), 0.05f) << px << ", " << v;
+  }
+}
+
 TEST(ForegroundMatte, WithoutDepthNothingIsHidden) {
   Outline outline(kSkin, kTable, kGreen, [](int) { return 0.0f; });
   std::fill(outline.depth_m.data.begin(), outline.depth_m.data.end(), 0.0f);

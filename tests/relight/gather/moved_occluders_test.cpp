@@ -50,7 +50,7 @@ class BoardEdgeOn : public testing::Test {
     const MovedPixels now = {{0, pixel({-0.9f, -0.7f, 2})}, {1, pixel({0.9f, 0.7f, 2})}};
     const MovedPixels before = {{0, pixel({-0.4f, -0.4f, 0.9f})}, {1, pixel({0.4f, 0.4f, 1.5f})}};
     const MovedOccluders moved({rays, {camera_, Eigen::Isometry3f::Identity()}}, {rays, &depth_m_, 0.01f}, now, before,
-                               Meshes({}, nullptr), recent);
+                               Meshes({}, nullptr), ArrivedSurface(recent, nullptr, {}));
     return moved.blocked(*room_, {-0.4f, 0, 1.2f}, Vector3f::UnitX(), 0.8f, true);
   }
 
@@ -70,7 +70,8 @@ TEST_F(BoardEdgeOn, OccludesNoMoreWhereItMovedAMomentAgo) {
   show_board();
   RecentlyMoved recent;
   GBufferPixel wall = pixel({0.02f, 0, 2});
-  recent.add({{0, pixel({0.01f, 0, 1.2f})}}, {{0, wall}}, 0);
+  recent.add(
+      {{0, pixel({0.01f, 0, 1.2f})}}, {{0, wall}}, [](const GBufferPixel&) { return true; }, 0);
   EXPECT_FALSE(occludes(recent));
 }
 
