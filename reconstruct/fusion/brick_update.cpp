@@ -146,7 +146,7 @@ LUMIGRAFT_SIMD8_TARGET BrickUpdate::Change BrickUpdate::update_wide(WorkingBrick
   readings.observed =
       inside & (readings.weight > 0) & (readings.distance >= -sizes_.truncation_m) &
       (readings.distance * at.z >= -kDepthLookup.behind_grazing * sizes_.truncation_m * plane_m * depth_ratio);
-  Simd8Int at_jump = (weight < 0) & readings.observed & (readings.distance <= shell_m_) & ~needs_jump;
+  Simd8Int at_jump = (weight < 0) & readings.observed & (readings.distance < 0) & ~needs_jump;
   if (any(needs_jump)) {
     at_jump |= needs_jump & (at.z <= of_blocks(view_.jump_depth_m));
     readings.observed &= ~needs_jump;
@@ -239,6 +239,8 @@ bool BrickUpdate::from_other_side(const FieldBrick& brick, std::size_t i, const 
   const Simd8 step = fraction * (select(read, found, was) - was), now = was + step;
   const Simd8Int near = min(abs(was), abs(now)) < near_m_;
   drift.sum += step * step * select(near, broadcast8(per_near_square_), broadcast8(per_away_square_));
+  ++change.rows;
+  change.solid |= any((now < 0) & (read | known));
   store(&brick.distance_m[i], now);
   store(&brick.weight[i], select(read, min(sum, broadcast8(sizes_.weight_cap)), past));
 }
