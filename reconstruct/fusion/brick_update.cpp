@@ -146,7 +146,7 @@ LUMIGRAFT_SIMD8_TARGET BrickUpdate::Change BrickUpdate::update_wide(WorkingBrick
   readings.observed =
       inside & (readings.weight > 0) & (readings.distance >= -sizes_.truncation_m) &
       (readings.distance * at.z >= -kDepthLookup.behind_grazing * sizes_.truncation_m * plane_m * depth_ratio);
-  Simd8Int at_jump = (weight < 0) & readings.observed & (readings.distance < 0) & ~needs_jump;
+  Simd8Int at_jump = (weight < 0) & readings.observed & (readings.distance <= shell_m_) & ~needs_jump;
   if (any(needs_jump)) {
     at_jump |= needs_jump & (at.z <= of_blocks(view_.jump_depth_m));
     readings.observed &= ~needs_jump;
