@@ -29,6 +29,21 @@ Simd4Int brick_of(Simd4 voxel) {
   return std::max(std::max(four[0], four[1]), std::max(four[2], four[3]));
 }
 
+/// BrickVisibility::surface_offset. `centre`: camera frame, in front of the camera. `step`: of a voxel along each axis.
+float surface_offset(const PreparedDepth& view, const PixelMap& map, const Vector3f& centre,
+                     const Eigen::Matrix3f& step) {
+  const Eigen::Vector2f pixel = map.pixel(centre.x() / centre.z(), centre.y() / centre.z());
+  const int u = std::clamp(static_cast<int>(pixel.x()), 0, view.width - 1);
+  const int v = std::clamp(static_cast<int>(pixel.y()), 0, view.height - 1);
+  const PreparedDepth::Block& block = view.block_of(u, v);
+  const float inverse_depth = view.inverse_depth[static_cast<std::size_t>(view.pixel_index(u, v))];
+  if (block.weight <= 0 && inverse_depth == 0) return 1;
+  const Vector3f normal = block.weight > 0 ? block.normal : Vector3f::UnitZ();
+  const float plane_m = block.weight > 0 ? block.distance_m : 1 / inverse_depth;
+  const float reach_m = 0.5f * kBrickEdge * (step.transpose() * normal).cwiseAbs().sum();
+  return (plane_m - normal.dot(centre)) / reach_m;
+}
+
 Simd4 four(const Vector3f& v) { return Simd4{v.x(), v.y(), v.z(), 0}; }
 
 }  // namespace
@@ -154,6 +169,7 @@ BrickVisibility brick_visibility(const BrickKey& key, const PreparedDepth& view,
     }
   if (near_m > result.hidden_m) return result;
   const bool open = complete && far_m + kBrickSelection.open_truncations * truncation_m < surface_m;
+  result.surface_offset = surface_offset(view, map, centre, step);
   result.kind = open ? BrickVisibility::Kind::open : BrickVisibility::Kind::surface;
   return result;
 }

@@ -97,6 +97,9 @@ struct BrickVisibility {
   float hidden_m = 0;                                      ///< depth behind which everything is hidden
   int first_u = 0, last_u = -1, first_v = 0, last_v = -1;  ///< pixels that contain it; none if it is at the camera
   bool jumps = false;                                      ///< next to these pixels
+  /// Distance of its centre from the surface that is observed there, positive in front of it, relative to the distance
+  /// at which that surface leaves the brick.
+  float surface_offset = 0;
 };
 BrickVisibility brick_visibility(const BrickKey& key, const PreparedDepth& view, const PixelMap& map, float focal,
                                  const Eigen::Isometry3f& T_camera_tag, float voxel_m, float truncation_m);

@@ -239,6 +239,8 @@ bool BrickUpdate::from_other_side(const FieldBrick& brick, std::size_t i, const 
   const Simd8 step = fraction * (select(read, found, was) - was), now = was + step;
   const Simd8Int near = min(abs(was), abs(now)) < near_m_;
   drift.sum += step * step * select(near, broadcast8(per_near_square_), broadcast8(per_away_square_));
+  ++change.rows;
+  change.solid |= any((now < 0) & (read | known));
   store(&brick.distance_m[i], now);
   store(&brick.weight[i], select(read, min(sum, broadcast8(sizes_.weight_cap)), past));
 }

@@ -25,6 +25,8 @@ class BrickUpdate {
     bool observed = false;     ///< at least one voxel was
     int moved_voxels = 0;      ///< known voxels whose distance differs by more than the truncation distance
     int new_voxels = 0;        ///< voxels that were unknown
+    int rows = 0;              ///< of eight voxels of which one was observed
+    bool solid = false;        ///< one of those has a voxel behind a surface
     bool new_color = false;    ///< a voxel got its first colour
     float drift = 0;           ///< RMS change of distance, relative to the allowed drift (PublicationParameters)
     float radiance_drift = 0;  ///< root of the summed squared changes of radiance

@@ -443,7 +443,7 @@ void DepthPreprocessor::mark_jump(PreparedDepth& view, int u, int v) {
   const float reach_px = jump.occlusion_px + kToCorner_px;
   const bool clear = jump.far < 0 || (jump.pixel - centre).squaredNorm() > reach_px * reach_px;
   if (block.weight > 0 && clear) {
-    view.plane_weights[i] = -block.weight;
+    if (low > jump.divide) view.plane_weights[i] = -block.weight;
     return;
   }
   // Depth up to which a pixel next to a jump observes anything (DepthLookup::near_jump).

@@ -153,10 +153,12 @@ void FusionLevel::State::restore(BrickMap<FieldBrick> kept) {
       free -= !brick.now || brick.now == brick.published ? 1 : 0;
       brick.prepare_change(maker);
       fill_unknown(*brick.now, *kept.at(key));
+      brick.solid = true;
       brick.urgent = urgent = true;
       queue(brick);
     } else {
       brick.now = brick.published = maker.copy(*kept.at(key));
+      brick.solid = true;
       brick.last_update = frames - kMemory.keep_frames;
       next->bricks[key] = brick.published;
       --free;
@@ -318,6 +320,9 @@ void FusionLevel::State::update_brick(const BrickUpdate& update, const VisibleBr
 
 /// Updates the brick's counters and queues it for publication if it may have drifted.
 void FusionLevel::State::record_change(WorkingBrick& brick, bool open, const BrickUpdate::Change& change) {
+  constexpr int kRows = kBrickEdge * kBrickEdge;
+  const bool was_solid = brick.solid;
+  brick.solid = change.solid || (brick.solid && change.rows < kRows);
   if (!open) {
     brick.open = false;
     if (change.moved_voxels > kUpdateSchedule.active_moved_voxels)
@@ -326,7 +331,7 @@ void FusionLevel::State::record_change(WorkingBrick& brick, bool open, const Bri
   const int urgent_new_voxels =
       frames < kSearchSchedule.initial_frames ? kPublication.urgent_moved_voxels : kPublication.urgent_new_voxels;
   brick.urgent |= !brick.published || change.new_voxels >= urgent_new_voxels ||
-                  change.moved_voxels >= kPublication.urgent_moved_voxels;
+                  change.moved_voxels >= kPublication.urgent_moved_voxels || (was_solid && !brick.solid);
   urgent |= brick.urgent;
   brick.add_drift(change.new_voxels > 0 || change.new_color, change.drift, change.radiance_drift);
   if (brick.urgent || brick.model || brick.may_have_drifted()) queue(brick);

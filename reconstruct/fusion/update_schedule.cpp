@@ -13,14 +13,23 @@ bool outdated(const WorkingBrick& brick, double light_variance) {
   return brick.update_count < brick.active_until || brick.light_variance < light_variance;
 }
 
+/// Fraction of an update that concerns a surface, observed in the brick or known there and seen through. What is in
+/// front of a surface by less than its truncation band, about another reach of the brick, may be its noise.
+float surface_fraction(const VisibleBrick& visible) {
+  const float offset = visible.visibility.surface_offset;
+  const float seen_through = visible.brick->solid ? std::min(offset - 1, 1.0f) : 0;
+  return std::max({1 - std::abs(offset), seen_through, kUpdateSchedule.min_surface_fraction});
+}
+
 /// Relative gain of information since the last update, per metre of depth: near bricks cover more of the image. What
 /// was hidden lately, although it is in the image, probably still is.
 float gain(const VisibleBrick& visible, std::uint32_t frame, double light_variance) {
   const WorkingBrick& brick = *visible.brick;
   const std::uint32_t updates = outdated(brick, light_variance) ? 0 : brick.update_count;
   const auto waited = static_cast<float>(frame - brick.last_update + 1);
-  return waited / (static_cast<float>(updates + 1) * static_cast<float>(brick.misses + 1) *
-                   std::max(visible.visibility.depth_m, kBrickSelection.near_m));
+  return surface_fraction(visible) * waited /
+         (static_cast<float>(updates + 1) * static_cast<float>(brick.misses + 1) *
+          std::max(visible.visibility.depth_m, kBrickSelection.near_m));
 }
 
 }  // namespace

@@ -22,6 +22,7 @@ struct WorkingBrick {
   std::uint32_t misses = 0;        ///< the last so many of them observed nothing of it
   std::uint32_t active_until = 0;  ///< update_count up to which it is updated in every frame
   bool open = false;               ///< every voxel is known to be free, far from surfaces
+  bool solid = false;              ///< a voxel may be behind a surface
   bool queued = false;             ///< to be published if it has drifted
   bool urgent = false;             ///< to be published at once
   bool copied = false;             ///< `published` is newer than the field's

@@ -138,6 +138,8 @@ struct TagTiltParameters {
   /// Probability of a flat print above which it is taken for one: at first, and afterwards with a distance between both
   /// ways, so that a pose does not jump to and fro.
   double flat_at_first = 0.5, bent = 0.1, flat_again = 0.9;
+  double contradiction_sigmas = 4;  ///< of the largest bias: depth shows another surface than the one the tag is on
+  int contradictions = 5;           ///< in a row before it is said
 };
 inline constexpr TagTiltParameters kTagTilt;
 

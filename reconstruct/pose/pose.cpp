@@ -282,7 +282,7 @@ void PoseStage::State::add_tag_warnings(std::vector<std::string>& warnings) cons
     if (tags[t].copies > 1)
       warnings.push_back("tag " + std::to_string(tags[t].id) + ": seen " + std::to_string(tags[t].copies) +
                          " times at once, one of them is used");
-    for (std::string text : {tags[t].size_check.warning(), tag_map.warning(t)})
+    for (std::string text : {tags[t].size_check.warning(), tags[t].tilt.warning(tags[t].id), tag_map.warning(t)})
       if (!text.empty()) warnings.push_back(std::move(text));
   }
 }

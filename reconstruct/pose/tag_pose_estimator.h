@@ -29,6 +29,8 @@ struct PoseCandidate {
   std::optional<Alignment> alignment;
   std::optional<TiltDifference> tilt_by_depth;                    ///< before its correction (TagTilt),
   Eigen::Isometry3d T_tag_print = Eigen::Isometry3d::Identity();  ///< and that correction
+  /// Of the print against the surface around it, if no bias of the print explains that; else 0. Depth is not used then.
+  double contradicted_rad = 0;
   bool flat_print = true;  ///< its normal is that of the surface around it, as far as depth shows (TagTilt)
   double cost = 0;         ///< sum of evidence terms against it: squared deviations in σ, each at most evidence_cap
 };

@@ -6,6 +6,7 @@
 // surface around the tag, whose normal is known to a fraction of a degree, whatever the depth's scale.
 #include <Eigen/Core>
 #include <optional>
+#include <string>
 
 #include "reconstruct/pose/depth_plane.h"
 #include "reconstruct/pose/tag_pose_estimator.h"
@@ -26,11 +27,17 @@ class TagTilt {
   void correct(PoseCandidate& candidate, const std::optional<SurroundingPlane>& plane) const;
   /// Takes the difference of a candidate that was chosen.
   void add(const PoseCandidate& candidate);
+  /// Empty unless depth contradicts the print in several frames in a row.
+  std::string warning(int id) const;
   /// Where the print appears if the tag is at `T_camera_tag`: without the last correction.
   Eigen::Isometry3d as_printed(const Eigen::Isometry3d& T_camera_tag) const { return T_camera_tag * T_tag_print_; }
 
  private:
+  bool contradicts(const TiltDifference& difference, const PoseCandidate& candidate) const;
+
   double size_m_, focal_px_;
+  int contradictions_ = 0;  ///< frames in a row
+  double contradicted_rad_ = 0;
   std::optional<bool> flat_;  ///< the print's bias is that of a flat print and a calibrated lens; empty: no frame yet
   int count_ = 0;
   TiltDifference mean_;

@@ -136,6 +136,66 @@ TEST(FusionUpdate, WhatWasHiddenLatelyWaits) {
   for (const VisibleBrick& kept : visible) EXPECT_NE(kept.brick, &bricks[7]);
 }
 
+// Of the others those wait that do not contain the observed surface, unless the image sees through what they contain.
+TEST(FusionUpdate, WhatContainsASurfaceIsUpdatedFirst) {
+  std::vector<WorkingBrick> bricks(100);
+  std::vector<VisibleBrick> visible;
+  for (WorkingBrick& brick : bricks) {
+    brick.update_count = 3;
+    visible.push_back({&brick, {BrickVisibility::Kind::surface, 1}});
+    visible.back().visibility.surface_offset = 1.5f;
+  }
+  visible[10].visibility.surface_offset = 0.5f;
+  visible[20].visibility.surface_offset = -0.5f;
+  visible[30].visibility.surface_offset = 3;
+  bricks[30].solid = true;
+  bricks[40].solid = true;  // next to the surface, which its voxels may be behind of
+  EXPECT_TRUE(limit_work(visible, 8, 0, 3));
+  ASSERT_EQ(visible.size(), 3u);
+  EXPECT_EQ(visible[0].brick, &bricks[10]);
+  EXPECT_EQ(visible[1].brick, &bricks[20]);
+  EXPECT_EQ(visible[2].brick, &bricks[30]);
+}
+
+// A camera above a plane: a brick's offset is its height above the plane, relative to half of its edge.
+TEST(FusionUpdate, OffsetFromTheObservedSurface) {
+  const capture::CameraModel camera = test::coarse_camera();
+  DepthPreprocessor preprocessor(camera, kVoxelM, kTruncationM, 5);
+  const Eigen::Isometry3d T_tag_camera = test::looking_at_tag(0.8, 0, 0);
+  const test::Shape plane = [](const Eigen::Vector3d& p) { return p.z(); };
+  const capture::FrameSet frame = test::frame_of(plane, camera, T_tag_camera, 0, {0, 1});
+  PreparedDepth view;
+  preprocessor.prepare(frame.depth->depth_m, view);
+  for (int z = -1; z < 4; ++z) {
+    const BrickVisibility visibility =
+        brick_visibility({0, 0, z}, view, PixelMap(camera), static_cast<float>(camera.fx),
+                         T_tag_camera.inverse().cast<float>(), kVoxelM, kTruncationM);
+    EXPECT_NEAR(visibility.surface_offset, (8.0f * static_cast<float>(z) + 3.5f) / 4, 0.05f) << z;
+  }
+}
+
+// Whether something in a brick is solid is known from its voxels.
+TEST(FusionUpdate, ABrickIsSolidWhereAVoxelIsBehindASurface) {
+  const capture::CameraModel camera = test::coarse_camera();
+  DepthPreprocessor preprocessor(camera, kVoxelM, kTruncationM, 5);
+  const Eigen::Isometry3d T_tag_camera = test::looking_at_tag(0.8, 0, 0);
+  const test::Shape plane = [](const Eigen::Vector3d& p) { return p.z() - 0.1; };
+  const capture::FrameSet frame = test::frame_of(plane, camera, T_tag_camera, 0, {0, 1});
+  PreparedDepth view;
+  preprocessor.prepare(frame.depth->depth_m, view);
+  const PixelMap map(camera);
+  const ColorLookup colour(nullptr, capture::Response::srgb(), camera.width, camera.height);
+  const Eigen::Isometry3f T_camera_tag = T_tag_camera.inverse().cast<float>();
+  const BrickUpdate update(view, preprocessor, map, colour, T_camera_tag, {kVoxelM, kTruncationM, 64});
+  const FieldBrickMaker maker;
+  WorkingBrick at_surface = new_brick({0, 0, 1}), in_front = new_brick({0, 0, 2});
+  const BrickUpdate::Change change = update.update(at_surface, 1e9f, maker);
+  EXPECT_TRUE(change.solid);
+  const BrickUpdate::Change free = update.update(in_front, 1e9f, maker);
+  EXPECT_FALSE(free.solid);
+  EXPECT_EQ(free.rows, kBrickEdge * kBrickEdge);
+}
+
 TEST(RecentBricks, EachIsInsertedOnceNearAndFar) {
   RecentBricks bricks;
   for (const int far : {0, -64, 63, 64, -1000, 100000}) {

@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "reconstruct/fusion/fusion_level.h"
 #include "reconstruct/math/depth_noise.h"
 #include "tests/reconstruct/fusion/fusion_views.h"
 
@@ -190,6 +191,35 @@ TEST(Fusion, AVisitorIsGoneWithinASecond) {
   EXPECT_GT(left(*field), 70);
   for (unsigned k = 0; k < 30; ++k, ++i) field = fuse(without[i % 4]);
   EXPECT_EQ(left(*field), 0);
+}
+
+// The same by a camera that sees more bricks than it may update in a frame.
+TEST(Fusion, AVisitorIsGoneThoughTheWorkOfAFrameIsBounded) {
+  const capture::CameraModel camera = test::small_camera();
+  const Vector3d leg(0.05, 0.15, 0);
+  const Shape visited = [&](const Vector3d& p) { return std::min(table(p), (p - leg).head<2>().norm() - 0.08); };
+  const FusionSettings settings;
+  FusionLevel level(session_with(camera), settings, {{0, 5}, 5, 150, true, true});
+  const auto solid = [&](const DistanceField& field) {  // voxels of the leg
+    int voxels = 0;
+    for (const auto& [key, brick] : field.bricks)
+      for (int i = 0; i < kBrickVoxels; ++i) {
+        const auto k = static_cast<std::size_t>(i);
+        if (!(brick->weight[k] > 0 && brick->distance_m[k] < 0)) continue;
+        const Vector3d p = settings.voxel_m * voxel_in(key, i).cast<double>();
+        voxels += p.z() > 0.05 && (p - leg).head<2>().norm() < 0.12;
+      }
+    return voxels;
+  };
+  std::shared_ptr<const DistanceField> field;
+  int known = 0;
+  for (unsigned i = 0; i < 60; ++i) {
+    const Isometry3d T = test::looking_at_tag(0.85, 50 * kDegree, -1.3 + 0.01 * (i % 8));
+    field = level.fuse(frame_of(i < 30 ? visited : Shape(table), camera, T, i, {0.5, i % 8 + 1}), pose_at(T), 0, {});
+    if (i == 29) known = solid(*field);
+  }
+  EXPECT_GT(known, 1000);
+  EXPECT_LT(solid(*field), known / 20);
 }
 
 // The same far away, where noise is as large as the truncation distance, and in front of a jump in depth.

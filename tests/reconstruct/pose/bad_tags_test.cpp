@@ -94,6 +94,29 @@ TEST(BadTags, TheOtherTagOfOneNumberMovesNoCamera) {
   }
 }
 
+// Depth of a camera that stands elsewhere, or that was never registered.
+TEST(BadTags, DepthOfAnotherCameraIsNamedAndMovesNoCamera) {
+  const capture::CameraModel camera = test::small_camera();
+  const Isometry3d truth = test::above_the_table(0);
+  test::TagTable table;
+  table.second = false;
+  // At the same distance from the table, turned by 35 degrees; and one that looks at it from elsewhere.
+  const Isometry3d turned = truth * Eigen::AngleAxisd(35 * test::kDegree, Eigen::Vector3d::UnitY());
+  const Isometry3d elsewhere = test::looking_at_tag(1.6, 10 * test::kDegree, 0.5);
+  for (const Isometry3d& other : {turned, elsewhere}) {
+    PoseStage stage({"tag36h11", 2, 0.16}, camera);
+    for (std::uint64_t i = 0; i < 20; ++i) {
+      capture::FrameSet frame = table.seen_from(truth, i);
+      frame.depth =
+          std::make_shared<capture::DepthFrame>(test::depth_of_table(camera, other, static_cast<unsigned>(i), 1));
+      const auto result = stage.locate(frame);
+      ASSERT_TRUE(result.pose) << i;
+      EXPECT_LT(test::millimetres_apart(result.pose->T_tag_camera, truth), 5) << i;
+      EXPECT_EQ(names(result, "is depth that of another camera"), i >= 4) << i;
+    }
+  }
+}
+
 // Many tags of other numbers are no tags of this room.
 TEST(BadTags, APosterOfOtherTagsIsIgnored) {
   const capture::CameraModel camera = test::small_camera();

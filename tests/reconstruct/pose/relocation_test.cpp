@@ -219,6 +219,45 @@ TEST(Relocation, WithoutATagTheCameraIsTrackedLostAndFoundAgain) {
   EXPECT_LT(found_mm, 8);
 }
 
+// Carried through a door with a hand on the lens, into a room that was never seen: the pose is not known there.
+TEST(Relocation, InAnotherRoomThePoseIsNotKnown) {
+  const capture::CameraModel camera = test::small_camera();
+  const TestRoom room = large_room();
+  TestRoom other = large_room();
+  other.boxes = {{{-0.5f, -0.5f, -0.1f}, {0.6f, 0.6f, 0.15f}}, {{1.0f, -1.0f, -0.1f}, {1.4f, 1.0f, 1.2f}}};
+  Isometry3d elsewhere = on_arc(0.3);
+  elsewhere.translation() += Vector3d(1.9, 1.7, 0);
+  capture::Session session;
+  session.color.model = camera;
+  session.tag.size_m = 0;
+  PoseStage stage(session.tag, camera);
+  FusionStage fusion(session, {});
+  std::shared_ptr<const DistanceField> field;
+  std::uint64_t index = 0;
+  for (; index < 15; ++index) {
+    const capture::FrameSet frame = test::textured_view(room, camera, on_arc(0.02 * static_cast<double>(index)), index);
+    const auto result = stage.locate(frame, field.get());
+    ASSERT_TRUE(result.pose) << index;
+    field = fusion.fuse(frame, *result.pose);
+  }
+  auto dark = std::make_shared<capture::Frame>();
+  dark->encoded = capture::Image<std::uint8_t>(320, 240, 3, 4);
+  for (; index < 45; ++index) {
+    capture::FrameSet covered = test::textured_view(room, camera, on_arc(0.3), 1);
+    covered.color = dark;
+    covered.depth = nullptr;
+    stage.locate(at(covered, index), field.get());
+  }
+  for (; index < 75; ++index) {
+    const auto result = stage.locate(at(test::textured_view(other, camera, elsewhere, index), index), field.get());
+    EXPECT_FALSE(result.pose) << index;
+    ASSERT_FALSE(result.warnings.empty()) << index;
+    EXPECT_NE(result.warnings.front().find("camera: lost, neither depth nor earlier views show where it is"),
+              std::string::npos)
+        << result.warnings.front();
+  }
+}
+
 // Without a tag, kept views hold the world where it was.
 TEST(Relocation, AfterARestartTheWorldIsTheSame) {
   const capture::CameraModel camera = test::small_camera();
