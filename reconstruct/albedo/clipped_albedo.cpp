@@ -12,6 +12,7 @@
 
 #include "reconstruct/albedo/parameters.h"
 #include "reconstruct/light/fluence.h"
+#include "reconstruct/math/median.h"
 
 namespace lumigraft::reconstruct {
 namespace {
@@ -34,7 +35,7 @@ class Extension {
       if (open_[voxel.first][static_cast<std::size_t>(voxel.second)] == 0) continue;
       const std::vector<Voxel> area = connected(voxel);
       if (static_cast<int>(area.size()) < kClipped.min_voxels) continue;
-      if (const auto albedo = largest_bound(area)) write(area, albedo->matrix());
+      if (const auto bound = largest_bound(area)) write(area, estimate(area, *bound).matrix());
     }
     for (auto& [key, brick] : changed_) bricks_[key] = std::move(brick);
   }
@@ -98,6 +99,34 @@ class Extension {
                            kClipped.max_albedo);
     }
     return albedo;
+  }
+
+  /// Where light becomes less than what clips, or shadow falls on it, the surface continues with albedo that was
+  /// solved. Else the area ends where the material does, and the bound may be far below: albedo is as likely to be
+  /// anywhere between it and white, of which the mean has the least error.
+  Array3f estimate(const std::vector<Voxel>& area, const Array3f& bound) const {
+    std::array<std::vector<float>, 3> continued;
+    int border = 0;
+    for (const auto& [key, i] : area) {
+      for (int side = 0; side < 6; ++side) {
+        Vector3i next = voxel_in(key, i);
+        next[side >> 1] += (side & 1) != 0 ? kClipped.beyond_voxels : -kClipped.beyond_voxels;
+        const auto found = bricks_.find(brick_of(next));
+        if (found == bricks_.end()) continue;
+        const auto at = static_cast<std::size_t>(index_in_brick(next));
+        if (!(found->second->sigma[at] > 0)) continue;
+        ++border;
+        const Array3f albedo = found->second->albedo[at].array();
+        if ((albedo < kClipped.same_albedo * bound).any()) continue;
+        for (int c = 0; c < 3; ++c) continued[static_cast<std::size_t>(c)].push_back(albedo[c]);
+      }
+    }
+    const Array3f between = 0.5f * (bound + kClipped.max_albedo);
+    if (static_cast<float>(continued[0].size()) < kClipped.min_continued * static_cast<float>(border) || border == 0)
+      return between;
+    Array3f albedo;
+    for (int c = 0; c < 3; ++c) albedo[c] = median(continued[static_cast<std::size_t>(c)]);
+    return albedo.max(bound);
   }
 
   void write(const std::vector<Voxel>& area, const Vector3f& albedo) {

@@ -66,12 +66,14 @@ bool RecentlyMoved::came_to(const Eigen::Vector3f& p_m) const {
          });
 }
 
-bool ArrivedSurface::is_settled(const reconstruct::DistanceField& field, const capture::DepthNoise& noise,
-                                const Eigen::Vector3f& p_m, float depth_m) {
+ArrivedSurface::Updates ArrivedSurface::updates(const reconstruct::DistanceField& field,
+                                                const capture::DepthNoise& noise, const Eigen::Vector3f& p_m,
+                                                float depth_m) {
   const auto sample = field.sample(p_m);
-  if (!sample) return true;
+  if (!sample) return Updates::none;
   const float sigmas = static_cast<float>(reconstruct::kMinDepthSigma_m) / noise.axial_sigma_m(depth_m);
-  return sample->weight >= kGather.settled_updates * std::min(sigmas * sigmas, 1.0f);
+  const float enough = kGather.settled_updates * std::min(sigmas * sigmas, 1.0f);
+  return sample->weight < enough ? Updates::some : Updates::enough;
 }
 
 }  // namespace lumigraft::relight

@@ -52,13 +52,19 @@ class ArrivedSurface {
   bool any() const { return recent_.any_came() && field_; }
   /// `p_m`: on fused surface, tag frame; `depth_m`: of this camera.
   bool contains(const Eigen::Vector3f& p_m, float depth_m) const {
-    return recent_.came_to(p_m) && !is_settled(*field_, noise_, p_m, depth_m);
+    return recent_.came_to(p_m) && updates(*field_, noise_, p_m, depth_m) == Updates::some;
   }
-  /// Whether surface has as many measurements as fusion needs to hold it in full; also what is not fused.
+  /// Whether fusion holds surface in full.
   static bool is_settled(const reconstruct::DistanceField& field, const capture::DepthNoise& noise,
-                         const Eigen::Vector3f& p_m, float depth_m);
+                         const Eigen::Vector3f& p_m, float depth_m) {
+    return updates(field, noise, p_m, depth_m) == Updates::enough;
+  }
 
  private:
+  enum class Updates { none, some, enough };
+  static Updates updates(const reconstruct::DistanceField& field, const capture::DepthNoise& noise,
+                         const Eigen::Vector3f& p_m, float depth_m);
+
   RecentlyMoved recent_;
   std::shared_ptr<const reconstruct::DistanceField> field_;
   capture::DepthNoise noise_;

@@ -92,7 +92,7 @@ class ArrivedBoard : public testing::Test {
     p.surface.normal = -Eigen::Vector3f::UnitZ();
     return p;
   }
-  /// Planes at 1 m and 2 m. `updates`: how often the one at 1 m was measured.
+  /// Planes at 1 m and 2.04 m. `updates`: how often the one at 1 m was measured.
   static std::shared_ptr<const reconstruct::DistanceField> fused(float updates) {
     auto field = std::make_shared<reconstruct::DistanceField>();
     field->voxel_m = 0.01f;
@@ -100,7 +100,7 @@ class ArrivedBoard : public testing::Test {
                 weight = static_cast<float>(std::pow(reconstruct::kMinDepthSigma_m / sigma_m, 2));
     for (int a = -6; a < 6; ++a) {
       for (int b = -6; b < 6; ++b) {
-        for (const int plane : {100, 200}) {
+        for (const int plane : {100, 204}) {
           auto brick = std::make_shared<reconstruct::FieldBrick>();
           const int c = plane / 8;  // both are within a brick
           for (int i = 0; i < reconstruct::kBrickVoxels; ++i) {
@@ -114,7 +114,7 @@ class ArrivedBoard : public testing::Test {
     }
     return field;
   }
-  /// What moved in front of `behind` at 2 m a moment ago.
+  /// What moved in front of `behind` a moment ago.
   static RecentlyMoved moved_before(const MovedPixels& board, const MovedPixels& behind,
                                     const reconstruct::DistanceField& field) {
     RecentlyMoved recent;
@@ -157,7 +157,7 @@ class ArrivedBoard : public testing::Test {
 TEST_F(ArrivedBoard, IsMovedAsAWholeUntilFusionHoldsItInFull) {
   for (const float updates : {2.0f, 8.0f, 10.0f}) {
     const auto field = fused(updates);
-    const ArrivedSurface arrived(moved_before(board_of(1), board_of(2), *field), field, {});
+    const ArrivedSurface arrived(moved_before(board_of(1), board_of(2.04f), *field), field, {});
     EXPECT_EQ(found(arrived).size(), updates < 9 ? kBoard : 0) << updates;
   }
 }
@@ -173,10 +173,15 @@ TEST_F(ArrivedBoard, IsOfTheRoomWhereThatIsNotSettledEither) {
   EXPECT_TRUE(found(arrived).empty());
 }
 
+TEST_F(ArrivedBoard, IsOfTheRoomWhereWhatIsBehindWasNotFused) {
+  const auto field = fused(2);
+  EXPECT_TRUE(found(ArrivedSurface(moved_before(board_of(1), board_of(3), *field), field, {})).empty());
+}
+
 TEST_F(ArrivedBoard, IsMovedWhereItsDepthIsUnknown) {
   const auto field = fused(2);
   for (int v = 10; v < 20; ++v) depth_m_.at(18, v) = 0;
-  const ArrivedSurface arrived(moved_before(board_of(1), board_of(2), *field), field, {});
+  const ArrivedSurface arrived(moved_before(board_of(1), board_of(2.04f), *field), field, {});
   const MovedPixels moved = found(arrived);
   ASSERT_EQ(moved.size(), kBoard);
   for (const auto& [i, p] : moved) EXPECT_NEAR(p.surface.position_m.z(), 1, 1e-5) << i;
@@ -184,7 +189,7 @@ TEST_F(ArrivedBoard, IsMovedWhereItsDepthIsUnknown) {
 
 TEST_F(ArrivedBoard, HidesLampsAsThisFrameShowsItAndNotAsItWasFused) {
   const auto field = fused(2);
-  const ArrivedSurface arrived(moved_before(board_of(1), board_of(2), *field), field, {});
+  const ArrivedSurface arrived(moved_before(board_of(1), board_of(2.04f), *field), field, {});
   auto wrong = std::make_shared<Model>();  // what was fused of it stands in front of it
   for (const Eigen::Vector3f& corner : {Eigen::Vector3f(-0.04f, -0.2f, 1), Eigen::Vector3f(0.04f, -0.2f, 1),
                                         Eigen::Vector3f(-0.04f, 0.2f, 1), Eigen::Vector3f(0.04f, 0.2f, 1)}) {
