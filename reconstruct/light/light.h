@@ -103,7 +103,8 @@ inline constexpr const char* kLightFromShading =
     "no fish-eye frame: the light is estimated from the shading of the room that the colour camera sees, and uncertain";
 inline constexpr const char* kLightIsHidden =
     "the fish-eye does not see what lights the room, which reflects more light than its image has: something may stand "
-    "between it and a lamp; the light is estimated from the shading that the colour camera sees, and uncertain";
+    "between it and a lamp, or the exposure of one camera is not as the session says; the light is estimated from the "
+    "shading that the colour camera sees, and uncertain";
 
 class LightStage {
  public:
