@@ -335,7 +335,7 @@ void SceneBuilder::State::use_kept_solution() {
   store.publish_albedo(kept_albedo->complete(store.newest().albedo));
 }
 
-/// Whether most of the room's light is still missing from what the fish-eye measures.
+/// Whether most of the room's light is still missing from what the fish-eye measures; forgets it otherwise.
 bool SceneBuilder::State::is_incomplete(const Illumination& measured) {
   const std::shared_ptr<const Illumination> incomplete = incomplete_light.get();
   const auto at_probe = [](const Illumination& seen) { return mean_irradiance(seen, seen.probe_position_m).mean(); };

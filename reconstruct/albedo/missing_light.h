@@ -1,5 +1,5 @@
 #pragma once
-// Light that falls on the room but is not in the fish-eye's image, as of a lamp that stands behind something beside it.
+// Light that falls on the room but is not in the fish-eye's image, as of a lamp that an object occludes from it.
 #include <vector>
 
 #include "reconstruct/albedo/sample_solver.h"

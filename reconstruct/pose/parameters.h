@@ -139,7 +139,7 @@ struct TagTiltParameters {
   /// ways, so that a pose does not jump to and fro.
   double flat_at_first = 0.5, bent = 0.1, flat_again = 0.9;
   double contradiction_sigmas = 4;  ///< of the largest bias: depth shows another surface than the one the tag is on
-  int contradictions = 5;           ///< in a row before it is said
+  int contradictions = 5;           ///< consecutive frames before the warning
 };
 inline constexpr TagTiltParameters kTagTilt;
 

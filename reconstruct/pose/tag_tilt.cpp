@@ -110,8 +110,7 @@ std::string TagTilt::warning(int id) const {
   if (contradictions_ < kTagTilt.contradictions) return {};
   return capture::formatted(
       "depth: the surface around tag %d is turned by %.0f degrees against its print: is depth that of another camera, "
-      "or "
-      "not registered?",
+      "or not registered?",
       id, contradicted_rad_ * 180 / M_PI);
 }
 

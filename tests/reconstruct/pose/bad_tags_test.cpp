@@ -94,7 +94,7 @@ TEST(BadTags, TheOtherTagOfOneNumberMovesNoCamera) {
   }
 }
 
-// Depth of a camera that stands elsewhere, or that was never registered.
+// Depth of a camera with another pose, or depth that was never registered.
 TEST(BadTags, DepthOfAnotherCameraIsNamedAndMovesNoCamera) {
   const capture::CameraModel camera = test::small_camera();
   const Isometry3d truth = test::above_the_table(0);

@@ -137,7 +137,7 @@ TEST(ForegroundMatte, InAWideBandWithoutDepthTheHandIsKnownByItsColour) {
       EXPECT_GT(outline.objects.coverage.at(static_cast<int>(Outline::edge(v)) + px, v), 0.95f) << px;
 }
 
-/// As beside an arm in front of a dark coat.
+/// As next to an arm in front of a dark coat.
 TEST(ForegroundMatte, AGapOfDepthInADarkPersonShowsNoObject) {
   const Rgb coat(0.018f, 0.002f, 0.003f);
   Outline outline(coat, coat, kGreen, [](int) { return 1000.0f; });

@@ -190,7 +190,7 @@ TEST_F(ArrivedBoard, IsMovedWhereItsDepthIsUnknown) {
 TEST_F(ArrivedBoard, HidesLampsAsThisFrameShowsItAndNotAsItWasFused) {
   const auto field = fused(2);
   const ArrivedSurface arrived(moved_before(board_of(1), board_of(2.04f), *field), field, {});
-  auto wrong = std::make_shared<Model>();  // what was fused of it stands in front of it
+  auto wrong = std::make_shared<Model>();  // its fused surface, 1 mm in front of the point
   for (const Eigen::Vector3f& corner : {Eigen::Vector3f(-0.04f, -0.2f, 1), Eigen::Vector3f(0.04f, -0.2f, 1),
                                         Eigen::Vector3f(-0.04f, 0.2f, 1), Eigen::Vector3f(0.04f, 0.2f, 1)}) {
     wrong->positions_m.push_back(corner);
