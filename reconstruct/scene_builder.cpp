@@ -13,6 +13,7 @@
 #include "reconstruct/fusion/fusion.h"
 #include "reconstruct/kept_room/room_check.h"
 #include "reconstruct/lamps/light_from_shading.h"
+#include "reconstruct/lamps/seen_lamps.h"
 #include "reconstruct/light/fluence.h"
 #include "reconstruct/light/light.h"
 #include "reconstruct/pose/lamp_tags.h"
@@ -114,6 +115,7 @@ struct SceneBuilder::State {
   AlbedoStage albedo;
   EnclosureStage enclosure;
   LightFromShading light_from_shading;
+  SeenLamps seen_lamps;
   Shared<std::shared_ptr<const Illumination>> incomplete_light;  ///< that the fish-eye measured; or null
   const std::int64_t fisheye_awaited_ns;
   std::int64_t first_fused_ns = -1;
@@ -395,13 +397,17 @@ bool SceneBuilder::solve_albedo() {
   State& s = *state_;
   s.use_kept_solution();
   if (!s.color_shows_room) return false;
-  const std::shared_ptr<const DistanceField> field = s.store.observed_field();
+  std::shared_ptr<const DistanceField> field = s.store.room_field();
   if (field) s.estimate_light(*field);
-  const std::shared_ptr<const Illumination> measured = s.store.measured_light();
+  std::shared_ptr<const Illumination> measured = s.store.measured_light();
   if (!field || !measured) return false;
   const AlbedoWork work = s.schedule.next(*field, *measured);
   s.learning = s.schedule.learning();
   if (work == AlbedoWork::nothing) return false;
+  SeenLamps::Result seen = s.seen_lamps.find(*s.store.observed_field(), measured);
+  measured = std::move(seen.light);
+  s.store.publish_lamp_surface(std::move(seen.surface));
+  field = s.store.room_field();
   std::optional<AlbedoStage::Result> solution = s.solve(work, field, *measured);
   if (!solution) return false;
   if (solution->light_is_missing && !s.overrides.light) {

@@ -51,7 +51,14 @@ void SceneStore::publish_field(std::shared_ptr<const DistanceField> field) {
   std::lock_guard lock(mutex_);
   same_field_again_ = field && field == field_;
   field_ = std::move(field);
-  scene_.field = occluder_merge_.merged(field_, occluders_);
+  combine_fields();
+}
+
+void SceneStore::publish_lamp_surface(std::shared_ptr<const SurfaceMask> surface) {
+  std::lock_guard lock(mutex_);
+  if (surface == lamp_surface_) return;
+  lamp_surface_ = std::move(surface);
+  combine_fields();
 }
 
 void SceneStore::publish_light(std::shared_ptr<const Illumination> light) {
@@ -74,7 +81,7 @@ void SceneStore::publish_solution(AlbedoStage::Result solution, std::uint64_t fi
   std::lock_guard lock(mutex_);
   scene_.albedo = std::move(solution.albedo);
   occluders_ = std::move(solution.occluders);
-  scene_.field = occluder_merge_.merged(field_, occluders_);
+  combine_fields();
   solved_light_ = std::move(solution.illumination);
   solved_field_version_ = field_version;
   solved_from_ = std::move(measured);
@@ -100,6 +107,11 @@ void SceneStore::publish_enclosure(std::shared_ptr<const Enclosure> enclosure) {
 void SceneStore::publish_warnings(const std::string& stage, std::vector<std::string> warnings) {
   std::lock_guard lock(mutex_);
   warnings_[stage] = std::move(warnings);
+}
+
+void SceneStore::combine_fields() {
+  room_field_ = lamp_mask_.without(field_, lamp_surface_);
+  scene_.field = occluder_merge_.merged(room_field_, occluders_);
 }
 
 void SceneStore::combine() {
@@ -134,6 +146,11 @@ std::shared_ptr<const Illumination> SceneStore::measured_light() const {
 std::shared_ptr<const DistanceField> SceneStore::observed_field() const {
   std::lock_guard lock(mutex_);
   return field_;
+}
+
+std::shared_ptr<const DistanceField> SceneStore::room_field() const {
+  std::lock_guard lock(mutex_);
+  return room_field_;
 }
 
 std::shared_ptr<const Illumination> carry_lamps(const Illumination& newest, const Illumination& measured,

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "reconstruct/albedo/shadow_carving.h"
+#include "reconstruct/field/masked_field.h"
 #include "reconstruct/scene.h"
 
 namespace lumigraft::reconstruct {
@@ -22,6 +23,8 @@ class SceneStore {
   /// The albedo solution of a field and the measured light; its lamps are also applied to later measured light.
   void publish_solution(AlbedoStage::Result solution, std::uint64_t field_version,
                         std::shared_ptr<const Illumination> measured);
+  /// Surface of lamps, which is no obstacle to light; null: none.
+  void publish_lamp_surface(std::shared_ptr<const SurfaceMask> surface);
   /// Replaces only the albedo.
   void publish_albedo(std::shared_ptr<const AlbedoField> albedo);
   /// Null: none.
@@ -37,15 +40,20 @@ class SceneStore {
   bool settled(const Scene& scene) const;
   /// The newest published light, without lamp distances from albedo solutions.
   std::shared_ptr<const Illumination> measured_light() const;
-  /// The newest published field, without occluders from albedo solutions: what was observed.
+  /// The newest published field: what was observed, with the surface of lamps.
   std::shared_ptr<const DistanceField> observed_field() const;
+  /// The same without that surface, and without occluders from albedo solutions.
+  std::shared_ptr<const DistanceField> room_field() const;
 
  private:
   void combine();
+  void combine_fields();
 
   mutable std::mutex mutex_;
   Scene scene_;
-  std::shared_ptr<const DistanceField> field_;
+  std::shared_ptr<const DistanceField> field_, room_field_;
+  std::shared_ptr<const SurfaceMask> lamp_surface_;
+  MaskedField lamp_mask_;
   std::shared_ptr<const BrickMap<FieldBrick>> occluders_;
   OccluderMerge occluder_merge_;
   std::shared_ptr<const Illumination> light_, solved_light_;

@@ -179,7 +179,7 @@ std::shared_ptr<const DistanceField> OccluderMerge::merged(
   if (field == field_ && occluders == occluders_) return result_;
   if (occluders != occluders_) ++occluders_version_;
   auto result = std::make_shared<DistanceField>(*field);
-  result->occluders_version = occluders_version_;
+  result->occluders_version = occluders_version_ << 32 | field->occluders_version;
   std::erase_if(cache_, [&](const auto& entry) { return !occluders->contains(entry.first); });
   for (const auto& [key, occluder] : *occluders) {
     const auto entry = field->bricks.find(key);

@@ -64,7 +64,8 @@ struct DistanceField {
   float voxel_m = 0.008f;
   float truncation_m = 0.032f;
   std::uint64_t version = 0;            ///< increases with every publication that changed something
-  std::uint64_t occluders_version = 0;  ///< changes with the occluders merged into it (OccluderMerge); 0 = none
+  std::uint64_t occluders_version = 0;  ///< changes with surface merged into it or taken out of it (OccluderMerge,
+                                        ///< MaskedField); 0 = none
   std::vector<Eigen::Vector3f>
       seen_from_m;  ///< camera positions at some distance from each other, at most 64; tag frame
   std::vector<std::shared_ptr<const SeenSpace>> seen_space;  ///< of the newest images from there

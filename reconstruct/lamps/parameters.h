@@ -127,6 +127,21 @@ struct LampParameters {
     float image_slack_rad = 0.02f;  ///< 1°: a rough surface or tiles that are not level turn an image by no more
   } reflections;
 
+  /// Lamps that are fused as surface.
+  struct Seen {
+    int rays = 16;            ///< over the disk, and in the ring around it
+    float disk_reach = 0.9f;  ///< of the disk's radius
+    float beyond = 2;         ///< radius of the ring, over that of the disk
+    float max_ray_m = 10;
+    /// Radiance of the lamp over that of surface that is the lamp. A plane that a lamp lights gets less than half of
+    /// its hemisphere from it, so that it has less than half of its radiance.
+    float max_contrast = 2;
+    float min_radius_rad = 1e-3f;  ///< of a lamp that the fish-eye does not resolve
+    float resolved_voxels = 4;     ///< smallest radius at which a ball bulges by more than two voxels
+    float mixed_voxels = 1.5f;     ///< around the lamp's outline, where its colour and that beside it mix
+    float max_reach = 3;           ///< of the lamp's surface, over the disk's radius: a rectangle of 1 to 11
+  } seen;
+
   struct OutOfView {
     float min_power = 1e-3f;     ///< of all light at the probe: lower end of the search
     float off_power = 0.05f;     ///< of all light: a lamp surely below it is off, as shading resolves no less
