@@ -33,6 +33,28 @@ Blend blended(const std::vector<double>& knots, double at) {
   return result;
 }
 
+/// The disk of a panel instead of a point at its centre. Distances are over that from the probe.
+class PanelDisk {
+ public:
+  /// `facing`: along the normal, its length 1 over the cosine at the probe, by which the disk is foreshortened there.
+  PanelDisk(const Eigen::Vector3f& facing, float angular_radius_rad)
+      : normal_(facing.normalized()), squared_radius_(std::pow(std::tan(angular_radius_rad), 2.0f) * facing.norm()) {}
+
+  /// Mean of n·v / |v|⁴ over the disk times |v|³ at its centre, which is the cosine for a point: by the second moments
+  /// of the disk (Taylor), and exact on its axis, where light falls off with 1 / (d² + R²). `towards`: unit, to the
+  /// centre.
+  float cosine(const Eigen::Vector3f& n, const Eigen::Vector3f& towards, float squared_distance) const {
+    const float radius = squared_radius_ / squared_distance, along = normal_.dot(towards);
+    const float fall = radius * (1 - 3 * (1 - along * along));
+    const float across = n.dot(towards - along * normal_);
+    return n.dot(towards) * (fall > 0 ? 1 / (1 + fall) : 1 - fall) - radius * across;
+  }
+
+ private:
+  Eigen::Vector3f normal_;
+  float squared_radius_;
+};
+
 }  // namespace
 
 ShadingModel::ShadingModel(const IrradianceModel& room, const Illumination& illumination,
@@ -138,6 +160,9 @@ void ShadingModel::factors(std::size_t lamp, const LampShape& shape, std::vector
   const Blend blend = blended(table.inverse_distances, shape.inverse_distance);
   const auto inverse = static_cast<float>(shape.inverse_distance);
   const Eigen::Vector3f facing = axis(lamp, shape);
+  const bool panel = shape.flat && !shape.beam;
+  const PanelDisk disk(facing, lights_[lamp].angular_radius_rad);
+  const float at_probe = panel ? disk.cosine(lights_[lamp].direction, lights_[lamp].direction, 1) : 1;
   result.assign(samples_.size(), 0.0f);
   for (std::size_t i = 0; i < samples_.size(); ++i) {
     float visible = 0;
@@ -146,7 +171,8 @@ void ShadingModel::factors(std::size_t lamp, const LampShape& shape, std::vector
     // To the lamp, over its distance from the probe.
     const Eigen::Vector3f offset = lights_[lamp].direction + inverse * (probe_ - samples_[i].position);
     const float squared = offset.squaredNorm(), length = std::sqrt(squared);
-    const float cosine = samples_[i].normal.dot(offset) / length;
+    const float cosine = panel ? disk.cosine(samples_[i].normal, offset / length, squared) / at_probe
+                               : samples_[i].normal.dot(offset) / length;
     if (!(cosine > 0)) continue;
     const float ahead = std::max(0.0f, -facing.dot(offset) / length);
     const float emission = shape.beam ? ahead * ahead * ahead * ahead : shape.flat ? ahead : 1.0f;
