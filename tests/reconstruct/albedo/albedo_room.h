@@ -1,6 +1,6 @@
 #pragma once
 // A synthetic room whose distances and radiance are known in closed form, for tests of albedo.
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -43,9 +43,27 @@ struct TestLamp {
   Eigen::Vector3f normal = -Eigen::Vector3f::UnitZ();
   float focus = 1;  ///< if flat: exponent of the cosine of its emission
 
-  Eigen::Vector3f towards(const Eigen::Vector3f& point) const {
-    const Eigen::Vector3f way = (point - position).normalized();
-    return flat ? Eigen::Vector3f(std::pow(std::max(0.0f, normal.dot(way)), focus) * intensity) : intensity;
+  bool panel() const { return flat && focus == 1; }
+  /// Irradiance without occlusion: of a panel from all of its disk, else from the centre.
+  Eigen::Vector3f irradiance(const Eigen::Vector3f& point, const Eigen::Vector3f& n) const {
+    const int points = panel() ? 16 : 1;
+    const Eigen::Vector3f x = normal.unitOrthogonal(), y = normal.cross(x);
+    Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+    for (int i = 0; i < points; ++i) {
+      const float r = panel() ? radius * std::sqrt((i + 0.5f) / points) : 0, phi = 2.39996323f * i;
+      const Eigen::Vector3f way = position + r * (std::cos(phi) * x + std::sin(phi) * y) - point,
+                            direction = way.normalized();
+      const float emission = flat ? std::pow(std::max(0.0f, -normal.dot(direction)), focus) : 1.0f;
+      sum += std::max(0.0f, n.dot(direction)) * emission / (points * way.squaredNorm()) * intensity;
+    }
+    return sum;
+  }
+  /// Of the disk with its solid angle.
+  float angular_radius_rad(const Eigen::Vector3f& point) const {
+    const Eigen::Vector3f way = point - position;
+    if (!panel()) return std::asin(radius / way.norm());
+    const float squared = radius * radius * normal.dot(way.normalized()) / way.squaredNorm();
+    return std::acos(1 - squared / 2);
   }
 };
 
@@ -82,9 +100,7 @@ struct TestRoom {
   Eigen::Vector3f irradiance(const Eigen::Vector3f& p, const Eigen::Vector3f& n) const {
     Eigen::Vector3f sum = kTestPi * ambient;
     for (const TestLamp& lamp : lamps) {
-      const Eigen::Vector3f way = lamp.position - p;
-      const float cosine = n.dot(way.normalized());
-      if (cosine > 0 && lit(lamp, p, n)) sum += cosine / way.squaredNorm() * lamp.towards(p);
+      if (lit(lamp, p, n)) sum += lamp.irradiance(p, n);
     }
     return sum;
   }
@@ -128,8 +144,8 @@ struct TestRoom {
       light.id = static_cast<int>(result.lights.size());
       const Eigen::Vector3f way = lamp.position - probe;
       light.direction = way.normalized();
-      light.irradiance = lamp.towards(probe) / way.squaredNorm();
-      light.angular_radius_rad = std::asin(lamp.radius / way.norm());
+      light.irradiance = lamp.irradiance(probe, light.direction);
+      light.angular_radius_rad = lamp.angular_radius_rad(probe);
       light.squareness = lamp.flat ? 0.43f : 0.0f;
       result.lights.push_back(light);
     }

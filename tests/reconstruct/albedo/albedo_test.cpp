@@ -207,7 +207,7 @@ TEST(AlbedoStage, PanelIsDistinguishedFromABulbAndItsNormalFound) {
   for (const Eigen::Vector3f& p : {Eigen::Vector3f(0.4f, -0.4f, 0), Eigen::Vector3f(-0.4f, 0.4f, 0)}) {
     const float found = light.emission((p - light.position_m).normalized()) * light.intensity.y() /
                         (p - light.position_m).squaredNorm();
-    EXPECT_NEAR(found / (panel.towards(p).y() / (p - panel.position).squaredNorm()), 1, 0.1);
+    EXPECT_NEAR(found / panel.irradiance(p, (panel.position - p).normalized()).y(), 1, 0.1);
   }
 }
 

@@ -46,7 +46,7 @@ TestRoom table() {
 }
 
 Vector3f irradiance_at(const TestLamp& lamp, const Vector3f& probe) {
-  return lamp.towards(probe) / (lamp.position - probe).squaredNorm();
+  return lamp.irradiance(probe, (lamp.position - probe).normalized());
 }
 
 void expect_lamp(const PointLight& found, const TestLamp& lamp, const Vector3f& probe) {
