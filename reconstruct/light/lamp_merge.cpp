@@ -26,6 +26,7 @@ PointLight merge(const PointLight& a, const PointLight& b) {
       std::acos(std::clamp(1 - cone_fraction(a.angular_radius_rad) - cone_fraction(b.angular_radius_rad), -1.0f, 1.0f));
   both.clipped = a.clipped || b.clipped;
   both.position_m = (wa * a.position_m + wb * b.position_m) / all;
+  both.outline_u = both.outline_v = Eigen::Vector3f::Zero();
   both.squareness = (wa * a.squareness + wb * b.squareness) / all;
   return both;
 }

@@ -104,6 +104,8 @@ PointLight point_light(const SplitLamp& lamp) {
   light.angular_radius_rad = static_cast<float>(std::acos(std::clamp(cosine, -1.0, 1.0)));
   light.clipped = lamp.clipped;
   light.squareness = lamp.squareness;
+  light.outline_u = lamp.outline_u;
+  light.outline_v = lamp.outline_v;
   light.region = lamp.region;
   return light;
 }

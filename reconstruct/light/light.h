@@ -31,9 +31,11 @@ struct PointLight {
   /// Something hides a part or all of it from the fish-eye, and the lamp is as it was when all of it was last seen
   /// (LightTracker): direction, size and irradiance are those of then.
   bool covered = false;
-  float power_log_sigma = 0;                         ///< 1σ of log irradiance, if estimated
-  float distance_log_sigma = 0;                      ///< 1σ of log distance, if distance_known
-  float squareness = 0;                              ///< of the outline (SplitLamp): 0 a disk, 0.43 a quadrilateral
+  float power_log_sigma = 0;     ///< 1σ of log irradiance, if estimated
+  float distance_log_sigma = 0;  ///< 1σ of log distance, if distance_known
+  float squareness = 0;          ///< of the outline (SplitLamp): 0 a disk, 0.43 a quadrilateral
+  /// Conjugate half axes of the outline (SplitLamp), tangents at the probe; zero: a disk.
+  Eigen::Vector3f outline_u = Eigen::Vector3f::Zero(), outline_v = Eigen::Vector3f::Zero();
   int region = -1;                                   ///< equal for the pieces of one wide lamp; -1: not a piece
   bool flat = false;                                 ///< emits with the cosine to its normal; else isotropically
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< unit, tag frame; if flat and distance_known

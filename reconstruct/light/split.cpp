@@ -312,12 +312,13 @@ class Splitter {
     // (∫L)² / ∫L² is the solid angle of a uniform lamp; a blurred border does not change it.
     result.solid_angle_sr = static_cast<float>(energy * energy / std::max(energy_squared, 1e-30));
     result.clipped = source.clipped;
-    result.squareness = squareness(source, result.direction);
+    set_outline(source, result);
     result.region = source.region;
     return result;
   }
 
-  float squareness(const Source& source, const Eigen::Vector3f& centre) const {
+  void set_outline(const Source& source, SplitLamp& lamp) const {
+    const Eigen::Vector3f& centre = lamp.direction;
     const Eigen::Vector3f x = centre.unitOrthogonal(), y = centre.cross(x);
     std::vector<Eigen::Vector2d> points;
     std::vector<double> weights;
@@ -331,8 +332,9 @@ class Splitter {
       total += weights.back();
     }
     spread /= std::max(total, 1e-30);
-    if (!(spread.determinant() > 1e-20)) return 0;
-    const Eigen::Matrix2d whiten = Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(spread).operatorInverseSqrt();
+    if (!(spread.determinant() > 1e-20)) return;
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(spread);
+    const Eigen::Matrix2d whiten = eigen.operatorInverseSqrt();
     std::complex<double> fourth = 0;
     double length = 0;
     for (std::size_t i = 0; i < points.size(); ++i) {
@@ -341,7 +343,12 @@ class Splitter {
       fourth += weights[i] * z * z * z * z;
       length += weights[i] * std::norm(z) * std::norm(z);
     }
-    return static_cast<float>(std::abs(fourth) / length);
+    lamp.squareness = static_cast<float>(std::abs(fourth) / length);
+    // The symmetric root changes continuously, also where the axes of a square or a disk are undetermined.
+    const double scale = std::sqrt(lamp.solid_angle_sr / (std::numbers::pi * std::sqrt(spread.determinant())));
+    const Eigen::Matrix2f half_axes = (scale * eigen.operatorSqrt()).cast<float>();
+    lamp.outline_u = half_axes(0, 0) * x + half_axes(1, 0) * y;
+    lamp.outline_v = half_axes(0, 1) * x + half_axes(1, 1) * y;
   }
 
   const capture::Image<std::uint8_t>& clipped_;

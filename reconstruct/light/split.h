@@ -15,7 +15,10 @@ struct SplitLamp {
   float solid_angle_sr = 0;
   bool clipped = false;
   float squareness = 0;  ///< |E z⁴| / E|z|⁴ of the whitened outline: ellipse 0, parallelogram 0.43
-  int region = -1;       ///< equal for the parts of one region that was cut; -1 if it was not
+  /// Conjugate half axes, as tangents, of the ellipse with the outline's second moments and the solid angle; zero if
+  /// the lamp is too small for them.
+  Eigen::Vector3f outline_u = Eigen::Vector3f::Zero(), outline_v = Eigen::Vector3f::Zero();
+  int region = -1;  ///< equal for the parts of one region that was cut; -1 if it was not
 };
 
 struct LightSplit {

@@ -291,6 +291,8 @@ void LightTracker::average(const Illumination& last, const std::vector<int>& fou
     light.direction = (a * light.direction + b * old.direction).normalized();
     light.irradiance = a * light.irradiance + b * old.irradiance;
     light.angular_radius_rad = a * light.angular_radius_rad + b * old.angular_radius_rad;
+    light.outline_u = a * light.outline_u + b * old.outline_u;
+    light.outline_v = a * light.outline_v + b * old.outline_v;
   }
   for (std::size_t i = 0; i < now.environment.radiance.data.size(); ++i) {
     now.environment.radiance.data[i] = a * now.environment.radiance.data[i] + b * last.environment.radiance.data[i];

@@ -57,7 +57,9 @@ ReferenceLamp lamp_of(const reconstruct::PointLight& light, const Vector3f& prob
   lamp.radius_m = emitter.radius_m;
   lamp.radiance = emitter.radiance().array();
   if (emitter.flat) {
-    lamp.shape = ReferenceLamp::Shape::disc;
+    lamp.shape = emitter.half_u_m.isZero() ? ReferenceLamp::Shape::disc : ReferenceLamp::Shape::ellipse;
+    lamp.half_u_m = emitter.half_u_m;
+    lamp.half_v_m = emitter.half_v_m;
     lamp.normal = emitter.normal;
   }
   return lamp;

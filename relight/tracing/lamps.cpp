@@ -21,21 +21,35 @@ std::optional<float> sphere_hit(const ReferenceLamp& lamp, const Vector3f& from_
   return t > 0 ? std::optional(t) : std::nullopt;
 }
 
+/// Whether a flat lamp contains a point of its plane, from its centre.
+bool covers(const ReferenceLamp& lamp, const Vector3f& at) {
+  const Vector3f &u = lamp.half_u_m, &v = lamp.half_v_m;
+  if (lamp.shape == ReferenceLamp::Shape::disc) return at.squaredNorm() <= lamp.radius_m * lamp.radius_m;
+  if (lamp.shape == ReferenceLamp::Shape::rectangle)
+    return std::abs(at.dot(u)) <= u.squaredNorm() && std::abs(at.dot(v)) <= v.squaredNorm();
+  // at = a u + b v
+  const float area = u.cross(v).squaredNorm(), a = at.cross(v).dot(u.cross(v)), b = u.cross(at).dot(u.cross(v));
+  return a * a + b * b <= area * area;
+}
+
 }  // namespace
 
 float area_m2(const ReferenceLamp& lamp) {
-  return lamp.shape == ReferenceLamp::Shape::disc ? kPi * lamp.radius_m * lamp.radius_m
-                                                  : 4 * lamp.half_u_m.cross(lamp.half_v_m).norm();
+  if (lamp.shape == ReferenceLamp::Shape::disc) return kPi * lamp.radius_m * lamp.radius_m;
+  const float half_square_m2 = lamp.half_u_m.cross(lamp.half_v_m).norm();
+  return lamp.shape == ReferenceLamp::Shape::ellipse ? kPi * half_square_m2 : 4 * half_square_m2;
 }
 
 Vector3f point_on(const ReferenceLamp& lamp, const Vector2f& u) {
   if (lamp.shape == ReferenceLamp::Shape::rectangle) {
     return lamp.centre_m + (2 * u.x() - 1) * lamp.half_u_m + (2 * u.y() - 1) * lamp.half_v_m;
   }
+  const float r = std::sqrt(u.x()), phi = 2 * kPi * u.y();
+  if (lamp.shape == ReferenceLamp::Shape::ellipse)
+    return lamp.centre_m + r * (std::cos(phi) * lamp.half_u_m + std::sin(phi) * lamp.half_v_m);
   Vector3f x, y;
   basis(lamp.normal, x, y);
-  const float r = lamp.radius_m * std::sqrt(u.x()), phi = 2 * kPi * u.y();
-  return lamp.centre_m + r * (std::cos(phi) * x + std::sin(phi) * y);
+  return lamp.centre_m + lamp.radius_m * r * (std::cos(phi) * x + std::sin(phi) * y);
 }
 
 void basis(const Vector3f& n, Vector3f& x, Vector3f& y) {
@@ -78,7 +92,10 @@ bool behind_other_lamp(const std::vector<ReferenceLamp>& lamps, std::size_t lamp
 }
 
 float lamp_reach_m(const ReferenceLamp& lamp) {
-  return lamp.shape == ReferenceLamp::Shape::rectangle ? (lamp.half_u_m + lamp.half_v_m).norm() : lamp.radius_m;
+  if (lamp.shape == ReferenceLamp::Shape::rectangle) return (lamp.half_u_m + lamp.half_v_m).norm();
+  if (lamp.shape == ReferenceLamp::Shape::ellipse)
+    return std::sqrt(lamp.half_u_m.squaredNorm() + lamp.half_v_m.squaredNorm());
+  return lamp.radius_m;
 }
 
 std::optional<float> lamp_hit(const ReferenceLamp& lamp, const Vector3f& from_m, const Vector3f& w) {
@@ -88,11 +105,7 @@ std::optional<float> lamp_hit(const ReferenceLamp& lamp, const Vector3f& from_m,
   const float t = lamp.normal.dot(lamp.centre_m - from_m) / cosine;
   if (!(t > 0)) return std::nullopt;
   const Vector3f at = from_m + t * w - lamp.centre_m;
-  const bool inside = lamp.shape == ReferenceLamp::Shape::disc
-                          ? at.squaredNorm() <= lamp.radius_m * lamp.radius_m
-                          : std::abs(at.dot(lamp.half_u_m)) <= lamp.half_u_m.squaredNorm() &&
-                                std::abs(at.dot(lamp.half_v_m)) <= lamp.half_v_m.squaredNorm();
-  return inside ? std::optional(t) : std::nullopt;
+  return covers(lamp, at) ? std::optional(t) : std::nullopt;
 }
 
 Rgb lamp_radiance(const ReferenceLamp& lamp, const Vector3f& from_m, const Vector3f& w) {

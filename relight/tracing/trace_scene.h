@@ -51,12 +51,12 @@ struct SeenMaterials {
 
 /// Lamps absorb incident light and emit constant radiance: a sphere in all directions, a flat lamp from one side.
 struct ReferenceLamp {
-  enum class Shape { sphere, rectangle, disc };
+  enum class Shape { sphere, rectangle, disc, ellipse };
   Shape shape = Shape::sphere;
   Eigen::Vector3f centre_m = Eigen::Vector3f::Zero();
   float radius_m = 0;                                  ///< of a sphere or disc
   Eigen::Vector3f half_u_m = Eigen::Vector3f::Zero();  ///< of a rectangle: from the centre to the midpoint of an edge
-  Eigen::Vector3f half_v_m = Eigen::Vector3f::Zero();  ///< perpendicular to it
+  Eigen::Vector3f half_v_m = Eigen::Vector3f::Zero();  ///< perpendicular to it; both of an ellipse: conjugate half axes
   Eigen::Vector3f normal = -Eigen::Vector3f::UnitZ();  ///< of a flat lamp's emitting side
   Rgb radiance = Rgb::Zero();                          ///< W/sr/m²
   /// Beam of a spot lamp: full radiance where the cosine to the normal is above `cos_full`, none below `cos_none`, a

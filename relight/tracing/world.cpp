@@ -17,7 +17,7 @@ using Eigen::Vector3f;
 /// The lamp's centre and extremal points.
 std::array<Vector3f, 5> points_of(const ReferenceLamp& lamp, const Vector3f& towards_m) {
   Vector3f u = lamp.half_u_m, v = lamp.half_v_m;
-  if (lamp.shape != ReferenceLamp::Shape::rectangle) {
+  if (lamp.shape == ReferenceLamp::Shape::sphere || lamp.shape == ReferenceLamp::Shape::disc) {
     basis((towards_m - lamp.centre_m).normalized(), u, v);
     u *= lamp.radius_m;
     v *= lamp.radius_m;

@@ -102,6 +102,8 @@ reconstruct::Illumination with_true_lamps(const reconstruct::Illumination& split
     const auto found = std::find_if(result.lights.begin(), result.lights.end(), shows_it);
     if (found != result.lights.end()) {
       light.id = found->id;
+      light.outline_u = found->outline_u;
+      light.outline_v = found->outline_v;
       std::erase_if(result.lights, shows_it);
       result.lights.push_back(light);
       continue;

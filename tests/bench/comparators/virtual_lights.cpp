@@ -94,15 +94,8 @@ class Sources {
 
  private:
   static float area_m2(const relight::ReferenceLamp& lamp) {
-    switch (lamp.shape) {
-      case relight::ReferenceLamp::Shape::sphere:
-        return 4 * relight::kPi * lamp.radius_m * lamp.radius_m;
-      case relight::ReferenceLamp::Shape::disc:
-        return relight::kPi * lamp.radius_m * lamp.radius_m;
-      case relight::ReferenceLamp::Shape::rectangle:
-        break;
-    }
-    return 4 * lamp.half_u_m.cross(lamp.half_v_m).norm();
+    return lamp.shape == relight::ReferenceLamp::Shape::sphere ? 4 * relight::kPi * lamp.radius_m * lamp.radius_m
+                                                               : relight::area_m2(lamp);
   }
 
   Emitted of_lamp(const relight::ReferenceLamp& lamp, const Vector2f& u, const Vector2f& v, bool aimed) const {
@@ -111,13 +104,8 @@ class Sources {
     if (lamp.shape == relight::ReferenceLamp::Shape::sphere) {
       normal = any_direction(u);
       e.from_m = lamp.centre_m + lamp.radius_m * normal;
-    } else if (lamp.shape == relight::ReferenceLamp::Shape::rectangle) {
-      e.from_m = lamp.centre_m + (2 * u.x() - 1) * lamp.half_u_m + (2 * u.y() - 1) * lamp.half_v_m;
     } else {
-      Vector3f x, y;
-      relight::basis(normal, x, y);
-      const float r = lamp.radius_m * std::sqrt(u.x()), phi = 2 * relight::kPi * u.y();
-      e.from_m = lamp.centre_m + r * (std::cos(phi) * x + std::sin(phi) * y);
+      e.from_m = relight::point_on(lamp, u);
     }
     const Vector3f to = objects_.centre_m - e.from_m;
     const float far_m = to.norm();

@@ -61,6 +61,31 @@ TEST(LightSplit, OneLampInClosedForm) {
   }
 }
 
+// A tube's shadows are soft along it and sharp across it.
+TEST(LightSplit, OutlineOfATube) {
+  const capture::FisheyeCamera camera = fisheye();
+  const FisheyeView view = fisheye_view(camera);
+  const Eigen::Vector3f lamp = towards(40, 70), along = lamp.unitOrthogonal(), across = lamp.cross(along);
+  const float half_length = 0.12f, half_width = 0.03f;
+  const auto picture = render(camera, [&](const Eigen::Vector3f& d) {
+    const float ahead = d.dot(lamp), x = d.dot(along) / ahead, y = d.dot(across) / ahead;
+    const bool inside = ahead > 0 && std::abs(x) < half_length && std::abs(y) < half_width;
+    return inside ? Eigen::Vector3f(40, 30, 20) : kRoom;
+  });
+  const LightSplit split = split_lamps(picture, unclipped(picture), view, 8);
+  ASSERT_EQ(split.lamps.size(), 1u);
+  const SplitLamp& found = split.lamps[0];
+  EXPECT_NEAR(std::numbers::pi_v<float> * found.outline_u.cross(found.outline_v).norm() / found.solid_angle_sr, 1,
+              1e-4);
+  EXPECT_NEAR(found.outline_u.dot(found.direction), 0, 1e-5);
+  // Of an ellipse with the moments of a rectangle.
+  const auto reach = [&](const Eigen::Vector3f& axis) {
+    return std::hypot(found.outline_u.dot(axis), found.outline_v.dot(axis));
+  };
+  EXPECT_NEAR(reach(along) / reach(across), half_length / half_width, 0.08f * half_length / half_width);
+  EXPECT_NEAR(reach(along), 2 / std::sqrt(3.0f) * half_length, 0.05f * half_length);
+}
+
 TEST(LightSplit, ABlackImageHasNoLamp) {
   const capture::FisheyeCamera camera = fisheye();
   const auto picture = render(camera, [](const Eigen::Vector3f&) { return Eigen::Vector3f(0, 0, 0); });

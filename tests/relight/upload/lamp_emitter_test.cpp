@@ -3,6 +3,7 @@
 #include <numbers>
 
 #include "relight/tracing/build_trace_scene.h"
+#include "relight/tracing/lamps.h"
 #include "relight/upload/light_set.h"
 #include "tests/relight/closed_form/closed_scene.h"
 
@@ -32,9 +33,9 @@ float sent(const relight::shader::Lamp& lamp, const Eigen::Vector3f& towards) {
   return lamp.intensity.x() * (a > 0 ? a * std::max(lamp.facing.head<3>().dot(towards), 0.0f) : 1.0f);
 }
 float sent(const relight::ReferenceLamp& lamp, const Eigen::Vector3f& towards) {
-  const float cosine =
-      lamp.shape == relight::ReferenceLamp::Shape::disc ? std::max(lamp.normal.dot(towards), 0.0f) : 1.0f;
-  return lamp.radiance[0] * kPi * lamp.radius_m * lamp.radius_m * cosine;
+  if (lamp.shape == relight::ReferenceLamp::Shape::sphere)
+    return lamp.radiance[0] * kPi * lamp.radius_m * lamp.radius_m;
+  return lamp.radiance[0] * relight::area_m2(lamp) * std::max(lamp.normal.dot(towards), 0.0f);
 }
 
 // Light of a panel that the probe sees nearly edge on was found, or set, with the same bound for its slant.
@@ -54,6 +55,37 @@ TEST(LampEmitter, APanelShinesAsTheSceneSaysHoweverTheProbeSeesIt) {
       EXPECT_NEAR(sent(lamps.gpu, towards), wanted, 1e-4f * wanted + 1e-6f) << turn;
       EXPECT_NEAR(sent(lamps.traced, towards), wanted, 1e-4f * wanted + 1e-6f) << turn;
     }
+  }
+}
+
+TEST(LampEmitter, APanelHasTheOutlineThatTheProbeSees) {
+  const Eigen::Vector3f probe_m(0.1f, 0, 0.3f);
+  reconstruct::PointLight panel = lamp_at({0.5f, -0.2f, 1.1f}, 0.1f, 2);
+  const Eigen::Vector3f way = panel.position_m - probe_m;
+  panel.direction = way.normalized();
+  panel.flat = true;
+  panel.normal = Eigen::Vector3f(-0.4f, 0.3f, -1).normalized();
+  const Eigen::Vector3f across = panel.direction.unitOrthogonal();
+  panel.outline_u = 0.16f * across + 0.01f * panel.direction.cross(across);
+  panel.outline_v = 0.04f * panel.direction.cross(across);
+  const relight::ReferenceLamp lamp = lamps_of(panel, probe_m).traced;
+  ASSERT_EQ(lamp.shape, relight::ReferenceLamp::Shape::ellipse);
+  for (const auto& [half_m, tangent] :
+       {std::pair(lamp.half_u_m, panel.outline_u), std::pair(lamp.half_v_m, panel.outline_v)}) {
+    EXPECT_NEAR(half_m.dot(panel.normal), 0, 1e-5f);
+    const Eigen::Vector3f seen = half_m - half_m.dot(panel.direction) * panel.direction;
+    EXPECT_LT((seen / way.norm() - tangent).norm(), 1e-5f);
+  }
+  EXPECT_NEAR(sent(lamp, panel.normal), panel.intensity.x() * panel.emission(panel.normal), 1e-4f);
+
+  // Points on it, and beside it.
+  for (int i = 0; i < 64; ++i) {
+    const Eigen::Vector2f u((static_cast<float>(i) + 0.5f) / 64, std::fmod(0.618034f * static_cast<float>(i), 1.0f));
+    const Eigen::Vector3f to = (relight::point_on(lamp, u) - probe_m).normalized();
+    EXPECT_TRUE(relight::lamp_hit(lamp, probe_m, to).has_value()) << i;
+    const Eigen::Vector3f rim = relight::point_on(lamp, {1.02f, u.y()});
+    EXPECT_FALSE(relight::lamp_hit(lamp, probe_m, (rim - probe_m).normalized()).has_value()) << i;
+    EXPECT_LE((rim - lamp.centre_m).norm(), 1.02f * relight::lamp_reach_m(lamp));
   }
 }
 
