@@ -11,11 +11,6 @@ namespace {
 
 using Eigen::Vector2f;
 using Eigen::Vector3f;
-using relight::kPi;
-using relight::LightSample;
-using relight::luminance;
-using relight::Sampler;
-using relight::TraceWorld;
 
 constexpr float kLift_m = 1e-4f;  // offset from a surface
 constexpr int kSkySamples = 256;  // for its power
