@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,9 @@ struct Frame {
   Stamp stamp = {};
   Stream stream = Stream::color;
   double exposure = 1.0;  ///< radiance 1/exposure (W/sr/m² per channel) has linear value 1.0; for `encoded` only
+  /// From the exposure of the first row to that of the last, as the camera reports it; 0: all at once. Empty: not
+  /// reported.
+  std::optional<double> readout_s = std::nullopt;
   Image<std::uint8_t> encoded = {};  ///< 8-bit R G B, encoded by the camera's response
   Image<float> radiance = {};        ///< linear sRGB radiance, W/sr/m² per channel, R G B
   /// The camera's own pixel format, from which `encoded` was converted; null if the camera delivers RGB.

@@ -140,7 +140,7 @@ struct SceneBuilder::State {
         const FusionSettings& fusion_settings)
       : overrides(std::move(the_overrides)),
         registration(session),
-        pose(session.tag, session.color.model, session.color.response, session.depth_noise()),
+        pose(session.tag, session.color.model, session.color.response, session.depth_noise(), session.color.readout_s),
         never_located(session.tag.present()
                           ? session.tag.family + " " + std::to_string(session.tag.id) +
                                 ": not seen since the start; objects are shown once it is in the colour camera's view"

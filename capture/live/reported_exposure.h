@@ -14,6 +14,7 @@ namespace lumigraft::capture {
 /// Settings of one frame; empty where the camera does not report them.
 struct ReportedSettings {
   std::optional<double> exposure_us, gain;
+  std::optional<double> readout_s = std::nullopt;  ///< Frame::readout_s
 };
 
 class ReportedExposure {

@@ -86,6 +86,8 @@ bool SessionRecorder::write(Stream stream, const SourceItem& item) {
   if (kept && streams_[at(stream)]->frames() == 1) {
     const std::lock_guard lock(mutex_);
     seen_[at(stream)] = true;
+    const auto* frame = std::get_if<Frame>(&item);
+    if (stream == Stream::color && frame != nullptr) color_readout_s_ = frame->readout_s;
     if (seen_[at(Stream::color)]) write_session_text();
   }
   return kept;
@@ -125,6 +127,8 @@ void SessionRecorder::write_session_text() {
     if (!serials_[at(stream)].empty()) {
       table->insert("serial", serials_[at(stream)]);  // keeps a serial that the session states
     }
+    // As the serial: what the session states is kept.
+    if (stream == Stream::color && color_readout_s_) table->insert("readout_ms", 1e3 * *color_readout_s_);
     table->insert_or_assign("source", "mkv:" + std::string(name) + ".mkv");
     copy_named_file(*table, "response", std::string(name) + "-response", text_.file.parent_path(), folder_);
     out.insert(name, *table);

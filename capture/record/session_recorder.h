@@ -40,7 +40,8 @@ class SessionRecorder {
   std::optional<StreamSpec> uncompressed_depth_;
   std::array<std::unique_ptr<StreamRecorder>, 3> streams_;  ///< by Stream; null if the session has none
   std::mutex mutex_;
-  std::array<bool, 3> seen_{};  ///< streams with at least one frame
+  std::array<bool, 3> seen_{};             ///< streams with at least one frame
+  std::optional<double> color_readout_s_;  ///< that the colour camera reports
 };
 
 }  // namespace lumigraft::capture

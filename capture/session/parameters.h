@@ -13,6 +13,7 @@ inline constexpr struct SessionLimits {
   double min_transmission = 0.02,
          max_transmission = 2.0;   ///< of vignetting anywhere in the field, relative to the axis
   double max_time_offset_s = 1.0;  ///< magnitude, between fish-eye and colour; real delays are a few frames
+  double max_readout_ms = 1000.0;  ///< magnitude; of all rows of an image
   double min_tag_size_m = 0.001, max_tag_size_m = 10.0;  ///< edge of the black square
   double min_lamp_radius_m = 0.001, max_lamp_radius_m = 2.0;
   double min_noise_scale = 0.1, max_noise_scale = 10.0;  ///< of depth, relative to a usual camera of its principle

@@ -202,6 +202,8 @@ ColorCamera read_color(const ConfigTable& table, const ConfigTable& lens) {
   camera.exposure = read_exposure(table);
   camera.response = read_response(lens.has("response") ? lens : table);
   camera.vignetting = read_vignetting(lens.has("vignetting") ? lens : table, camera.model);
+  if (table.has("readout_ms"))
+    camera.readout_s = 1e-3 * table.number("readout_ms", -kLimits.max_readout_ms, kLimits.max_readout_ms);
   camera.settings = read_settings(table);
   return camera;
 }

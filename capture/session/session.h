@@ -22,6 +22,9 @@ struct ColorCamera {
   double exposure = 1.0;
   Response response = Response::srgb();
   Vignetting vignetting = {};
+  /// From the exposure of an image's first row to that of its last; 0: all at once, negative: from the last row.
+  /// Empty: as the camera reports it.
+  std::optional<double> readout_s = std::nullopt;
   CameraSettings settings = {};  ///< of live cameras
 };
 

@@ -17,10 +17,10 @@
 #include "capture/message_text.h"
 #include "reconstruct/kept_room/atomic_file.h"
 #include "reconstruct/kept_room/brick_codec.h"
+#include "reconstruct/kept_room/keyframe_file.h"
 #include "reconstruct/kept_room/lamp_codec.h"
 #include "reconstruct/kept_room/parameters.h"
 #include "reconstruct/lamps/parameters.h"
-#include "reconstruct/pose/keyframe_file.h"
 
 namespace lumigraft::reconstruct {
 namespace {

@@ -32,6 +32,11 @@ PoseCovariance DepthTracking::predicted(const PoseCovariance& covariance, double
   return result;
 }
 
+PoseCovariance DepthTracking::held(const PoseCovariance& covariance, double elapsed_s) const {
+  const Eigen::Matrix<double, 6, 1> step = elapsed_s * velocity_;
+  return predicted(covariance, elapsed_s) + step * step.transpose();
+}
+
 void DepthTracking::reset() {
   last_.reset();
   depth_.reset();

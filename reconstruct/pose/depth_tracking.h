@@ -37,6 +37,9 @@ class DepthTracking {
   const PoseCovariance& covariance_at_start() const { return start_covariance_; }
   /// Covariance of a pose `elapsed_s` after its measurement, by the motion of a hand-held camera.
   static PoseCovariance predicted(const PoseCovariance& covariance, double elapsed_s);
+  /// Covariance of the last pose as that of `elapsed_s` later: as predicted(), and the camera may have gone on as it
+  /// moved then.
+  PoseCovariance held(const PoseCovariance& covariance, double elapsed_s) const;
   void reset();
 
  private:

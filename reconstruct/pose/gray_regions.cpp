@@ -66,13 +66,14 @@ capture::Image<std::uint8_t> detector_codes(const capture::Frame& picture, const
 }
 
 std::vector<PixelSample> sample_pixels(const capture::Frame& picture, const capture::Response& response,
-                                       const capture::CameraModel& camera, const PixelRegion& region) {
+                                       const capture::CameraModel& camera, const PixelRegion& region,
+                                       const ImageMotion& motion) {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   std::vector<Vector2d> rays;
   rays.reserve(static_cast<std::size_t>(region.width) * region.height);
   for (int v = region.top; v < region.top + region.height; ++v)
     for (int u = region.left; u < region.left + region.width; ++u) {
-      const auto direction = camera.unproject({static_cast<double>(u), static_cast<double>(v)});
+      const auto direction = camera.unproject(motion.at_row_time({static_cast<double>(u), static_cast<double>(v)}));
       rays.push_back(direction && direction->z() > 0 ? Vector2d(direction->head<2>() / direction->z())
                                                      : Vector2d(kNaN, kNaN));
     }

@@ -6,6 +6,7 @@
 #include "capture/camera/camera_model.h"
 #include "capture/camera/response.h"
 #include "capture/frame.h"
+#include "reconstruct/pose/rolling_shutter.h"
 #include "reconstruct/pose/tag.h"
 
 namespace lumigraft::reconstruct {
@@ -39,9 +40,11 @@ struct PixelSample {
   bool clipped = false;  ///< in some channel: `light` is a lower bound
 };
 
-/// Pixels of the region except those on its border, which have no complete neighbourhood.
+/// Pixels of the region except those on its border, which have no complete neighbourhood. Their rays are those at the
+/// time of `motion.row`.
 std::vector<PixelSample> sample_pixels(const capture::Frame& picture, const capture::Response& response,
-                                       const capture::CameraModel& camera, const PixelRegion& region);
+                                       const capture::CameraModel& camera, const PixelRegion& region,
+                                       const ImageMotion& motion = {});
 
 /// Every 5th pixel, or every 13th of many (PrintAlignmentParameters), spread evenly over rows and columns.
 std::vector<PixelSample> thin_out(const std::vector<PixelSample>& pixels);

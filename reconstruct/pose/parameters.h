@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <numbers>
 
 namespace lumigraft::reconstruct {
 
@@ -20,6 +21,15 @@ struct TagSearchParameters {
   std::int64_t reflected_ns = 10'000'000'000;
 };
 inline constexpr TagSearchParameters kTagSearch;
+
+/// Rows that are exposed one after the other (rolling_shutter).
+struct RollingShutterParameters {
+  /// 1σ of the readout time if no one states it: from none (global shutter) to a frame's time at 30 Hz, evenly.
+  double unknown_readout_s = 0.033 / std::numbers::sqrt3;
+  double usual_rad_s = 0.5;     ///< 1σ of the velocity in the first frame, as an angle: a hand-held camera that pans
+  double min_shift_px = 0.001;  ///< smaller displacements of corners are not added to a pose's covariance
+};
+inline constexpr RollingShutterParameters kRollingShutter;
 
 /// Choice and use of poses (pose).
 struct PoseParameters {

@@ -116,6 +116,22 @@ PoseCovariance square_covariance(const Isometry3d& T_camera_tag, double size_m, 
   return camera_covariance(information_of(information), T_camera_tag);
 }
 
+PoseCovariance displaced_covariance(const Isometry3d& T_camera_tag, double size_m, const SquareCorners& displacement) {
+  const auto tag = tag_corners(size_m);
+  PoseCovariance covariance = PoseCovariance::Zero();
+  for (const double sign : {-1.0, 1.0}) {
+    SquareCorners seen;
+    for (std::size_t i = 0; i < tag.size(); ++i) {
+      const Vector3d p = T_camera_tag * tag[i];
+      seen[i] = p.head<2>() / p.z() + sign * displacement[i];
+    }
+    const Isometry3d displaced = refine(T_camera_tag, seen, size_m).T_camera_tag;
+    const Eigen::Matrix<double, 6, 1> step = step_between(T_camera_tag.inverse(), displaced.inverse());
+    covariance += step * step.transpose() / 2;
+  }
+  return covariance;
+}
+
 Isometry3d mirrored(const Isometry3d& pose) {
   const Vector3d sight = pose.translation().normalized();
   Matrix3d r;

@@ -34,6 +34,11 @@ std::vector<PlanarPose> solve_square(const SquareCorners& corners, double size_m
 /// Covariance of the camera pose for corners with errors of `corner_sigma` (1σ of x/z and y/z each).
 PoseCovariance square_covariance(const Eigen::Isometry3d& T_camera_tag, double size_m, double corner_sigma);
 
+/// Covariance of the camera pose for corners that are all displaced by plus or minus `displacement` (x/z, y/z), with
+/// the same sign. Not linearised: near the frontal view a small shear of the corners is a large tilt.
+PoseCovariance displaced_covariance(const Eigen::Isometry3d& T_camera_tag, double size_m,
+                                    const SquareCorners& displacement);
+
 /// The pose mirrored along the line of sight to the tag's centre: to first order the other minimum.
 Eigen::Isometry3d mirrored(const Eigen::Isometry3d& T_camera_tag);
 

@@ -14,6 +14,7 @@
 #include "reconstruct/pose/multi_tag_pose.h"
 #include "reconstruct/pose/parameters.h"
 #include "reconstruct/pose/rest_check.h"
+#include "reconstruct/pose/rolling_shutter.h"
 #include "reconstruct/pose/surface_anchor.h"
 #include "reconstruct/pose/tag.h"
 #include "reconstruct/pose/tag_pose_estimator.h"
@@ -32,6 +33,7 @@ struct KnownTag {
   TagPoseEstimator estimator;
   TagSizeCheck size_check;
   TagTilt tilt;
+  TagImageMotion motion{};
   std::optional<PrintAppearance> appearance{};  ///< when it was last seen
   std::size_t copies = 1;                       ///< sightings of its id in the last search of the whole image
 };
@@ -40,8 +42,9 @@ struct KnownTag {
 
 struct PoseStage::State {
   State(const capture::Tag& tag, const capture::CameraModel& camera_in, const capture::Response& response,
-        const capture::DepthNoise& noise)
+        const capture::DepthNoise& noise, const std::optional<double>& readout_s_in)
       : camera(camera_in),
+        readout_s(readout_s_in),
         depth_noise(noise),
         search(tag, camera_in),
         tag_map(tag),
@@ -67,12 +70,15 @@ struct PoseStage::State {
   bool recent(const capture::FrameSet& frame) const;
   bool has_unlocated_tag() const;
   std::optional<Isometry3d> expected(std::size_t tag) const;
+  std::vector<ImageMotion> follow_motion(const capture::FrameSet& frame,
+                                         const std::vector<const TagSighting*>& sightings);
   std::vector<TagSighting> find(const capture::FrameSet& frame);
   std::vector<TagSighting> find_expected(const capture::FrameSet& frame);
   std::vector<TagSighting> search_image(const capture::FrameSet& frame);
   void search_mirrored(const capture::FrameSet& frame);
   void search_reflected(const capture::FrameSet& frame);
   std::vector<TagReading> read_tags(const capture::FrameSet& frame);
+  std::vector<TagReading> follow_prints(const capture::FrameSet& frame, const std::vector<ImageMotion>& motions) const;
   void check_size(const capture::FrameSet& frame, const TagReading& reading, const PoseCandidate& candidate);
   void update_tag_map(const std::vector<TagReading>& readings, const std::optional<MultiTagPose>& pose);
   std::optional<MultiTagPose> choose_pose(const capture::FrameSet& frame, const DistanceField* field,
@@ -94,6 +100,7 @@ struct PoseStage::State {
   Isometry3d exhibit_place() const { return moves_exhibit ? *tag_map.T_world_tag(0) : Isometry3d::Identity(); }
 
   capture::CameraModel camera;
+  std::optional<double> readout_s;  ///< that the session states
   capture::DepthNoise depth_noise;
   TagSearch search;
   std::vector<KnownTag> tags;  ///< the first defines the world frame; none: a surface does
@@ -108,6 +115,8 @@ struct PoseStage::State {
   int unconfirmed_views = 0;  ///< searches left for restored views to agree with a tag
   int taken_views = 0;        ///< KeyframeMap::kept when they were taken last
   std::optional<Pose> last;
+  std::int64_t read_ns = 0;                 ///< when the row of the tags' centre was exposed in this frame
+  std::int64_t row_ns = 0;                  ///< when the row was exposed that `last` is for; if it is from a tag
   std::int64_t seen_ns = 0;                 ///< when a tag was last seen
   std::optional<std::int64_t> searched_ns;  ///< last search of the whole image
   std::optional<std::int64_t> mirror_searched_ns;
@@ -205,34 +214,76 @@ void PoseStage::State::search_reflected(const capture::FrameSet& frame) {
   reflected = search.mirrored_in_image(*frame.color);
 }
 
+/// Motion of each tag's image, at the time of the row of the centre of all that are seen.
+std::vector<ImageMotion> PoseStage::State::follow_motion(const capture::FrameSet& frame,
+                                                         const std::vector<const TagSighting*>& sightings) {
+  const RowTime row_time = RowTime::of(readout_s ? readout_s : frame.color->readout_s, camera.height);
+  double row = 0, seen = 0;
+  for (const TagSighting* sighting : sightings) {
+    if (!sighting) continue;
+    row += centre_of(sighting->corners).y();
+    ++seen;
+  }
+  row = seen > 0 ? row / seen : (camera.height - 1) / 2.0;
+  read_ns = frame.time_ns + std::llround(1e9 * row_time.seconds * row);
+  const double focal_px = (camera.fx + camera.fy) / 2;
+  std::vector<ImageMotion> motions;
+  for (std::size_t t = 0; t < tags.size(); ++t) {
+    std::optional<TagImageMotion::Expected> by_last;
+    const auto T_camera_tag = recent(frame) ? expected(t) : std::nullopt;
+    if (const auto corners =
+            T_camera_tag ? tags[t].estimator.corners_at(tags[t].tilt.as_printed(*T_camera_tag)) : std::nullopt) {
+      by_last = {*corners, row_ns};
+      if (last->from != Pose::From::tag)
+        by_last = {*corners, last->time_ns,
+                   focal_px * (position_sigma_m(last->covariance) / T_camera_tag->translation().norm() +
+                               angle_sigma_rad(last->covariance))};
+    }
+    motions.push_back(tags[t].motion.update(sightings[t] ? std::optional(sightings[t]->corners) : std::nullopt, by_last,
+                                            row, read_ns, row_time, kRollingShutter.usual_rad_s * focal_px));
+  }
+  return motions;
+}
+
 /// Candidates from each tag in the image. Of several sightings of one id the nearest to the last position is used.
 std::vector<TagReading> PoseStage::State::read_tags(const capture::FrameSet& frame) {
   const std::vector<TagSighting> sightings = find(frame);
   const bool tracked = recent(frame);
+  std::vector<PoseHints> hints(tags.size());
+  std::vector<const TagSighting*> nearest(tags.size());
+  for (std::size_t t = 0; t < tags.size(); ++t) {
+    if (const auto T_camera_tag = tracked ? expected(t) : std::nullopt)
+      hints[t].T_camera_tag_before = tags[t].tilt.as_printed(*T_camera_tag);
+    if (tracked) hints[t].elapsed_s = 1e-9 * static_cast<double>(frame.time_ns - last->time_ns);
+    if (frame.depth) hints[t].depth_m = &frame.depth->depth_m;
+    std::optional<Vector2d> expected_px;
+    if (hints[t].T_camera_tag_before) expected_px = camera.project(hints[t].T_camera_tag_before->translation());
+    nearest[t] = nearest_sighting(sightings, tags[t].id, expected_px);
+  }
+  const std::vector<ImageMotion> motions = follow_motion(frame, nearest);
   std::vector<TagReading> readings;
   for (std::size_t t = 0; t < tags.size(); ++t) {
-    PoseHints hints;
-    if (const auto T_camera_tag = tracked ? expected(t) : std::nullopt)
-      hints.T_camera_tag_before = tags[t].tilt.as_printed(*T_camera_tag);
-    if (tracked) hints.elapsed_s = 1e-9 * static_cast<double>(frame.time_ns - last->time_ns);
-    if (frame.depth) hints.depth_m = &frame.depth->depth_m;
-    std::optional<Vector2d> expected_px;
-    if (hints.T_camera_tag_before) expected_px = camera.project(hints.T_camera_tag_before->translation());
-    const TagSighting* nearest = nearest_sighting(sightings, tags[t].id, expected_px);
-    if (!nearest) continue;
-    TagReading reading{t, tags[t].estimator.estimate(nearest->corners, *frame.color, hints), nearest->corners};
+    if (!nearest[t]) continue;
+    hints[t].motion = motions[t];
+    TagReading reading{t, tags[t].estimator.estimate(nearest[t]->corners, *frame.color, hints[t]), nearest[t]->corners};
     const auto surface =
-        frame.depth ? plane_around(frame.depth->depth_m, camera, nearest->corners, depth_noise) : std::nullopt;
+        frame.depth ? plane_around(frame.depth->depth_m, camera, nearest[t]->corners, depth_noise) : std::nullopt;
     for (PoseCandidate& candidate : reading.candidates) tags[t].tilt.correct(candidate, surface);
     if (!reading.candidates.empty()) readings.push_back(std::move(reading));
   }
-  if (!readings.empty() || !tracked) return readings;
-  // No square was detected, for example since a hand covers its border: the visible part of a print may be enough.
+  if (readings.empty() && tracked) readings = follow_prints(frame, motions);
+  return readings;
+}
+
+/// If no square was detected, for example since a hand covers its border: the visible part of a print may be enough.
+std::vector<TagReading> PoseStage::State::follow_prints(const capture::FrameSet& frame,
+                                                        const std::vector<ImageMotion>& motions) const {
+  std::vector<TagReading> readings;
   for (std::size_t t = 0; t < tags.size(); ++t) {
     const auto T_camera_tag = expected(t);
     if (!T_camera_tag || !tags[t].appearance) continue;
-    if (auto candidate =
-            tags[t].estimator.follow(*frame.color, tags[t].tilt.as_printed(*T_camera_tag), *tags[t].appearance)) {
+    if (auto candidate = tags[t].estimator.follow(*frame.color, tags[t].tilt.as_printed(*T_camera_tag),
+                                                  *tags[t].appearance, motions[t])) {
       tags[t].tilt.correct(*candidate, std::nullopt);
       readings.push_back({t, {std::move(*candidate)}});
     }
@@ -367,6 +418,7 @@ bool PoseStage::State::measure(const capture::FrameSet& frame, const DistanceFie
   if (blur_pixels > 0) pose.blur_px = blur_px / blur_pixels;
   pose.time_ns = frame.time_ns;
   last = pose;
+  row_ns = read_ns;
   confirm_views(frame);
   keep_view(frame);
   return true;
@@ -475,7 +527,7 @@ bool PoseStage::State::relocate(const capture::FrameSet& frame, const DistanceFi
   std::optional<PoseEstimate> expected = tracked;
   if (!tracked && recent(frame)) {
     expected = {last->T_tag_camera_raw,
-                DepthTracking::predicted(last->covariance, 1e-9 * static_cast<double>(frame.time_ns - last->time_ns))};
+                tracking.held(last->covariance, 1e-9 * static_cast<double>(frame.time_ns - last->time_ns))};
   } else if (!tracked) {
     if (!compare_now(frame)) return false;
   }
@@ -514,8 +566,8 @@ void PoseStage::State::keep_view(const capture::FrameSet& frame) {
 }
 
 PoseStage::PoseStage(const capture::Tag& tag, const capture::CameraModel& color, const capture::Response& response,
-                     const capture::DepthNoise& noise)
-    : state_(std::make_unique<State>(tag, color, response, noise)) {}
+                     const capture::DepthNoise& noise, const std::optional<double>& readout_s)
+    : state_(std::make_unique<State>(tag, color, response, noise, readout_s)) {}
 
 PoseStage::~PoseStage() = default;
 
@@ -557,7 +609,7 @@ PoseStage::Result PoseStage::locate(const capture::FrameSet& frame, const Distan
                : ": neither depth nor earlier views show where it is, its pose is an old one");
   result.pose = s.last;
   result.pose->from = Pose::From::past;
-  result.pose->covariance = DepthTracking::predicted(s.last->covariance, 1e-9 * static_cast<double>(age_ns));
+  result.pose->covariance = s.tracking.held(s.last->covariance, 1e-9 * static_cast<double>(age_ns));
   result.pose->age_ns = frame.time_ns - s.seen_ns;
   return result;
 }

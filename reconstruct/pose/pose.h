@@ -39,11 +39,15 @@ struct Pose {
 /// tag. Depth never moves the pose, since its errors at the tag's distance are larger than those of the print. Clipped
 /// paper does not move it either; a warning says if too few edges are left. While all tags are hidden and a field is
 /// given, the camera is tracked by depth; when a tag reappears, the difference fades out within some frames.
+/// Where the camera's readout time is known, the pose is that of the time at which the row of the tags' centre was
+/// exposed (rolling_shutter.h); else its covariance grows with the motion.
 class PoseStage {
  public:
-  /// `response` linearises encoded images. Throws InputError for a family or id that does not exist.
+  /// `response` linearises encoded images. `readout_s`: of the colour camera, from its first row to its last one;
+  /// empty: as each frame says. Throws InputError for a family or id that does not exist.
   PoseStage(const capture::Tag& tag, const capture::CameraModel& color,
-            const capture::Response& response = capture::Response::srgb(), const capture::DepthNoise& noise = {});
+            const capture::Response& response = capture::Response::srgb(), const capture::DepthNoise& noise = {},
+            const std::optional<double>& readout_s = std::nullopt);
   ~PoseStage();
 
   /// How long a pose may be used after anything was last seen.

@@ -57,6 +57,10 @@ TagPoseEstimator::TagPoseEstimator(const TagPattern& pattern, double size_m, con
                                    const capture::Response& response)
     : pattern_(pattern), size_m_(size_m), camera_(camera), response_(response) {}
 
+std::optional<TagCorners> TagPoseEstimator::corners_at(const Isometry3d& T_camera_tag) const {
+  return projected(T_camera_tag, size_m_, camera_);
+}
+
 std::optional<TagPoseEstimator::SearchRegion> TagPoseEstimator::search_region(const Isometry3d& T_camera_tag) const {
   const auto print = projected(T_camera_tag, size_m_ * pattern_.cells / pattern_.square_cells, camera_);
   if (!print) return std::nullopt;
@@ -77,6 +81,29 @@ void TagPoseEstimator::align(PoseCandidate& candidate, const std::vector<PixelSa
   candidate.position_sigma_m = std::max(kFactor * candidate.alignment->position_sigma_m, kTagPose.min_sigma);
   candidate.angle_sigma_rad = std::max(kFactor * candidate.alignment->angle_sigma_rad, kTagPose.min_sigma);
   candidate.noise = kFactor * kFactor * candidate.alignment->covariance;
+}
+
+/// Errors that are the same in all frames, and what is not known of the shutter: constant while the motion is.
+PoseCovariance TagPoseEstimator::bias_of(const PoseCandidate& candidate, const ImageMotion& motion) const {
+  const double focal_px = (camera_.fx + camera_.fy) / 2;
+  PoseCovariance bias = square_covariance(candidate.T_camera_tag, size_m_, bias_px(candidate) / focal_px);
+  const auto corners = corners_at(candidate.T_camera_tag);
+  if (!corners) return bias;
+  const auto add = [&](double row_s, const auto& velocity_at) {
+    SquareCorners displacement;
+    double largest_px = 0;
+    for (std::size_t i = 0; i < displacement.size(); ++i) {
+      const Vector2d shift_px = ((*corners)[i].y() - motion.row) * row_s * velocity_at((*corners)[i]);
+      largest_px = std::max(largest_px, shift_px.norm());
+      displacement[i] = shift_px.cwiseQuotient(Vector2d(camera_.fx, camera_.fy));
+    }
+    if (largest_px > kRollingShutter.min_shift_px)
+      bias += displaced_covariance(candidate.T_camera_tag, size_m_, displacement);
+  };
+  add(motion.row_time.sigma_s, [&](const Vector2d& pixel) { return motion.velocity_at(pixel); });
+  for (const Vector2d& axis : {Vector2d(1, 0), Vector2d(0, 1)})
+    add(motion.row_time.seconds, [&](const Vector2d&) -> Vector2d { return motion.velocity_sigma_px_s * axis; });
+  return bias;
 }
 
 void TagPoseEstimator::compute_costs(std::vector<PoseCandidate>& candidates, const PoseHints& hints) const {
@@ -103,7 +130,7 @@ std::vector<PoseCandidate> TagPoseEstimator::estimate(const TagCorners& corners,
                                                       const PoseHints& hints) const {
   SquareCorners rays;
   for (int i = 0; i < 4; ++i) {
-    const auto direction = camera_.unproject(corners[i]);
+    const auto direction = camera_.unproject(hints.motion.at_row_time(corners[i]));
     if (!direction || direction->z() <= 0) return {};
     rays[i] = direction->head<2>() / direction->z();
   }
@@ -115,8 +142,8 @@ std::vector<PoseCandidate> TagPoseEstimator::estimate(const TagCorners& corners,
     const Isometry3d other = mirrored(starts[0].T_camera_tag);
     starts.push_back({other, square_error(other, rays, size_m_)});
   }
-  const std::vector<PixelSample> pixels =
-      sample_pixels(picture, response_, camera_, region_of_print(corners, pattern_, camera_.width, camera_.height));
+  const std::vector<PixelSample> pixels = sample_pixels(
+      picture, response_, camera_, region_of_print(corners, pattern_, camera_.width, camera_.height), hints.motion);
   const std::vector<PixelSample> few = thin_out(pixels);
   const auto aligned = [&](PoseCandidate& candidate, const std::vector<PixelSample>& seen) {
     align(candidate, seen);
@@ -155,7 +182,7 @@ std::vector<PoseCandidate> TagPoseEstimator::estimate(const TagCorners& corners,
   const auto plane =
       result.size() == 2 && hints.depth_m ? plane_inside(*hints.depth_m, camera_, corners) : std::nullopt;
   for (PoseCandidate& candidate : result) {
-    candidate.bias = square_covariance(candidate.T_camera_tag, size_m_, bias_px(candidate) / focal_px);
+    candidate.bias = bias_of(candidate, hints.motion);
     if (!plane) continue;
     const double cosine = std::clamp(plane->normal.dot(candidate.T_camera_tag.linear().col(2)), -1.0, 1.0);
     candidate.cost += std::min(kTagPose.evidence_cap, std::pow(std::acos(cosine) / (2 * plane->angle_sigma_rad), 2));
@@ -164,12 +191,13 @@ std::vector<PoseCandidate> TagPoseEstimator::estimate(const TagCorners& corners,
 }
 
 std::optional<PoseCandidate> TagPoseEstimator::follow(const capture::Frame& picture, const Isometry3d& T_camera_tag,
-                                                      const PrintAppearance& appearance) const {
+                                                      const PrintAppearance& appearance,
+                                                      const ImageMotion& motion) const {
   const auto corners = projected(T_camera_tag, size_m_, camera_);
   if (!corners) return std::nullopt;
   const PixelRegion region = region_of_print(*corners, pattern_, camera_.width, camera_.height);
   if (region.width < 3 || region.height < 3) return std::nullopt;
-  const std::vector<PixelSample> pixels = sample_pixels(picture, response_, camera_, region);
+  const std::vector<PixelSample> pixels = sample_pixels(picture, response_, camera_, region, motion);
   PoseCandidate candidate;
   candidate.T_camera_tag = T_camera_tag;
   candidate.alignment.emplace();
@@ -185,8 +213,7 @@ std::optional<PoseCandidate> TagPoseEstimator::follow(const capture::Frame& pict
   if ((candidate.T_camera_tag.translation() - T_camera_tag.translation()).norm() > kTagPose.follow_m ||
       angle_between(candidate.T_camera_tag, T_camera_tag) > kTagPose.follow_rad)
     return std::nullopt;
-  const double focal_px = (camera_.fx + camera_.fy) / 2;
-  candidate.bias = square_covariance(candidate.T_camera_tag, size_m_, bias_px(candidate) / focal_px);
+  candidate.bias = bias_of(candidate, motion);
   return candidate;
 }
 

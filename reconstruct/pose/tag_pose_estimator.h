@@ -9,6 +9,7 @@
 #include "capture/frame.h"
 #include "reconstruct/math/pose_covariance.h"
 #include "reconstruct/pose/print_alignment.h"
+#include "reconstruct/pose/rolling_shutter.h"
 #include "reconstruct/pose/tag.h"
 
 namespace lumigraft::reconstruct {
@@ -40,6 +41,7 @@ struct PoseHints {
   std::optional<Eigen::Isometry3d> T_camera_tag_before;
   double elapsed_s = 0;  ///< since that pose
   const capture::Image<float>* depth_m = nullptr;
+  ImageMotion motion = {};
 };
 
 class TagPoseEstimator {
@@ -53,7 +55,9 @@ class TagPoseEstimator {
   /// The pose from the visible part of the print, if the square is not detected. Empty if too little is visible, or the
   /// result is not near `T_camera_tag`.
   std::optional<PoseCandidate> follow(const capture::Frame& picture, const Eigen::Isometry3d& T_camera_tag,
-                                      const PrintAppearance& appearance) const;
+                                      const PrintAppearance& appearance, const ImageMotion& motion = {}) const;
+  /// Corners of a tag in the image; empty if one is not in front of the camera.
+  std::optional<TagCorners> corners_at(const Eigen::Isometry3d& T_camera_tag) const;
   struct SearchRegion {
     PixelRegion pixels;
     double narrowest_px;  ///< width of the print
@@ -63,6 +67,7 @@ class TagPoseEstimator {
 
  private:
   void align(PoseCandidate& candidate, const std::vector<PixelSample>& pixels) const;
+  PoseCovariance bias_of(const PoseCandidate& candidate, const ImageMotion& motion) const;
   void compute_costs(std::vector<PoseCandidate>& candidates, const PoseHints& hints) const;
 
   TagPattern pattern_;

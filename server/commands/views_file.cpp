@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "capture/message_text.h"
-#include "reconstruct/pose/keyframe_file.h"
+#include "reconstruct/kept_room/keyframe_file.h"
 #include "server/commands/unused_file.h"
 
 namespace lumigraft::server {

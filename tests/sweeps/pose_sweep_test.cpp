@@ -343,40 +343,6 @@ TEST(PoseSweep, AStillCameraIsStill) {
   EXPECT_LT(rms_mm(smooth), 0.3);
 }
 
-/// A camera that reads its rows one after the other while it moves. Times are relative to that of the tag's row.
-struct RollingShutter {
-  double readout_s = 0;
-  Eigen::Vector3d turn_rad_s = Eigen::Vector3d::Zero(), speed_m_s = Eigen::Vector3d::Zero();  ///< camera frame
-
-  Isometry3d at(const Isometry3d& T_tag_camera, double seconds) const {
-    Isometry3d moved = T_tag_camera;
-    moved.translate(seconds * speed_m_s);
-    const double angle = seconds * turn_rad_s.norm();
-    if (angle != 0) moved.rotate(Eigen::AngleAxisd(angle, turn_rad_s.normalized()));
-    return moved;
-  }
-  double seconds(const capture::CameraModel& camera, double row, double tag_row) const {
-    return (row - tag_row) / camera.height * readout_s;
-  }
-};
-
-/// Rows in bands of four, each with the camera's pose of its time.
-capture::Frame rolling_view(const capture::CameraModel& camera, const Isometry3d& T_tag_camera,
-                            const RollingShutter& shutter) {
-  constexpr int kRows = 4;
-  const reconstruct::TagPattern pattern = reconstruct::TagFinder(some_tag()).pattern();
-  const double tag_row = camera.project(T_tag_camera.inverse().translation())->y();
-  capture::Frame picture = view_of_tag(camera, pattern, kTagM, T_tag_camera, {0, 1});
-  for (int first = 0; first < camera.height; first += kRows) {
-    if (std::abs(first - tag_row) > 120) continue;  // the tag is smaller
-    const Isometry3d pose = shutter.at(T_tag_camera, shutter.seconds(camera, first + 0.5 * (kRows - 1), tag_row));
-    const capture::Frame band = view_of_tag(camera, pattern, kTagM, pose, {0, 1});
-    const auto row = static_cast<std::ptrdiff_t>(3 * camera.width);
-    std::copy_n(band.encoded.data.begin() + first * row, kRows * row, picture.encoded.data.begin() + first * row);
-  }
-  return picture;
-}
-
 /// The pose that explains the tag's corners best, each seen from where the camera was at its row's time, to first
 /// order: least squares of four corners over six unknowns.
 Isometry3d pose_of_corners(const capture::CameraModel& camera, const Isometry3d& T_tag_camera,
@@ -410,17 +376,19 @@ Isometry3d pose_of_corners(const capture::CameraModel& camera, const Isometry3d&
   return pose;
 }
 
-// The shutter is not compensated: the pose is that of corners that were seen at different times.
+// Where the readout time is stated the pose is that at the tag's row; else its covariance contains the error.
 TEST(PoseSweep, RollingShutter) {
   Sweep sweep{.stem = "pose-rolling-shutter",
               .title = "A tag 1 m away, tilted by 45 degrees, 640 x 480",
               .x_label = "readout of a picture, ms",
-              .y_label = "off the pose at the tag's row",
+              .y_label = "off the pose at the tag's row, degrees",
               .x = {0, 5, 10, 20, 33},
-              .curves = {{"panning by 30 degrees/s, degrees"},
+              .curves = {{"panning by 30 degrees/s, readout not stated"},
                          {"corners alone", {}, true},
-                         {"walking by 0.3 m/s, degrees"},
-                         {"corners alone", {}, true}}};
+                         {"readout stated"},
+                         {"walking by 0.3 m/s, readout not stated"},
+                         {"corners alone", {}, true},
+                         {"readout stated"}}};
   const capture::CameraModel camera = vga_camera();
   const Isometry3d truth = looking_at_tag(1, 45 * kDegree, -1.2);
   for (const double readout_ms : sweep.x) {
@@ -428,19 +396,29 @@ TEST(PoseSweep, RollingShutter) {
     pan.turn_rad_s = {0, 30 * kDegree, 0};
     walk.speed_m_s = {0.3, 0, 0};
     for (const RollingShutter& shutter : {pan, walk}) {
-      const std::size_t curve = shutter.speed_m_s.norm() > 0 ? 2 : 0;
-      const auto result =
-          reconstruct::PoseStage(some_tag(), camera).locate(frame_of(rolling_view(camera, truth, shutter), 0, 0));
-      ASSERT_TRUE(result.pose) << readout_ms;
+      const std::size_t curve = shutter.speed_m_s.norm() > 0 ? 3 : 0;
       const Isometry3d expected = pose_of_corners(camera, truth, shutter);
-      const double turn = degrees_apart(result.pose->T_tag_camera, truth), answer = degrees_apart(expected, truth);
-      sweep.curves[curve].y.push_back(turn);
+      const double answer = degrees_apart(expected, truth);
       sweep.curves[curve + 1].y.push_back(answer);
-      std::printf("pose: readout of %.0f ms, %s: %.1f mm, %.2f deg; corners alone %.1f mm, %.2f deg; claimed %.1f mm\n",
-                  readout_ms, curve == 0 ? "panning" : "walking", millimetres_apart(result.pose->T_tag_camera, truth),
-                  turn, millimetres_apart(expected, truth), answer,
-                  1e3 * reconstruct::position_sigma_m(result.pose->covariance));
-      EXPECT_NEAR(turn, answer, 0.1 + 0.2 * answer) << readout_ms << " ms, curve " << curve;
+      for (const bool stated : {false, true}) {
+        reconstruct::PoseStage stage(some_tag(), camera, capture::Response::srgb(), {},
+                                     stated ? std::optional(shutter.readout_s) : std::nullopt);
+        const auto result = shutter.locate(stage, camera, truth);
+        ASSERT_TRUE(result.pose) << readout_ms;
+        const double turn = degrees_apart(result.pose->T_tag_camera, truth);
+        const double off_mm = millimetres_apart(result.pose->T_tag_camera, truth);
+        const double claimed_mm = 1e3 * reconstruct::position_sigma_m(result.pose->covariance);
+        sweep.curves[curve + (stated ? 2 : 0)].y.push_back(turn);
+        std::printf(
+            "pose: readout of %.0f ms %s, %s: %.1f mm, %.2f deg; corners alone %.1f mm, %.2f deg; claimed %.1f mm\n",
+            readout_ms, stated ? "stated" : "not stated", curve == 0 ? "panning" : "walking", off_mm, turn,
+            millimetres_apart(expected, truth), answer, claimed_mm);
+        EXPECT_LT(off_mm, 3 * claimed_mm) << readout_ms << " ms, curve " << curve << ", stated: " << stated;
+        if (stated)
+          EXPECT_LT(turn, 0.03 + 0.05 * answer) << readout_ms << " ms, curve " << curve;
+        else
+          EXPECT_NEAR(turn, answer, 0.1 + 0.2 * answer) << readout_ms << " ms, curve " << curve;
+      }
     }
   }
   write_sweep(sweep);

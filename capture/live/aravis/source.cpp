@@ -51,6 +51,7 @@ class AravisSource::Camera : public Source {
     use_chunks();
     fix_exposure();
     set_controls();
+    readout_s_ = reported_readout_s();
     start();
   }
 
@@ -205,6 +206,21 @@ class AravisSource::Camera : public Source {
     check.or_throw(key);
   }
 
+  /// Empty if the camera does not say which shutter it has, or how fast it reads its rows.
+  std::optional<double> reported_readout_s() {
+    Check check;
+    const auto has = [&](const char* feature) {
+      return arv_camera_is_feature_available(camera_.get(), feature, check) && !check.failed();
+    };
+    if (!has("SensorShutterMode")) return std::nullopt;
+    const char* mode = arv_camera_get_string(camera_.get(), "SensorShutterMode", check);
+    if (check.failed() || mode == nullptr) return std::nullopt;
+    if (std::string_view(mode) == "Global") return 0.0;
+    if (std::string_view(mode) != "Rolling" || !has("SensorReadoutTime")) return std::nullopt;
+    const double readout_us = arv_camera_get_float(camera_.get(), "SensorReadoutTime", check);
+    return !check.failed() && readout_us >= 0 ? std::optional(1e-6 * readout_us) : std::nullopt;
+  }
+
   void use_chunks() {
     auto chunks = std::make_unique<aravis::Chunks>(*camera_, spec_);
     if (!chunks->refused().empty()) warn(chunks->refused());
@@ -316,7 +332,7 @@ class AravisSource::Camera : public Source {
     const std::size_t wanted = *bytes_of(format_, spec_.width, spec_.height);
     const Pixels pixels = pixels_in(buffer, wanted);
     if (pixels.data == nullptr) return LostFrame{stamp, spec_.stream, "the picture has another size or format"};
-    Frame frame{.stream = spec_.stream, .exposure = spec_.exposure};
+    Frame frame{.stream = spec_.stream, .exposure = spec_.exposure, .readout_s = readout_s_};
     if (chunks_) read_chunks(buffer, pixels.bytes, stamp, frame.exposure);
     frame.stamp = stamp;
     std::vector<std::uint8_t> own;
@@ -339,6 +355,7 @@ class AravisSource::Camera : public Source {
   PixelFormat format_ = PixelFormat::rgb8;
   PixelConverter pixels_;
   ReportedExposure exposure_;
+  std::optional<double> readout_s_;
   Ref<ArvCamera> camera_;
   Ref<ArvStream> stream_;
   std::unique_ptr<aravis::Chunks> chunks_;  ///< null if the camera has none

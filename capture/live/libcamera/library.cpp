@@ -187,6 +187,8 @@ ReportedSettings reported_in(const libcamera::ControlList& metadata) {
   if (const auto analogue = metadata.get(libcamera::controls::AnalogueGain)) {
     out.gain = static_cast<double>(*analogue) * metadata.get(libcamera::controls::DigitalGain).value_or(1.0f);
   }
+  const auto skew_ns = metadata.get(libcamera::controls::draft::SensorRollingShutterSkew);
+  if (skew_ns && *skew_ns >= 0) out.readout_s = 1e-9 * static_cast<double>(*skew_ns);
   return out;
 }
 

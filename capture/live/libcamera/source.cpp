@@ -182,7 +182,11 @@ class LibcameraSource::Camera : public Source {
     const Bytes bytes = frame.complete ? bytes_of_frame(frame, own) : Bytes();
     auto rgb = bytes.empty() ? std::nullopt : pixels_.to_rgb(format_, spec_.width, spec_.height, bytes);
     if (!rgb) return LostFrame{stamp, spec_.stream, "the picture is damaged"};
-    Frame picture{.stamp = stamp, .stream = spec_.stream, .exposure = exposure, .encoded = std::move(*rgb)};
+    Frame picture{.stamp = stamp,
+                  .stream = spec_.stream,
+                  .exposure = exposure,
+                  .readout_s = frame.reported.readout_s,
+                  .encoded = std::move(*rgb)};
     if (format_ == PixelFormat::rgb8) return picture;
     if (own.empty() && can_spare()) {
       picture.original = std::make_shared<RawFrame>(format_, bytes, std::move(lent));

@@ -244,6 +244,20 @@ TEST(Aravis, ChunksGiveTimeExposureAndGainOfEachFrame) {
   }
 }
 
+TEST(Aravis, FramesSayHowFastRowsAreRead) {
+  for (const auto& [kind, readout_s] :
+       {std::pair("chunks", std::optional<double>()), std::pair("chunks-global", std::optional(0.0)),
+        std::pair("chunks-rolling", std::optional(0.0185))}) {
+    const CameraProcess camera("0", kind);
+    ASSERT_TRUE(camera.running());
+    AravisSource source(kName, spec_of(PixelFormat::grey8));
+    std::optional<SourceItem> item;
+    for (int i = 0; i < 30 && !(item && std::holds_alternative<Frame>(*item)); ++i) item = source.next(3000ms);
+    ASSERT_TRUE(item && std::holds_alternative<Frame>(*item)) << kind;
+    EXPECT_EQ(std::get<Frame>(*item).readout_s, readout_s) << kind;
+  }
+}
+
 TEST(Aravis, AGainWithoutAUnitIsAFactor) {
   const CameraProcess camera("0", "chunks-factor");
   ASSERT_TRUE(camera.running());

@@ -138,6 +138,16 @@ std::string GigeChunks::described(std::string xml) const {
     <pValue>BalanceRatioSelectorRegister</pValue>
   </Enumeration>)";
   }
+  if (kind_ == "chunks-rolling" || kind_ == "chunks-global") {
+    features += R"(
+  <Enumeration Name="SensorShutterMode" NameSpace="Standard">
+    <EnumEntry Name="Rolling"><Value>0</Value></EnumEntry>
+    <EnumEntry Name="Global"><Value>1</Value></EnumEntry>
+    <Value>)" + std::string(kind_ == "chunks-global" ? "1" : "0") +
+                R"(</Value>
+  </Enumeration>
+  <Float Name="SensorReadoutTime"><Value>18500.0</Value><Unit>us</Unit></Float>)";
+  }
   const bool known = replace(xml, "<pVariable Name=\"WIDTH\">Width</pVariable>",
                              "<pVariable Name=\"WIDTH\">Width</pVariable><pVariable "
                              "Name=\"CHUNKS\">ChunkModeActiveRegister</pVariable>") &&

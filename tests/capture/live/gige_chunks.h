@@ -17,7 +17,8 @@ class GigeChunks {
   /// not describe the image; "chunks-ticks", with a clock of 125 MHz; "chunks-factor", with a gain that is a factor
   /// without unit. With a fault in one frame of eight: "chunks-torn", a wrong length; "chunks-short", half a time;
   /// "chunks-missing", no chunks; "chunks-impossible", an exposure
-  /// that is not a number. "chunks-automatic" has an automatic exposure that cannot be switched off.
+  /// that is not a number. "chunks-rolling" reads its rows in 18.5 ms, "chunks-global" has a global shutter;
+  /// "chunks-automatic" has an automatic exposure that cannot be switched off.
   explicit GigeChunks(std::string kind) : kind_(std::move(kind)) {}
 
   /// The camera's GenICam description with the added features. Empty if the description is not the expected one.

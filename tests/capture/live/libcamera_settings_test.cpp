@@ -88,6 +88,11 @@ TEST(LibcameraSettings, AFramesSettingsAreThoseOfItsMetadata) {
   EXPECT_EQ(libcam::reported_in(metadata).gain, 4.0);
   metadata.set(controls::DigitalGain, 1.5f);
   EXPECT_EQ(libcam::reported_in(metadata).gain, 6.0) << "of the sensor times of the image processor";
+  EXPECT_FALSE(libcam::reported_in(metadata).readout_s);
+  metadata.set(controls::draft::SensorRollingShutterSkew, std::int64_t{21'000'000});
+  EXPECT_DOUBLE_EQ(libcam::reported_in(metadata).readout_s.value(), 0.021);
+  metadata.set(controls::draft::SensorRollingShutterSkew, std::int64_t{-1});
+  EXPECT_FALSE(libcam::reported_in(metadata).readout_s);
 }
 
 }  // namespace

@@ -243,6 +243,14 @@ TEST_F(SessionRecording, AStreamWithoutFramesIsOmitted) {
   EXPECT_EQ(play(), (std::array{1, 1, 1}));
 }
 
+TEST_F(SessionRecording, KeepsTheReadoutTimeThatTheCameraReports) {
+  SessionRecorder recorder(text(), session(), out());
+  SourceItem item = item_of(0, Stream::color);
+  std::get<Frame>(item).readout_s = 0.0185;
+  recorder.write(Stream::color, item);
+  EXPECT_DOUBLE_EQ(replayed().color.readout_s.value_or(0), 0.0185);
+}
+
 TEST_F(SessionRecording, KeepsValidFramesAndTheirExposures) {
   SessionRecorder recorder(text(), session(), out());
   EXPECT_TRUE(recorder.write(Stream::color, item_of(3, Stream::color)));

@@ -315,6 +315,13 @@ TEST_F(SessionFile, ImplausibleVignettingIsRefused) {
   EXPECT_NE(error({"fisheye.time_offset_s=1.5"}).find("fisheye.time_offset_s: found 1.5"), std::string::npos);
 }
 
+TEST_F(SessionFile, ReadoutTime) {
+  EXPECT_FALSE(read().color.readout_s);
+  EXPECT_EQ(read({"color.readout_ms=0"}).color.readout_s, 0.0);
+  EXPECT_DOUBLE_EQ(read({"color.readout_ms=-18.5"}).color.readout_s.value(), -0.0185) << "from the last row";
+  EXPECT_NE(error({"color.readout_ms=1001"}).find("color.readout_ms: found 1001"), std::string::npos);
+}
+
 TEST_F(SessionFile, BadValuesAreRefusedWithTheirLine) {
   EXPECT_NE(error_with("format = 1", "format = 2").find("session.toml:1: format: found 2"), std::string::npos);
   EXPECT_NE(error_with("width = 640", "width = 0").find(":6: color.width: found 0"), std::string::npos);

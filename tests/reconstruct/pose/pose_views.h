@@ -68,8 +68,10 @@ inline void blur(capture::Image<double>& light, double sigma_px) {
   }
 }
 
-inline capture::Frame view_of_tag(const capture::CameraModel& camera, const reconstruct::TagPattern& pattern,
-                                  double size_m, const Eigen::Isometry3d& T_tag_camera, const ViewNoise& noise = {}) {
+/// `pose_at`: T_tag_camera when a row of the image is exposed.
+template <typename PoseAt>
+capture::Frame rolling_view_of_tag(const capture::CameraModel& camera, const reconstruct::TagPattern& pattern,
+                                   double size_m, const PoseAt& pose_at, const ViewNoise& noise = {}) {
   constexpr int kSamples = 6;
   constexpr double kInk = 0.03, kTable = 0.25;
   const double cell_m = size_m / pattern.square_cells;
@@ -77,6 +79,7 @@ inline capture::Frame view_of_tag(const capture::CameraModel& camera, const reco
   picture.encoded = capture::Image<std::uint8_t>(camera.width, camera.height, 3);
   std::mt19937 random(noise.seed);
   std::normal_distribution<double> gauss(0, 1);
+  Eigen::Isometry3d T_tag_camera = Eigen::Isometry3d::Identity();
   const auto on_table = [&](const Eigen::Vector2d& pixel) -> std::optional<Eigen::Vector3d> {
     const auto ray = camera.unproject(pixel);
     if (!ray) return std::nullopt;
@@ -85,7 +88,8 @@ inline capture::Frame view_of_tag(const capture::CameraModel& camera, const reco
     return T_tag_camera.translation() - T_tag_camera.translation().z() / d.z() * d;
   };
   capture::Image<double> linear(camera.width, camera.height, 1);
-  for (int v = 0; v < camera.height; ++v)
+  for (int v = 0; v < camera.height; ++v) {
+    T_tag_camera = pose_at(v);
     for (int u = 0; u < camera.width; ++u) {
       // There are no edges outside the print.
       const auto centre = on_table({static_cast<double>(u), static_cast<double>(v)});
@@ -102,6 +106,7 @@ inline capture::Frame view_of_tag(const capture::CameraModel& camera, const reco
         light += albedo * (1 + 0.5 * p.x()) / (samples * samples);  // a lamp to the right
       }
     }
+  }
   if (noise.lens_blur > 0) blur(linear, noise.lens_blur);
   for (int v = 0; v < camera.height; ++v)
     for (int u = 0; u < camera.width; ++u)
@@ -112,6 +117,55 @@ inline capture::Frame view_of_tag(const capture::CameraModel& camera, const reco
       }
   return picture;
 }
+
+inline capture::Frame view_of_tag(const capture::CameraModel& camera, const reconstruct::TagPattern& pattern,
+                                  double size_m, const Eigen::Isometry3d& T_tag_camera, const ViewNoise& noise = {}) {
+  return rolling_view_of_tag(
+      camera, pattern, size_m, [&](double) { return T_tag_camera; }, noise);
+}
+
+inline capture::FrameSet frame_of(capture::Frame picture, std::uint64_t index, std::int64_t time_ns) {
+  capture::FrameSet frame;
+  frame.index = index;
+  frame.time_ns = time_ns;
+  picture.stamp.time_ns = time_ns;
+  frame.color = std::make_shared<capture::Frame>(std::move(picture));
+  return frame;
+}
+
+/// A camera that moves evenly, and whose rows are exposed one after the other. Times are relative to that at which it
+/// was at a given pose.
+struct RollingShutter {
+  double readout_s = 0;  ///< from the first row to the last
+  Eigen::Vector3d turn_rad_s = Eigen::Vector3d::Zero(), speed_m_s = Eigen::Vector3d::Zero();  ///< camera frame
+
+  Eigen::Isometry3d at(const Eigen::Isometry3d& T_tag_camera, double seconds) const {
+    Eigen::Isometry3d moved = T_tag_camera;
+    moved.translate(seconds * speed_m_s);
+    const double angle = seconds * turn_rad_s.norm();
+    if (angle != 0) moved.rotate(Eigen::AngleAxisd(angle, turn_rad_s.normalized()));
+    return moved;
+  }
+  /// From the exposure of `tag_row` to that of `row`.
+  double seconds(const capture::CameraModel& camera, double row, double tag_row) const {
+    return (row - tag_row) / (camera.height - 1) * readout_s;
+  }
+  /// What `stage` says of the tag after three frames at 30 Hz, in the last of which the camera is at `T_tag_camera`
+  /// when the row of the tag's centre is exposed.
+  template <typename Stage>
+  auto locate(Stage& stage, const capture::CameraModel& camera, const Eigen::Isometry3d& T_tag_camera) const {
+    const reconstruct::TagPattern pattern = reconstruct::TagFinder(some_tag()).pattern();
+    const double tag_row = camera.project(T_tag_camera.inverse().translation())->y();
+    for (int frame = 0;; ++frame) {
+      const double from_s = 1e-9 * kFrameNs * (frame - 2);
+      const auto pose_at = [&](double row) { return at(T_tag_camera, from_s + seconds(camera, row, tag_row)); };
+      const ViewNoise noise{1, static_cast<unsigned>(frame) + 1};
+      const auto result = stage.locate(
+          frame_of(rolling_view_of_tag(camera, pattern, some_tag().size_m, pose_at, noise), frame, frame * kFrameNs));
+      if (frame == 2) return result;
+    }
+  }
+};
 
 /// Depth z of the hit at from + along(from, d) · d (tag frame, metres; not finite: no hit), with `noise_scale` times
 /// the noise of a structured-light camera (Nguyen, Izadi & Lovell 2012, eq. 2).
@@ -139,15 +193,6 @@ inline capture::DepthFrame depth_of_table(const capture::CameraModel& camera, co
                                           unsigned seed, double noise_scale) {
   return depth_picture(camera, T_tag_camera, seed, noise_scale,
                        [](const Eigen::Vector3d& from, const Eigen::Vector3d& d) { return -from.z() / d.z(); });
-}
-
-inline capture::FrameSet frame_of(capture::Frame picture, std::uint64_t index, std::int64_t time_ns) {
-  capture::FrameSet frame;
-  frame.index = index;
-  frame.time_ns = time_ns;
-  picture.stamp.time_ns = time_ns;
-  frame.color = std::make_shared<capture::Frame>(std::move(picture));
-  return frame;
 }
 
 inline double millimetres_apart(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {

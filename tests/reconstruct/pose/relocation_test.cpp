@@ -11,7 +11,7 @@
 
 #include "capture/error.h"
 #include "reconstruct/fusion/fusion.h"
-#include "reconstruct/pose/keyframe_file.h"
+#include "reconstruct/kept_room/keyframe_file.h"
 #include "reconstruct/pose/keyframe_map.h"
 #include "reconstruct/pose/pose.h"
 #include "reconstruct/pose/surface_anchor.h"

@@ -1,4 +1,4 @@
-#include "reconstruct/pose/keyframe_file.h"
+#include "reconstruct/kept_room/keyframe_file.h"
 
 #include <Eigen/Dense>
 #include <cmath>
