@@ -63,10 +63,14 @@ std::vector<PointLight> placed(const Illumination& illumination, const std::vect
 /// The lamps when their positions were estimated.
 struct Located {
   std::size_t points = 0;
+  double weight = 0;  ///< of the measurements of the surface
   std::vector<PointLight> lights;
   int solves = 0;
 
-  bool grown(double points_now) const { return points_now > kStage.locate_growth * static_cast<double>(points); }
+  bool grown(double points_now, double weight_now) const {
+    return points_now > kStage.locate_growth * static_cast<double>(points) ||
+           weight_now > kStage.locate_weight * weight;
+  }
   bool holds(const Illumination& illumination) const {
     const std::vector<PointLight>& now = illumination.lights;
     if (now.size() != lights.size()) return false;
@@ -232,7 +236,9 @@ std::vector<LampEstimate> AlbedoStage::State::locate(const IrradianceModel& room
                                                      const std::vector<Eigen::Vector3f>& gathered) {
   const std::size_t points = surface.points.size();
   std::vector<LampEstimate> result;
-  const bool due = located.solves >= kStage.locate_solves || located.grown(static_cast<double>(points));
+  double weight = 0;
+  for (const SurfacePoint& point : surface.points) weight += double{point.weight};
+  const bool due = located.solves >= kStage.locate_solves || located.grown(static_cast<double>(points), weight);
   if ((!due || held) && located.holds(illumination)) {
     ++located.solves;
     for (const PointLight& light : illumination.lights) result.push_back(estimates.at(light.id).estimate);
@@ -242,6 +248,7 @@ std::vector<LampEstimate> AlbedoStage::State::locate(const IrradianceModel& room
     estimates.clear();
     searched_points = points;
   }
+  if (located.weight > 0) lamp_memory.outweigh(weight / located.weight);
   std::vector<std::optional<LampEstimate>> before;
   for (const PointLight& light : illumination.lights) {
     const auto estimate = estimates.find(light.id);
@@ -264,7 +271,7 @@ std::vector<LampEstimate> AlbedoStage::State::locate(const IrradianceModel& room
   }
   if (estimates.size() > kStage.max_estimates)
     std::erase_if(estimates, [&](const auto& entry) { return !lamp_with_id(illumination.lights, entry.first); });
-  located = {points, illumination.lights, 0};
+  located = {points, weight, illumination.lights, 0};
   return result;
 }
 
@@ -315,7 +322,7 @@ std::optional<AlbedoStage::Result> AlbedoStage::State::solve_incremental(const D
       (!held && environment_change(illumination.environment, environment) > kStage.max_environment_change))
     return std::nullopt;
   const IncrementalSolver::Change change = held ? incremental.grown(field) : incremental.change(field);
-  const bool due = change.fraction > kStage.max_changed_fraction || located.grown(change.points) ||
+  const bool due = change.fraction > kStage.max_changed_fraction || located.grown(change.points, change.weight) ||
                    located.solves >= kStage.incremental_solves;
   if (due && !even_if_due) return std::nullopt;
   const FieldRays rays(field);

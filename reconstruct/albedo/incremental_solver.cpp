@@ -59,6 +59,7 @@ IncrementalSolver::BrickSummary IncrementalSolver::summarize(const FieldBrick& b
   for (int i = 0; i < kBrickVoxels; ++i) {
     if (!on_surface(brick, i, voxel_m)) continue;
     ++summary.count;
+    summary.weight += brick.weight[i];
     summary.radiance += brick.radiance[i];
     sum += Eigen::Vector3i(i & 7, (i >> 3) & 7, i >> 6);
   }
@@ -89,6 +90,7 @@ void IncrementalSolver::keep(const DistanceField& field, const Surface& surface,
     if (summary.count == 0) continue;
     bricks_[key].summary = summary;
     count_ += summary.count;
+    weight_ += summary.weight;
   }
   Brick* brick = nullptr;
   for (std::size_t i = 0; i < surface.points.size(); ++i) {
@@ -111,6 +113,7 @@ std::map<SampleCell, SampleAlbedo> IncrementalSolver::albedo() const {
 IncrementalSolver::Change IncrementalSolver::change(const DistanceField& field) const {
   Change change;
   change.points = count_;
+  change.weight = weight_;
   std::set<BrickKey> others = incremental_;
   const auto add = [&](const BrickKey& key, float count, float before) {
     change.bricks.push_back(key);
@@ -123,13 +126,17 @@ IncrementalSolver::Change IncrementalSolver::change(const DistanceField& field) 
     change.published.push_back(key);
     const auto known = bricks_.find(key);
     const BrickSummary now = summarize(*brick, field.voxel_m);
+    change.weight += now.weight - (known == bricks_.end() ? 0 : known->second.summary.weight);
     if (known == bricks_.end() ? now.count > 0 : now.differs(known->second.summary))
       add(key, now.count, known == bricks_.end() ? 0 : known->second.summary.count);
   }
   for (const auto& [key, brick] : seen_) {
     if (field.brick(key)) continue;
     change.published.push_back(key);
-    if (const auto known = bricks_.find(key); known != bricks_.end()) add(key, 0, known->second.summary.count);
+    const auto known = bricks_.find(key);
+    if (known == bricks_.end()) continue;
+    change.weight -= known->second.summary.weight;
+    add(key, 0, known->second.summary.count);
   }
   std::sort(change.bricks.begin(), change.bricks.end());
   change.fraction = static_cast<double>(others.size()) / std::max<double>(1, static_cast<double>(bricks_.size()));
@@ -163,6 +170,7 @@ std::set<SampleCell> IncrementalSolver::refresh_points(const DistanceField& fiel
     Brick& brick = bricks_[key];
     touch(brick.points);
     count_ -= brick.summary.count;
+    weight_ -= brick.summary.weight;
     if (!field.brick(key)) {
       bricks_.erase(key);
       continue;
@@ -171,6 +179,7 @@ std::set<SampleCell> IncrementalSolver::refresh_points(const DistanceField& fiel
     brick.points = points_in(field, key, rays, metal);
     brick.albedo.assign(brick.points.size(), {});
     count_ += brick.summary.count;
+    weight_ += brick.summary.weight;
     touch(brick.points);
     if (brick.summary.count == 0) bricks_.erase(key);
   }
@@ -254,6 +263,14 @@ IncrementalSolver::Part IncrementalSolver::part_of(const std::set<SampleCell>& c
   return result;
 }
 
+/// Of a brick that changed, or that was measured again and is as before.
+void IncrementalSolver::set_weight(const BrickKey& key, const FieldBrick& brick) {
+  const auto known = bricks_.find(key);
+  if (known == bricks_.end()) return;
+  const float now = summarize(brick, voxel_m_).weight;
+  weight_ += now - std::exchange(known->second.summary.weight, now);
+}
+
 std::size_t IncrementalSolver::solve(const DistanceField& field, const FieldRays& rays, const MetalMask& metal,
                                      const Light& light, const Change& change, BrickMap<AlbedoBrick>& bricks) {
   for (const BrickKey& key : change.published) {
@@ -262,6 +279,7 @@ std::size_t IncrementalSolver::solve(const DistanceField& field, const FieldRays
       seen_.erase(key);
     } else {
       seen_[key] = now->second;
+      set_weight(key, *now->second);
     }
   }
   const std::vector<BrickKey>& changed = change.bricks;

@@ -26,7 +26,8 @@ class IncrementalSolver {
 
   struct Change {
     std::vector<BrickKey> bricks;  ///< whose surface is new, gone, elsewhere, or of another radiance than when solved
-    double points = 0;             ///< approximate number of surface points of the field
+    double points = 0;             ///< approximate number of surface points of the field,
+    double weight = 0;             ///< and of their measurements' weight
     double fraction = 0;           ///< of the bricks with surface that differ from the last complete solution
     std::vector<BrickKey> published;  ///< all whose pointer differs from then, or that are gone
   };
@@ -50,7 +51,8 @@ class IncrementalSolver {
  private:
   /// A brick's surface, summarized.
   struct BrickSummary {
-    float count = 0;                                     ///< of voxels next to the surface
+    float count = 0;                                     ///< of voxels next to the surface,
+    float weight = 0;                                    ///< and of their measurements
     Eigen::Vector3f radiance = Eigen::Vector3f::Zero();  ///< their mean
     Eigen::Vector3f centroid = Eigen::Vector3f::Zero();  ///< in voxels
     bool differs(const BrickSummary& other) const;
@@ -75,6 +77,7 @@ class IncrementalSolver {
     std::vector<SampleAlbedo> held;         ///< known albedo of the last samples
   };
 
+  void set_weight(const BrickKey& key, const FieldBrick& brick);
   std::set<SampleCell> refresh_points(const DistanceField& field, const FieldRays& rays, const MetalMask& metal,
                                       const std::vector<BrickKey>& changed);
   std::set<BrickKey> bricks_of(const std::set<SampleCell>& cells, const std::vector<BrickKey>& changed) const;
@@ -82,7 +85,7 @@ class IncrementalSolver {
   void write(const std::vector<BrickKey>& changed, BrickMap<AlbedoBrick>& bricks) const;
 
   float voxel_m_ = 0, sample_m_ = 0, noise_floor_ = 0;
-  double count_ = 0;                ///< of surface voxels in all bricks
+  double count_ = 0, weight_ = 0;   ///< of surface voxels in all bricks; BrickSummary::weight
   std::set<BrickKey> incremental_;  ///< bricks solved since the last complete solution
   BrickMap<FieldBrick> seen_;       ///< bricks of the field when last solved
   Bricks bricks_;                   ///< with surface

@@ -13,6 +13,7 @@ struct AlbedoParameters {
     float max_metal_fraction = 0.1f;               ///< of a sample's rays; more distorts its irradiance
     double search_growth = 1.5;          ///< of known surface, after which lamps are searched without earlier estimates
     double locate_growth = 1.1;          ///< of known surface, after which lamps are searched around earlier estimates
+    double locate_weight = 4;            ///< as by that of the weight of its measurements: their noise is half
     float same_direction = 0.9999f;      ///< cosine of 0.8°: beyond it a lamp turned and is searched again,
     float same_irradiance = 0.05f;       ///< as beyond this relative change,
     float same_position = 0.01f;         ///< and, with a tag, beyond this change over its distance

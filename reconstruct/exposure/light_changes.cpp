@@ -146,7 +146,7 @@ std::shared_ptr<const LampShadows> shadows_seen(const PlacesSeenAgain& seen, con
     const Array3f all = unoccluded_irradiance(*light, cell->position_m, cell->normal);
     const Array3f ratio = place.radiance / (seen.gain * cell->radiance * change.ratio);
     if (!std::isfinite(change.log_sigma) || !ratio.isFinite().all() || !(all > 0).all()) continue;
-    ShadowedPlace& shadowed = seen_again.emplace_back(ShadowedPlace{cell->position_m, ratio, {}});
+    ShadowedPlace& shadowed = seen_again.emplace_back(ShadowedPlace{cell->position_m, cell->normal, ratio, {}});
     for (const PointLight& lamp : light->lights)
       shadowed.parts.push_back(lamp_irradiance(lamp, cell->position_m, cell->normal) / all);
   }

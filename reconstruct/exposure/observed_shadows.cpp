@@ -80,11 +80,15 @@ class LampView {
     shadow_.min = box.min();
     shadow_.cell = std::max(box.sizes().maxCoeff() / (kCells - 1), std::numeric_limits<float>::min());
     nearest_ = capture::Image<float>(kCells, kCells, 1, std::numeric_limits<float>::infinity());
-    for (const auto& at : seen_) {
-      if (!at) continue;
-      float& nearest = nearest_.data[cell_of(*at)];
-      nearest = std::min(nearest, at->z());
+    std::vector<const ShadowedPlace*> nearest_places(nearest_.data.size(), nullptr);
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      if (!seen_[i]) continue;
+      float& nearest = nearest_.data[cell_of(*seen_[i])];
+      if (seen_[i]->z() >= nearest) continue;
+      nearest = seen_[i]->z();
+      nearest_places[cell_of(*seen_[i])] = &places[i];
     }
+    leave_out_hidden(places, nearest_places);
     nearest_ = min_around(nearest_);
     // A lamp that is covered from the fish-eye is more probably hidden elsewhere, too.
     const float other = lamp.covered ? kShadows.covered_prior : kShadows.other_prior;
@@ -129,9 +133,23 @@ class LampView {
                y = static_cast<std::size_t>(std::lround((at.y() - shadow_.min.y()) / shadow_.cell));
     return y * kCells + x;
   }
-  /// Surface behind other surface is in that one's shadow, always.
-  bool lights(std::size_t place) const {
-    return seen_[place] && seen_[place]->z() <= kShadows.max_behind * nearest_.data[cell_of(*seen_[place])];
+  bool lights(std::size_t place) const { return seen_[place].has_value(); }
+  /// Surface behind other surface is in that one's shadow, always. `nearest`: to the lamp, by cell; null: none.
+  void leave_out_hidden(const std::vector<ShadowedPlace>& places, const std::vector<const ShadowedPlace*>& nearest) {
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      if (!seen_[i]) continue;
+      const auto cell = static_cast<int>(cell_of(*seen_[i]));
+      bool hidden = false;
+      for (int y = std::max(cell / kCells - kShadows.nearest_reach, 0);
+           y <= std::min(cell / kCells + kShadows.nearest_reach, kCells - 1); ++y)
+        for (int x = std::max(cell % kCells - kShadows.nearest_reach, 0);
+             x <= std::min(cell % kCells + kShadows.nearest_reach, kCells - 1); ++x)
+          if (nearest_.at(x, y) < seen_[i]->z()) {
+            const ShadowedPlace& other = *nearest[static_cast<std::size_t>(y * kCells + x)];
+            hidden |= places[i].normal.dot(other.position_m - places[i].position_m) > kShadows.min_above_m;
+          }
+      if (hidden) seen_[i].reset();
+    }
   }
 
   std::size_t index_;

@@ -21,6 +21,7 @@ namespace lumigraft::reconstruct {
 /// A place that is seen again.
 struct ShadowedPlace {
   Eigen::Vector3f position_m;         ///< tag frame
+  Eigen::Vector3f normal;             ///< unit, tag frame
   Eigen::Array3f ratio;               ///< r; an upper bound if the place is too dark to be measured
   std::vector<Eigen::Array3f> parts;  ///< f_k of each lamp of the light
 };

@@ -47,8 +47,9 @@ struct ExposureParameters {
     float min_darkening = 0.1f;       ///< of a place that is in a shadow
     float min_dark_fraction = 0.03f;  ///< of the places, for a shadow to be found
     float min_part = 0.02f;           ///< of a place's light, for a lamp to be known to light it
-    float max_behind = 1.15f;         ///< times the distance of the surface nearest to the lamp: the same surface,
-    int nearest_reach = 4;            ///< within so many cells of a map of all places
+    /// Above a place's plane: other surface, which hides the lamp from it. Three times the noise of depth at 2 m.
+    float min_above_m = 0.02f;
+    int nearest_reach = 4;            ///< cells of a map of all places: where such surface is sought
     float outlier_fraction = 0.02f;   ///< at either end, of dark places that are no shadow
     float max_open = 0.8f;            ///< of a lamp at a place in its shadow,
     float min_weight = 0.5f;          ///< which has to be known: the lamp gives it sigma of its light

@@ -1,6 +1,7 @@
 #pragma once
 // The last posterior of the lamps as prior of the next.
 #include <Eigen/Core>
+#include <algorithm>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -27,6 +28,8 @@ class LampMemory {
   /// For lamps of these shapes; empty if none is remembered.
   std::optional<LampPrior> prior(const ShadingModel& model, const std::vector<LampShape>& shapes) const;
   void keep(const ShadingModel& model, const LampPosterior& posterior);
+  /// The surface is known by so many times the measurements of the last solution: its errors were that much greater.
+  void outweigh(double times) { covariance_ *= std::max(times, 1.0); }
   /// LampPosterior::misfit of the last one; 0 without lamps.
   double misfit() const { return misfit_; }
 

@@ -80,13 +80,15 @@ std::optional<PoseEstimate> DepthTracking::align(const capture::FrameSet& frame,
     start = align_to_frame(grid, *grid_, sampler_.camera(), last_->T_tag_camera,
                            {expected.T_tag_camera, kDepthTracking.frame_prior * expected.covariance});
   auto fit = align_to_field(grid, field, expected, start);
-  // What changed since the last frame may be a person who walks before a camera that rests.
-  const auto apart = step_between(expected.T_tag_camera, start);
-  if (apart.head<3>().norm() > kDepthTracking.step_m || apart.tail<3>().norm() > kDepthTracking.step_rad) {
-    const auto at_expected = align_to_field(grid, field, expected);
-    const auto cost = [&](const SurfaceFit& of) {
-      return surface_cost(grid, settled_ ? *settled_ : field, expected, of.pose.T_tag_camera);
-    };
+  // What changed since the last frame may be a person who walks before a camera that rests, and who is in the field by
+  // now, too.
+  const auto unexpected = [&](const Isometry3d& pose) {
+    return !within(expected.T_tag_camera.inverse() * pose, kDepthTracking.step_m, kDepthTracking.step_rad);
+  };
+  if (unexpected(start) || (fit && unexpected(fit->pose.T_tag_camera))) {
+    const DistanceField& earlier = settled_ ? *settled_ : field;
+    const auto at_expected = align_to_field(grid, earlier, expected);
+    const auto cost = [&](const SurfaceFit& of) { return surface_cost(grid, earlier, expected, of.pose.T_tag_camera); };
     if (at_expected && (!fit || cost(*at_expected) < cost(*fit))) fit = at_expected;
   }
   if (!fit) return std::nullopt;

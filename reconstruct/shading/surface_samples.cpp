@@ -58,6 +58,7 @@ std::vector<SurfacePoint> points_in(const DistanceField& field, const BrickKey& 
     point.position = voxel.cast<float>() * field.voxel_m - brick.distance_m[index] * point.normal;
     point.radiance = brick.radiance[index];
     if (!point.radiance.allFinite() || point.radiance.minCoeff() < 0) continue;
+    point.weight = brick.weight[index];
     point.metal = metal.contains(point.position);
     points.push_back(point);
   }

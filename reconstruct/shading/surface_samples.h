@@ -18,6 +18,7 @@ struct SurfacePoint {
   Eigen::Vector3f position;  ///< on the surface, metres
   Eigen::Vector3f normal;    ///< towards free space
   Eigen::Vector3f radiance;  ///< towards the cameras
+  float weight = 0;          ///< of its measurements (FieldBrick::weight)
   bool metal = false;
   int sample = -1;  ///< index of the sample that represents it
 };

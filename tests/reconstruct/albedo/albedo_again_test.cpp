@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <memory>
 
 #include "reconstruct/albedo/albedo.h"
 #include "tests/reconstruct/albedo/albedo_room.h"
@@ -66,6 +67,33 @@ TEST(RepeatedSolutions, MovedLampIsFoundAgain) {
   ASSERT_EQ(again.illumination->lights.size(), 1u);
   ASSERT_TRUE(again.illumination->lights[0].distance_known);
   EXPECT_LT((again.illumination->lights[0].position_m - room.lamps[0].position).norm(), 0.12f);
+}
+
+/// The room measured `times` as often, its floor bent by `bend_per_m`: height over the square of the distance.
+DistanceField measured(DistanceField field, float times, float bend_per_m) {
+  for (const BrickKey& key : sorted_keys(field.bricks)) {
+    auto brick = std::make_shared<FieldBrick>(*field.brick(key));
+    for (int i = 0; i < kBrickVoxels; ++i) {
+      const Eigen::Vector3f p = field.voxel_m * voxel_in(key, i).cast<float>();
+      brick->distance_m[static_cast<std::size_t>(i)] -= bend_per_m * p.head<2>().squaredNorm();
+      brick->weight[static_cast<std::size_t>(i)] *= times;
+    }
+    field.bricks[key] = brick;
+  }
+  return field;
+}
+
+/// Where lamps seem to be on surface that is known badly must neither stay nor weigh much.
+TEST(RepeatedSolutions, LampsAreFoundAgainOnceTheirRoomIsMeasuredBetter) {
+  TestRoom room = room_with_lamp();
+  const auto lamp_m = [](const AlbedoStage::Result& result) { return result.illumination->lights.at(0).position_m; };
+  AlbedoStage stage{capture::Session()}, fresh{capture::Session()};
+  const Eigen::Vector3f first_m = lamp_m(stage.solve(measured(room.field(), 1, 0.04f), room.illumination()));
+  DistanceField better = measured(room.field(), 8, 0);
+  better.version = 2;
+  const Eigen::Vector3f last_m = lamp_m(fresh.solve(better, room.illumination()));
+  const Eigen::Vector3f again_m = lamp_m(stage.solve(better, room.illumination()));
+  EXPECT_LT((again_m - last_m).norm(), 0.3f * (first_m - last_m).norm());
 }
 
 TEST(RepeatedSolutions, ChangedColourIsDetected) {

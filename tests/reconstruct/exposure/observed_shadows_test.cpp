@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <vector>
 
 #include "reconstruct/light/fluence.h"
 
@@ -48,7 +49,8 @@ class BoardBeforeALamp : public testing::Test {
     const float noise = 0.02f * std::sin(100 * p.x() + 300 * p.y());
     const Array3f hue_noise(0.01f * std::sin(500 * p.x()), 0.01f * std::sin(400 * p.y()), 0);
     const float hidden = behind_board(p) ? 1 : 0;
-    places_.push_back({p, 1 - hidden * of_first / all + noise + hue_noise, {of_first / all, of_second / all}});
+    places_.push_back(
+        {p, Vector3f::UnitZ(), 1 - hidden * of_first / all + noise + hue_noise, {of_first / all, of_second / all}});
   }
   /// Mean error of the visible fraction of a lamp over points above the table.
   float error(const LampShadows& shadows, std::size_t lamp) const { return error(shadows, lamp, -0.1f, 0, 0.2f); }
@@ -126,11 +128,50 @@ TEST_F(BoardBeforeALamp, IsNoneUnderTheTable) {
     for (float y = -0.3f; y <= 0.3f; y += 0.02f) {
       const Vector3f p(x, y, -0.7f);
       const Array3f of_first = lamp_irradiance(light_.lights[0], p, Vector3f::UnitZ());
-      places_.push_back({p, Array3f::Ones(), {of_first / (of_first + 1), Array3f::Constant(0.1f)}});
+      places_.push_back({p, Vector3f::UnitZ(), Array3f::Ones(), {of_first / (of_first + 1), Array3f::Constant(0.1f)}});
     }
   const auto shadows = observe_shadows(places_, board_m_, light_);
   ASSERT_TRUE(shadows);
   EXPECT_LT(error(*shadows, 0), 0.2f);
+}
+
+/// The table next to a box that hides the lamp from it is as dark as before: that is no light of the lamp.
+TEST_F(BoardBeforeALamp, IsAsIfWhatABoxAlwaysShadesWereNotSeen) {
+  constexpr float kFront_m = 0.2f, kWide_m = 0.12f, kHigh_m = 0.25f;
+  const Vector3f& lamp_m = light_.lights[0].position_m;
+  std::vector<ShadowedPlace> others;
+  for (ShadowedPlace& place : places_) {
+    const float t = (kFront_m - place.position_m.x()) / (lamp_m.x() - place.position_m.x());
+    const Vector3f crossed_m = place.position_m + t * (lamp_m - place.position_m);
+    if (t > 0 && std::abs(crossed_m.y()) < kWide_m && crossed_m.z() < kHigh_m)
+      place.ratio.setOnes();
+    else
+      others.push_back(place);
+  }
+  for (float y = -kWide_m; y <= kWide_m; y += 0.02f)
+    for (float z = 0.02f; z <= kHigh_m; z += 0.02f) {
+      const Vector3f p(kFront_m, y, z);
+      const Array3f of_first = lamp_irradiance(light_.lights[0], p, Vector3f::UnitX());
+      const ShadowedPlace place{
+          p, Vector3f::UnitX(), 0.5f / (of_first + 0.5f), {of_first / (of_first + 0.5f), Array3f::Zero()}};
+      places_.push_back(place);
+      others.push_back(place);
+    }
+  const auto wanted = observe_shadows(others, board_m_, light_);
+  ASSERT_TRUE(wanted);
+  // Mean difference above the shaded table.
+  const auto difference = [&] {
+    const auto found = observe_shadows(places_, board_m_, light_);
+    float sum = 0;
+    for (float x = -0.1f; x < 0.15f; x += 0.01f)
+      for (float y = -0.1f; y <= 0.1f; y += 0.02f)
+        sum += std::abs(found->of(7)->open_at({x, y, 0.02f}) - wanted->of(7)->open_at({x, y, 0.02f})) / (25 * 11);
+    return sum;
+  };
+  EXPECT_LT(difference(), 0.05f);
+  // What lies below no other surface is used.
+  for (ShadowedPlace& place : places_) place.normal *= -1;
+  EXPECT_GT(difference(), 0.1f);
 }
 
 }  // namespace

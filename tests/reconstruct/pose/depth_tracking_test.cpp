@@ -134,6 +134,39 @@ TEST_F(DepthTrackingFrames, APersonWhoWalksByMovesNoCamera) {
   EXPECT_LT(off_mm, 10);
 }
 
+// One who walks slowly is within reach of what fusion has of them: only the room of a second ago does not follow.
+TEST_F(DepthTrackingFrames, APersonWhoWalksSlowlyMovesNoCamera) {
+  constexpr std::int64_t kIntervalNs = 100'000'000;
+  constexpr float kStep_m = 0.025f;
+  constexpr int kComes = 12;
+  const Isometry3d rests = camera_on_path(0);
+  const auto with_person = [&](int i) {
+    TestRoom now = room;
+    const float x_m = -0.3f + kStep_m * static_cast<float>(i - kComes);
+    if (i >= kComes) now.boxes.push_back({{x_m - 0.15f, -0.3f, -0.1f}, {x_m + 0.15f, -0.2f, 1.2f}});
+    return now;
+  };
+  PoseStage stage(some_tag(), camera);
+  double off_mm = 0;
+  for (int i = 0; i < 24; ++i) {
+    const auto index = static_cast<unsigned>(i);
+    capture::Frame picture;
+    if (i >= kComes)
+      picture.encoded = capture::Image<std::uint8_t>(320, 240, 3, 120);
+    else
+      picture = test::view_of_tag(camera, finder.pattern(), 0.16, rests, {2, index + 1});
+    capture::FrameSet seen = test::frame_of(std::move(picture), index, i * kIntervalNs);
+    seen.depth =
+        std::make_shared<capture::DepthFrame>(test::depth_of_room(with_person(i), camera, rests, index + 1, 1));
+    const DistanceField fused = with_person(i - 1).field();
+    const auto result = stage.locate(seen, &fused);
+    ASSERT_TRUE(result.pose) << i;
+    if (result.pose->from == Pose::From::surface)
+      off_mm = std::max(off_mm, test::millimetres_apart(result.pose->T_tag_camera, rests));
+  }
+  EXPECT_LT(off_mm, 10);
+}
+
 // The camera rests; the tag is pushed by 4 cm along the floor and stays there.
 TEST_F(DepthTrackingFrames, ATagThatIsPushedMovesNoObject) {
   constexpr std::uint64_t kPushed = 5, kKnown = kPushed + 3;
