@@ -41,6 +41,7 @@ cy = {cy}
 distortion = [0.0, 0.0, 0.0, 0.0, 0.0]
 exposure = {exposure}
 response = "srgb"
+readout_ms = 0
 
 [depth]
 source = "images:depth.txt"

@@ -231,6 +231,10 @@ TEST(LampMemory, RemembersPowerAndPlaceOfALampThatStays) {
   EXPECT_NEAR(prior->mean[0], 0.9, 1e-9);
   EXPECT_NEAR(prior->mean[3], 1 + std::log(2), 1e-5);
   EXPECT_NEAR(prior->information(0, 0), 100 * kLampParameters.memory.kept, 1e-6);
+  memory.outweigh(0.5);  // of less surface nothing is forgotten
+  EXPECT_EQ(memory.prior(again, found.shapes)->information, prior->information);
+  memory.outweigh(4);
+  EXPECT_NEAR(memory.prior(again, found.shapes)->information(0, 0), 25 * kLampParameters.memory.kept, 1e-6);
 
   EXPECT_FALSE(memory.prior(again, {{.flat = true}})) << "another shape";
 }
