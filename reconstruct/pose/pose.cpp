@@ -242,6 +242,9 @@ std::vector<ImageMotion> PoseStage::State::follow_motion(const capture::FrameSet
     motions.push_back(tags[t].motion.update(sightings[t] ? std::optional(sightings[t]->corners) : std::nullopt, by_last,
                                             row, read_ns, row_time, kRollingShutter.usual_rad_s * focal_px));
   }
+  std::vector<bool> is_seen;
+  for (const TagSighting* sighting : sightings) is_seen.push_back(sighting != nullptr);
+  limit_to_common_motion(motions, is_seen);
   return motions;
 }
 

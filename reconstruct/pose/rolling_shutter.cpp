@@ -2,6 +2,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "reconstruct/pose/parameters.h"
@@ -42,6 +43,24 @@ RowTime RowTime::of(const std::optional<double>& readout_s, int rows) {
   const double intervals = std::max(rows - 1, 1);
   if (readout_s) return {*readout_s / intervals, 0};
   return {0, kRollingShutter.unknown_readout_s / intervals};
+}
+
+void limit_to_common_motion(std::vector<ImageMotion>& motions, const std::vector<bool>& seen) {
+  double slowest_px_s = std::numeric_limits<double>::infinity(), surest_px_s = slowest_px_s;
+  for (std::size_t tag = 0; tag < motions.size(); ++tag) {
+    if (!seen[tag]) continue;
+    slowest_px_s = std::min(slowest_px_s, motions[tag].velocity_px_s.norm());
+    surest_px_s = std::min(surest_px_s, motions[tag].velocity_sigma_px_s);
+  }
+  for (std::size_t tag = 0; tag < motions.size(); ++tag) {
+    ImageMotion& motion = motions[tag];
+    if (!seen[tag]) continue;
+    motion.velocity_sigma_px_s = std::min(motion.velocity_sigma_px_s, surest_px_s);
+    const double speed_px_s = motion.velocity_px_s.norm();
+    if (!(motion.row_time.sigma_s > 0) || !(speed_px_s > slowest_px_s)) continue;  // else points are moved by it
+    motion.velocity_px_s *= slowest_px_s / speed_px_s;
+    motion.gradient_per_s *= slowest_px_s / speed_px_s;
+  }
 }
 
 ImageMotion TagImageMotion::update(const std::optional<TagCorners>& seen, const std::optional<Expected>& expected,

@@ -9,6 +9,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "reconstruct/pose/tag.h"
 
@@ -39,6 +40,10 @@ struct ImageMotion {
     return pixel - (pixel.y() - row) * row_time.seconds * velocity_at(pixel);
   }
 };
+
+/// What is uncertain of the shutter follows from the camera's motion, which the images of all tags show. A tag that is
+/// pushed moves on its own as well: its uncertainty becomes that of the tag whose image is calmest. `seen`: by tag.
+void limit_to_common_motion(std::vector<ImageMotion>& motions, const std::vector<bool>& seen);
 
 /// Follows the image of one tag.
 class TagImageMotion {

@@ -181,5 +181,24 @@ TEST(RollingShutter, ACameraAtRestIsAsSureAsWithAGlobalShutter) {
   }
 }
 
+TEST(RollingShutter, ATagThatIsPushedSaysNothingOfTheCamera) {
+  const auto moving = [](double speed_px_s, double sigma_px_s, double row_sigma_s) {
+    ImageMotion motion;
+    motion.row_time = {row_sigma_s > 0 ? 0 : kRow_s, row_sigma_s};
+    motion.velocity_px_s = {speed_px_s, 0};
+    motion.velocity_sigma_px_s = sigma_px_s;
+    return motion;
+  };
+  for (const double row_sigma_s : {kRow_s, 0.0}) {
+    std::vector<ImageMotion> motions = {moving(10, 3, row_sigma_s), moving(900, 500, row_sigma_s),
+                                        moving(0, 0, row_sigma_s)};
+    limit_to_common_motion(motions, {true, true, false});
+    EXPECT_EQ(motions[0].velocity_px_s.x(), 10);
+    EXPECT_EQ(motions[1].velocity_sigma_px_s, 3);
+    // Where the readout is known the tag's points are moved by how its image moves.
+    EXPECT_NEAR(motions[1].velocity_px_s.x(), row_sigma_s > 0 ? 10 : 900, 1e-9);
+  }
+}
+
 }  // namespace
 }  // namespace lumigraft::reconstruct
