@@ -50,9 +50,7 @@ std::vector<PointLight> placed(const Illumination& illumination, const std::vect
     }
     light.distance_known = is_known(estimate);
     if (!light.distance_known) continue;
-    light.position_m = illumination.probe_position_m + estimate.distance_m * light.direction;
-    light.intensity = light.irradiance * estimate.distance_m * estimate.distance_m;
-    light.radius_m = estimate.distance_m * std::tan(light.angular_radius_rad);
+    set_distance(light, estimate.distance_m, illumination.probe_position_m);
     light.distance_log_sigma = estimate.log_sigma;
     light.flat = estimate.flat;
     light.normal = estimate.normal;

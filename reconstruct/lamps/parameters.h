@@ -138,7 +138,7 @@ struct LampParameters {
     float max_contrast = 2;
     float min_radius_rad = 1e-3f;  ///< of a lamp that the fish-eye does not resolve
     float resolved_voxels = 4;     ///< smallest radius at which a ball bulges by more than two voxels
-    float mixed_voxels = 1.5f;     ///< around the lamp's outline, where its colour and that beside it mix
+    float mixed_voxels = 1.5f;     ///< around the lamp's outline, where colours are interpolated across it
     float max_reach = 3;           ///< of the lamp's surface, over the disk's radius: a rectangle of 1 to 11
   } seen;
 

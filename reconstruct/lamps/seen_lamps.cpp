@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "reconstruct/lamps/parameters.h"
+#include "reconstruct/light/lamp_merge.h"
 #include "reconstruct/math/median.h"
 
 namespace lumigraft::reconstruct {
@@ -129,13 +130,6 @@ Ball fit_ball(const std::vector<Spot>& spots, float tangent) {
   return {front_m * (1 + tangent), std::sqrt(squares / static_cast<float>(fronts.size()))};
 }
 
-void set_distance(PointLight& lamp, float distance_m, const Vector3f& probe_m) {
-  lamp.distance_known = true;
-  lamp.position_m = probe_m + distance_m * lamp.direction;
-  lamp.intensity = lamp.irradiance * distance_m * distance_m;
-  lamp.radius_m = distance_m * std::tan(lamp.angular_radius_rad);
-}
-
 void place(PointLight& lamp, const std::vector<Spot>& spots, const Vector3f& probe_m, float voxel_m) {
   const float tangent = std::tan(lamp.angular_radius_rad);
   Plane plane = fit_plane(spots);
@@ -149,16 +143,6 @@ void place(PointLight& lamp, const std::vector<Spot>& spots, const Vector3f& pro
   const float error_m = std::hypot(voxel_m, std::min(plane.rms_m, ball.rms_m), resolved ? 0 : 0.5f * radius_m);
   lamp.distance_log_sigma = error_m / distance_m;
   set_distance(lamp, distance_m, probe_m);
-}
-
-/// Places a lamp, or another piece of the same wide lamp, as that one is seen: on its plane, else at its distance.
-void place_like(PointLight& lamp, const PointLight& seen, const Vector3f& probe_m) {
-  const Vector3f to = seen.position_m - probe_m;
-  const float cosine = seen.normal.dot(lamp.direction);
-  lamp.flat = seen.flat && cosine < -kMinSlantCosine;
-  if (lamp.flat) lamp.normal = seen.normal;
-  lamp.distance_log_sigma = seen.distance_log_sigma;
-  set_distance(lamp, lamp.flat ? seen.normal.dot(to) / cosine : to.norm(), probe_m);
 }
 
 /// Voxels of one level by their distance from a set, in steps to one of 26 neighbours.
@@ -178,7 +162,7 @@ class Spread {
       });
     }
   }
-  /// All voxels whose nearest surface is that one, or a voxel beside it: there colours of both mix.
+  /// All voxels whose nearest surface is that one, or adjacent to it, where colours are interpolated between both.
   SurfaceMask::Voxels around() {
     std::vector<Vector3i> layer = surface_;
     const float last = std::ceil(level_.truncation_m / level_.voxel_m) + kSeen.mixed_voxels;
@@ -273,7 +257,7 @@ SeenLamps::Result SeenLamps::find(const DistanceField& field, const std::shared_
     const auto seen = std::find_if(seen_.begin(), seen_.end(), [&](const auto& entry) {
       return entry.first == lamp.id || (lamp.region >= 0 && entry.second.lamp.region == lamp.region);
     });
-    if (seen != seen_.end()) place_like(lamp, seen->second.lamp, light->probe_position_m);
+    if (seen != seen_.end()) place_as(lamp, seen->second.lamp, light->probe_position_m);
   }
   return {std::move(placed), surface_};
 }

@@ -1,8 +1,9 @@
 #pragma once
-// Lamps that the depth camera sees. They are fused as surface, which tells their place better than shading does. Rays
+// Lamps that the depth camera sees. They are fused as surface, whose place is known better than one from shading. Rays
 // of light must not end there: the surface would occlude the lamp that it is, and its radiance would be counted twice.
 #include <map>
 #include <memory>
+#include <optional>
 
 #include "reconstruct/field/distance_field.h"
 #include "reconstruct/field/masked_field.h"

@@ -43,6 +43,21 @@ std::optional<float> plane_distance_m(const PointLight& piece, const PointLight&
 
 }  // namespace
 
+void set_distance(PointLight& light, float distance_m, const Eigen::Vector3f& probe_m) {
+  light.distance_known = true;
+  light.position_m = probe_m + distance_m * light.direction;
+  light.intensity = light.irradiance * distance_m * distance_m;
+  light.radius_m = distance_m * std::tan(light.angular_radius_rad);
+}
+
+void place_as(PointLight& piece, const PointLight& lamp, const Eigen::Vector3f& probe_m) {
+  const std::optional<float> plane_m = plane_distance_m(piece, lamp, probe_m);
+  set_distance(piece, plane_m.value_or((lamp.position_m - probe_m).norm()), probe_m);
+  piece.distance_log_sigma = lamp.distance_log_sigma;
+  piece.flat = plane_m.has_value();
+  piece.normal = lamp.normal;
+}
+
 std::vector<PointLight> merge_pieces(const std::vector<PointLight>& pieces) {
   std::vector<PointLight> joined;
   for (const PointLight& piece : pieces) {
@@ -68,15 +83,7 @@ std::vector<PointLight> place_pieces(const std::vector<PointLight>& pieces, cons
         piece.irradiance.cwiseProduct(lamp.irradiance.cwiseQuotient(before->irradiance.cwiseMax(1e-12f)));
     piece.power_log_sigma = lamp.power_log_sigma;
     piece.distance_known = lamp.distance_known;
-    if (!piece.distance_known) continue;
-    const std::optional<float> plane_m = plane_distance_m(piece, lamp, probe_m);
-    const float distance_m = plane_m.value_or((lamp.position_m - probe_m).norm());
-    piece.position_m = probe_m + distance_m * piece.direction;
-    piece.intensity = piece.irradiance * distance_m * distance_m;
-    piece.radius_m = distance_m * std::tan(piece.angular_radius_rad);
-    piece.distance_log_sigma = lamp.distance_log_sigma;
-    piece.flat = plane_m.has_value();
-    piece.normal = lamp.normal;
+    if (piece.distance_known) place_as(piece, lamp, probe_m);
   }
   return result;
 }

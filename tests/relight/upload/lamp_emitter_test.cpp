@@ -78,7 +78,7 @@ TEST(LampEmitter, APanelHasTheOutlineThatTheProbeSees) {
   }
   EXPECT_NEAR(sent(lamp, panel.normal), panel.intensity.x() * panel.emission(panel.normal), 1e-4f);
 
-  // Points on it, and beside it.
+  // Points inside the outline, and outside.
   for (int i = 0; i < 64; ++i) {
     const Eigen::Vector2f u((static_cast<float>(i) + 0.5f) / 64, std::fmod(0.618034f * static_cast<float>(i), 1.0f));
     const Eigen::Vector3f to = (relight::point_on(lamp, u) - probe_m).normalized();
