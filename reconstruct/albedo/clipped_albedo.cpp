@@ -43,8 +43,9 @@ class Extension {
  private:
   void find_clipped() {
     for (const auto& [key, brick] : field_.bricks) {
+      if (!brick->color) continue;
       for (std::size_t i = 0; i < kBrickVoxels; ++i) {
-        if (brick->radiance_weight[i] > 0 || brick->radiance[i].isZero(0) || !(brick->weight[i] > 0) ||
+        if (brick->color->weight[i] > 0 || brick->color->radiance[i].isZero(0) || !(brick->weight[i] > 0) ||
             std::abs(brick->distance_m[i]) >= field_.voxel_m ||
             metal_.contains(field_.voxel_m * voxel_in(key, static_cast<int>(i)).cast<float>()))
           continue;
@@ -82,7 +83,7 @@ class Extension {
       if (!normal) continue;
       Vector3f irradiance = room_.gather(position_m, *normal, kClipped.gather_rays).irradiance;
       for (const PointLight& lamp : light_.lights) irradiance += lamp_irradiance(lamp, position_m, *normal).matrix();
-      const Vector3f& radiance = field_.brick(area[i].first)->radiance[static_cast<std::size_t>(area[i].second)];
+      const Vector3f radiance = field_.brick(area[i].first)->radiance(static_cast<std::size_t>(area[i].second));
       for (int c = 0; c < 3; ++c) {
         bounds[static_cast<std::size_t>(c)].push_back(std::numbers::pi_v<float> * radiance[c] /
                                                       std::max(irradiance[c], std::numeric_limits<float>::min()));

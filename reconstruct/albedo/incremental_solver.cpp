@@ -56,11 +56,11 @@ AlbedoBrick unknown_brick() {
 IncrementalSolver::BrickSummary IncrementalSolver::summarize(const FieldBrick& brick, float voxel_m) {
   BrickSummary summary;
   Eigen::Vector3i sum = Eigen::Vector3i::Zero();
-  for (int i = 0; i < kBrickVoxels; ++i) {
+  for (int i = 0; brick.color && i < kBrickVoxels; ++i) {
     if (!on_surface(brick, i, voxel_m)) continue;
     ++summary.count;
     summary.weight += brick.weight[i];
-    summary.radiance += brick.radiance[i];
+    summary.radiance += brick.radiance(static_cast<std::size_t>(i));
     sum += Eigen::Vector3i(i & 7, (i >> 3) & 7, i >> 6);
   }
   if (summary.count > 0) {

@@ -35,7 +35,7 @@ std::vector<SurfaceSample> KnownSurface::in(const DistanceField& field) const {
     for (const auto& [key, index] : sample.voxels) {
       const FieldBrick* brick = field.brick(key);
       if (!brick || !on_surface(*brick, index, field.voxel_m)) continue;
-      sum += brick->radiance[static_cast<std::size_t>(index)];
+      sum += brick->radiance(static_cast<std::size_t>(index));
       ++count;
     }
     // Where surface moved the rest of a patch is something else.

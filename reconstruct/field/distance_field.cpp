@@ -231,8 +231,8 @@ std::optional<Eigen::Vector3f> DistanceField::radiance(const Eigen::Vector3f& po
   float weight_sum = 0;
   for (int corner = 0; corner < 8; ++corner) {
     if (!cell.bricks[corner]) continue;
-    const float weight = cell.corner_weight(corner) * cell.bricks[corner]->radiance_weight[cell.index[corner]];
-    sum += weight * cell.bricks[corner]->radiance[cell.index[corner]];
+    const float weight = cell.corner_weight(corner) * cell.bricks[corner]->radiance_weight(cell.index[corner]);
+    sum += weight * cell.bricks[corner]->radiance(cell.index[corner]);
     weight_sum += weight;
   }
   if (!(weight_sum > 0)) return coarsely();

@@ -23,12 +23,34 @@ namespace lumigraft::reconstruct {
 constexpr int kBrickEdge = 8;
 constexpr int kBrickVoxels = kBrickEdge * kBrickEdge * kBrickEdge;
 
+/// Colour of a brick's voxels near surfaces.
+struct alignas(64) BrickColor {
+  /// Mean radiance towards the cameras, W/sr/m²; where it clipped in all frames a lower bound.
+  std::array<Eigen::Vector3f, kBrickVoxels> radiance;
+  std::array<float, kBrickVoxels> weight;  ///< 0 = no colour observed: `radiance` is a lower bound
+  BrickColor() {
+    radiance.fill(Eigen::Vector3f::Zero());
+    weight.fill(0);
+  }
+};
+
 struct alignas(64) FieldBrick {  // so that a row of eight voxels is in one cache line
   std::array<float, kBrickVoxels> distance_m{};
   std::array<float, kBrickVoxels> weight{};  ///< sum of measurement weights, capped; 0 = unknown
-  /// Mean radiance towards the cameras, W/sr/m², near surfaces; where it clipped in all frames a lower bound.
-  std::array<Eigen::Vector3f, kBrickVoxels> radiance{};
-  std::array<float, kBrickVoxels> radiance_weight{};  ///< 0 = no colour observed: `radiance` is a lower bound
+  /// Null: no colour was observed. Two thirds of a brick's memory, and most bricks have none or keep it while distances
+  /// change; copies of a brick share it.
+  std::shared_ptr<const BrickColor> color;
+
+  Eigen::Vector3f radiance(std::size_t voxel) const {
+    return color ? color->radiance[voxel] : Eigen::Vector3f(Eigen::Vector3f::Zero());
+  }
+  float radiance_weight(std::size_t voxel) const { return color ? color->weight[voxel] : 0; }
+  /// Replaces the colour by a copy that no other brick shares, to be written.
+  BrickColor& own_color() {
+    auto own = color ? std::make_shared<BrickColor>(*color) : std::make_shared<BrickColor>();
+    color = own;
+    return *own;
+  }
 };
 
 /// Of a voxel of the infinite grid: its brick, and its index in the brick. Shifts round down, negative indices too.

@@ -15,8 +15,12 @@ void MaskedField::apply(DistanceField& field, const SurfaceMask::Voxels& voxels,
     Masked& known = cache[key];
     if (known.before != brick->second) {
       auto without = std::make_shared<FieldBrick>(*brick->second);
-      for (std::size_t i = 0; i < kBrickVoxels; ++i)
-        if (masked[i]) without->weight[i] = without->radiance_weight[i] = without->distance_m[i] = 0;
+      BrickColor* color = without->color ? &without->own_color() : nullptr;
+      for (std::size_t i = 0; i < kBrickVoxels; ++i) {
+        if (!masked[i]) continue;
+        without->weight[i] = without->distance_m[i] = 0;
+        if (color) color->weight[i] = 0;
+      }
       known = {brick->second, std::move(without)};
     }
     field.bricks[key] = known.after;

@@ -9,26 +9,28 @@ namespace lumigraft::reconstruct {
 namespace {
 
 constexpr std::size_t kLine_bytes = 64;  // of the cache
-/// A brick and the control block of its shared pointer.
-constexpr std::size_t kSlot_bytes = sizeof(FieldBrick) + 2 * kLine_bytes;
 
-/// Allocator of std::allocate_shared. Each copy of it, and so each brick, keeps the pool alive.
-template <typename Value>
+/// Allocator of std::allocate_shared for a pool of `Slot`s. Each copy of it, and so each brick, keeps the pool alive.
+template <typename Value, typename Slot = Value>
 struct PoolAllocator {
   using value_type = Value;
   std::shared_ptr<BrickPages> pages;
 
   explicit PoolAllocator(std::shared_ptr<BrickPages> in) : pages(std::move(in)) {}
   template <typename Other>
-  PoolAllocator(const PoolAllocator<Other>& other) : pages(other.pages) {}  // NOLINT: implicit by concept
+  PoolAllocator(const PoolAllocator<Other, Slot>& other) : pages(other.pages) {}  // NOLINT: implicit by concept
+  template <typename Other>
+  struct rebind {
+    using other = PoolAllocator<Other, Slot>;
+  };
 
   Value* allocate(std::size_t) {
-    static_assert(sizeof(Value) <= kSlot_bytes && alignof(Value) <= kLine_bytes);
+    static_assert(sizeof(Value) <= sizeof(Slot) + kControl_bytes && alignof(Value) <= kLine_bytes);
     return static_cast<Value*>(pages->allocate());
   }
   void deallocate(Value* slot, std::size_t) { pages->deallocate(slot); }
   template <typename Other>
-  bool operator==(const PoolAllocator<Other>& other) const {
+  bool operator==(const PoolAllocator<Other, Slot>& other) const {
     return pages == other.pages;
   }
 };
@@ -67,14 +69,22 @@ std::size_t BrickPages::used_bytes() const {
   return (pages_.size() * (kPage_bytes / slot_bytes_) - free_.size()) * slot_bytes_;
 }
 
-FieldBrickMaker::FieldBrickMaker() : pages_(std::make_shared<BrickPages>(kSlot_bytes)) {}
+FieldBrickMaker::FieldBrickMaker()
+    : bricks_(std::make_shared<BrickPages>(kBrick_bytes)), colors_(std::make_shared<BrickPages>(kColor_bytes)) {}
 
 std::shared_ptr<FieldBrick> FieldBrickMaker::copy(const FieldBrick& brick) const {
-  return std::allocate_shared<FieldBrick>(PoolAllocator<FieldBrick>(pages_), brick);
+  return std::allocate_shared<FieldBrick>(PoolAllocator<FieldBrick>(bricks_), brick);
 }
 
 std::shared_ptr<FieldBrick> FieldBrickMaker::make() const {
-  return std::allocate_shared<FieldBrick>(PoolAllocator<FieldBrick>(pages_));
+  return std::allocate_shared<FieldBrick>(PoolAllocator<FieldBrick>(bricks_));
 }
+
+std::shared_ptr<BrickColor> FieldBrickMaker::copy(const BrickColor* color) const {
+  const PoolAllocator<BrickColor> allocator(colors_);
+  return color ? std::allocate_shared<BrickColor>(allocator, *color) : std::allocate_shared<BrickColor>(allocator);
+}
+
+std::size_t FieldBrickMaker::used_bytes() const { return bricks_->used_bytes() + colors_->used_bytes(); }
 
 }  // namespace lumigraft::reconstruct

@@ -36,16 +36,23 @@ class BrickPages {
   std::vector<void*> free_;  ///< the slot freed last is at the end: it may still be in the cache
 };
 
-/// Makes bricks in a pool, which they may outlive.
+constexpr std::size_t kControl_bytes = 128;  ///< at most, of a shared pointer; whole lines of the cache
+
+/// Makes bricks and their colours in pools, which they may outlive.
 class FieldBrickMaker {
  public:
   FieldBrickMaker();
-  std::shared_ptr<FieldBrick> copy(const FieldBrick& brick) const;
-  std::shared_ptr<FieldBrick> make() const;                        ///< of which nothing is known
-  std::size_t used_bytes() const { return pages_->used_bytes(); }  ///< by all copies, also those that readers hold
+  std::shared_ptr<FieldBrick> copy(const FieldBrick& brick) const;  ///< which shares the colour
+  std::shared_ptr<FieldBrick> make() const;                         ///< of which nothing is known
+  /// `color` null: nothing is observed.
+  std::shared_ptr<BrickColor> copy(const BrickColor* color) const;
+  std::size_t used_bytes() const;  ///< by all copies, also those that readers hold
+  /// Memory of one brick without its colour, and of a colour.
+  static constexpr std::size_t kBrick_bytes = sizeof(FieldBrick) + kControl_bytes,
+                               kColor_bytes = sizeof(BrickColor) + kControl_bytes;
 
  private:
-  std::shared_ptr<BrickPages> pages_;
+  std::shared_ptr<BrickPages> bricks_, colors_;
 };
 
 }  // namespace lumigraft::reconstruct

@@ -41,7 +41,7 @@ class FusionStage {
   /// for which that had no time (UpdateSchedule::max_bricks). A frame without depth, or whose
   /// pose was not measured in it, only updates radiance to the changed light. Null before the first depth image.
   /// `light_change`: relative change of the room's light since the previous call (relative_change of light.h).
-  /// It is added, squared, to the relative variance of the radiance of earlier frames (WorkingBrick::forget_radiance).
+  /// It is added, squared, to the relative variance of the radiance of earlier frames.
   /// `light_ratio`: irradiance at a place now over that at the previous call, per channel; earlier radiance is
   /// multiplied by it, and less certain by its logarithm. Empty: it keeps what it had.
   std::shared_ptr<const DistanceField> fuse(

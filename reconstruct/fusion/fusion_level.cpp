@@ -67,16 +67,17 @@ struct FusionLevel::State {
     set_max_memory(settings.max_memory_mb);
   }
 
-  void set_max_memory(double mb) {
-    max_copies = static_cast<std::size_t>(1e6 * std::max(mb, 0.0)) / sizeof(FieldBrick);
-  }
+  void set_max_memory(double mb) { max_bytes = static_cast<std::size_t>(1e6 * std::max(mb, 0.0)); }
   void begin_field();
   void restore(BrickMap<FieldBrick> kept);
   void add_viewpoint(const Isometry3f& T_tag_camera);
   WorkingBrick& brick_at(const BrickKey& key);
-  std::size_t count_copies();
-  /// Bricks that a frame may need to copy.
-  std::size_t reserve() const { return std::min(kUpdateSchedule.max_bricks, max_copies / 2); }
+  std::size_t count_bytes();
+  /// Memory that a frame may need for copies.
+  std::size_t reserve() const {
+    constexpr std::size_t kBricks = kUpdateSchedule.max_bricks;
+    return std::min(kBricks * (FieldBrickMaker::kBrick_bytes + FieldBrickMaker::kColor_bytes), max_bytes / 2);
+  }
   void evict();
   void allocate(const Isometry3f& T_tag_camera);
   void update_models();
@@ -97,7 +98,7 @@ struct FusionLevel::State {
   capture::CameraModel camera;
   capture::Response response;
   float voxel_m, truncation_m, weight_cap;
-  std::size_t max_copies = 0;  ///< of bricks, working and published
+  std::size_t max_bytes = 0;  ///< of bricks, working and published
   PixelMap map;
   DepthPreprocessor preprocessor;
   PreparedDepth view;
@@ -113,7 +114,7 @@ struct FusionLevel::State {
   std::vector<BrickKey> evicted;  ///< not yet removed from the published field
   std::size_t evicted_count = 0;
   bool unfinished = false;  ///< the last frame had more bricks to update than a call may
-  std::size_t free_copies = 0;
+  std::size_t free_bytes = 0;
   bool scarce = false;  ///< less memory was free than a frame may need
   FieldBrickMaker maker;
   std::shared_ptr<const DistanceField> field;
@@ -144,8 +145,8 @@ void FusionLevel::State::restore(BrickMap<FieldBrick> kept) {
   std::vector<std::pair<float, BrickKey>> order;  // squared distance
   for (const auto& [key, brick] : kept) order.emplace_back(brick_centre(key, voxel_m).squaredNorm(), key);
   std::sort(order.begin(), order.end());
-  const std::size_t used = count_copies() + reserve();
-  std::size_t free = max_copies - std::min(used, max_copies);
+  const std::size_t used = count_bytes() + reserve();
+  std::size_t free = (max_bytes - std::min(used, max_bytes)) / FieldBrickMaker::kBrick_bytes;
   for (const auto& [squared, key] : order) {
     if (free == 0) break;
     WorkingBrick& brick = brick_at(key);
@@ -157,7 +158,8 @@ void FusionLevel::State::restore(BrickMap<FieldBrick> kept) {
       brick.urgent = urgent = true;
       queue(brick);
     } else {
-      brick.now = brick.published = maker.copy(*kept.at(key));
+      brick.publish(maker.copy(*kept.at(key)));
+      brick.now = brick.published;
       brick.solid = true;
       brick.last_update = frames - kMemory.keep_frames;
       next->bricks[key] = brick.published;
@@ -205,24 +207,24 @@ WorkingBrick& FusionLevel::State::brick_at(const BrickKey& key) {
   return brick;
 }
 
-std::size_t FusionLevel::State::count_copies() {
-  std::size_t copies = 0;
+std::size_t FusionLevel::State::count_bytes() {
+  std::size_t bytes = 0;
   bricks.for_each([&](WorkingBrick& brick) {
     // What has not drifted is not worth a second copy once it is out of view.
     if (unseen(brick, frames) && brick.published && brick.now != brick.published && !brick.queued && !brick.model)
-      brick.now = brick.published;
-    copies += (brick.now ? 1u : 0u) + (brick.published != brick.now ? 1u : 0u);
+      brick.revert();
+    bytes += brick.bytes();
   });
-  return copies;
+  return bytes;
 }
 
 /// Keeps memory free for the bricks that a frame changes, as long as there are bricks to evict.
 void FusionLevel::State::evict() {
-  free_copies = max_copies - std::min(count_copies(), max_copies);
-  scarce = free_copies < reserve();
+  free_bytes = max_bytes - std::min(count_bytes(), max_bytes);
+  scarce = free_bytes < reserve();
   if (!scarce) return;
-  const auto slack = static_cast<std::size_t>(kMemory.slack * static_cast<double>(max_copies));
-  const std::vector<BrickKey> keys = least_needed(bricks, reserve() - free_copies + slack, frames, voxel_m);
+  const auto slack = static_cast<std::size_t>(kMemory.slack * static_cast<double>(max_bytes));
+  const std::vector<BrickKey> keys = least_needed(bricks, reserve() - free_bytes + slack, frames, voxel_m);
   const std::set<BrickKey> gone(keys.begin(), keys.end());
   bricks.remove_if([&](const WorkingBrick& brick) {
     const bool never_observed = !brick.now && !brick.model && unseen(brick, frames);
@@ -285,11 +287,13 @@ std::vector<VisibleBrick> FusionLevel::State::bricks_to_update(const Isometry3f&
   // Lamps and albedo are first solved from the first frame alone.
   const bool whole = frames == 0 && scope.first_frame_whole;
   unfinished = !whole && limit_work(visible, frames, light_variance, scope.max_bricks);
-  std::size_t free = free_copies;
+  std::size_t free = free_bytes;
   std::erase_if(visible, [&](const VisibleBrick& at) {
-    const bool needs_copy = at.brick->now == at.brick->published;
-    if (needs_copy && free == 0) return true;
-    free -= needs_copy ? 1 : 0;
+    const bool colored = at.visibility.kind == BrickVisibility::Kind::surface && !at.brick->unpublished_color;
+    const std::size_t needed = (at.brick->now == at.brick->published ? FieldBrickMaker::kBrick_bytes : 0) +
+                               (colored ? FieldBrickMaker::kColor_bytes : 0);
+    if (needed > free) return true;
+    free -= needed;
     return false;
   });
   return visible;
@@ -300,7 +304,7 @@ void FusionLevel::State::update_brick(const BrickUpdate& update, const VisibleBr
   WorkingBrick& brick = *visible.brick;
   const bool open = visible.visibility.kind == BrickVisibility::Kind::open;
   const bool light_changed = !open && with_color && brick.light_variance < light_variance;
-  if (light_changed && brick.now) {
+  if (light_changed && brick.now && brick.now->color) {
     follow_light(brick, light_ratio);
     brick.urgent = true;
   } else if (light_changed) {
@@ -341,14 +345,17 @@ void FusionLevel::State::record_change(WorkingBrick& brick, bool open, const Bri
 /// room's light and by that at this place, which is larger near a lamp that is carried past.
 void FusionLevel::State::follow_light(WorkingBrick& brick, const LightRatio& light_ratio) const {
   brick.prepare_change(maker);
+  BrickColor& color = brick.prepare_color(maker);
   double variance = light_variance - brick.light_variance;
   brick.light_variance = light_variance;
   if (light_ratio) {
     const Eigen::Array3f ratio = light_ratio(brick_centre(brick.key, voxel_m));
-    for (Vector3f& radiance : brick.now->radiance) radiance = (radiance.array() * ratio).matrix();
+    for (Vector3f& radiance : color.radiance) radiance = (radiance.array() * ratio).matrix();
     variance += ratio.max(kRadianceMemory.min_ratio).log().square().maxCoeff();
   }
-  brick.forget_radiance(variance);
+  // An observation of weight w has a relative variance of σ²/w; both variances add.
+  const float added = static_cast<float>(variance / (kRadianceMemory.log_sigma * kRadianceMemory.log_sigma));
+  for (float& weight : color.weight) weight /= 1 + added * weight;
 }
 
 /// The colours of bricks that were not measured in the light of now follow it, to first order.
@@ -375,10 +382,10 @@ void FusionLevel::State::copy_drifted(WorkingBrick& brick) const {
   const bool drifted = brick.urgent || brick.drifted(result, voxel_m);
   brick.queued = brick.urgent = false;
   if (!drifted) {
-    if (scarce && !brick.model) brick.now = brick.published;
+    if (scarce && !brick.model) brick.revert();
     return;
   }
-  brick.published = with_model ? maker.copy(result) : brick.now;
+  brick.publish(with_model ? maker.copy(result) : brick.now);
   brick.drift = WorkingBrick::kDriftUnknown;
   brick.copied = true;
 }

@@ -1,6 +1,7 @@
 #include "reconstruct/fusion/update_schedule.h"
 
 #include <algorithm>
+#include <tuple>
 #include <utility>
 
 #include "reconstruct/fusion/parameters.h"
@@ -60,17 +61,27 @@ bool limit_work(std::vector<VisibleBrick>& bricks, std::uint32_t frame, double l
 
 bool unseen(const WorkingBrick& brick, std::uint32_t frame) { return frame - brick.last_update >= kMemory.keep_frames; }
 
-std::vector<BrickKey> least_needed(const WorkingBricks& bricks, std::size_t count, std::uint32_t frame, float voxel_m) {
-  std::vector<std::pair<float, BrickKey>> order;  // negative need
+std::vector<BrickKey> least_needed(const WorkingBricks& bricks, std::size_t bytes, std::uint32_t frame, float voxel_m) {
+  std::vector<std::pair<float, const WorkingBrick*>> order;  // negative need
   for (const auto& brick : bricks) {
     if (!brick->now || !unseen(*brick, frame) || brick->queued || brick->model) continue;
     const float distance_m = std::max(brick_centre(brick->key, voxel_m).norm(), kMemory.near_m);
-    order.emplace_back(-static_cast<float>(frame - brick->last_update) * distance_m, brick->key);
+    order.emplace_back(-static_cast<float>(frame - brick->last_update) * distance_m, brick.get());
   }
-  const auto end = order.begin() + static_cast<std::ptrdiff_t>(std::min(count, order.size()));
-  if (end != order.end()) std::nth_element(order.begin(), end, order.end());
+  // More are not needed.
+  const std::size_t most = std::min(bytes / FieldBrickMaker::kBrick_bytes + 1, order.size());
+  const auto end = order.begin() + static_cast<std::ptrdiff_t>(most);
+  const auto before = [](const auto& a, const auto& b) {
+    return std::tie(a.first, a.second->key) < std::tie(b.first, b.second->key);
+  };
+  if (end != order.end()) std::nth_element(order.begin(), end, order.end(), before);
+  std::sort(order.begin(), end, before);
   std::vector<BrickKey> keys;
-  for (auto chosen = order.begin(); chosen != end; ++chosen) keys.push_back(chosen->second);
+  std::size_t freed = 0;
+  for (auto chosen = order.begin(); chosen != end && freed < bytes; ++chosen) {
+    keys.push_back(chosen->second->key);
+    freed += chosen->second->bytes();
+  }
   return keys;
 }
 

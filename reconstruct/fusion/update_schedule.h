@@ -24,9 +24,9 @@ bool limit_work(std::vector<VisibleBrick>& bricks, std::uint32_t frame, double l
 /// Whether a brick was out of view for so long that it may be evicted.
 bool unseen(const WorkingBrick& brick, std::uint32_t frame);
 
-/// Keys of `count` bricks whose memory is needed least, or of all that may go: the largest product of the frames since
-/// they were in view and their distance from the tag. Never those queued for publication, or with a real surface's
-/// model.
-std::vector<BrickKey> least_needed(const WorkingBricks& bricks, std::size_t count, std::uint32_t frame, float voxel_m);
+/// Keys of bricks whose memory is needed least, together at least `bytes`, or of all that may go: the largest product
+/// of the frames since they were in view and their distance from the tag. Never those queued for publication, or with a
+/// real surface's model.
+std::vector<BrickKey> least_needed(const WorkingBricks& bricks, std::size_t bytes, std::uint32_t frame, float voxel_m);
 
 }  // namespace lumigraft::reconstruct

@@ -42,26 +42,26 @@ bool WorkingBrick::drifted(const FieldBrick& next, float voxel_m) {
   // Few voxels have colour.
   std::array<std::uint16_t, kBrickVoxels> with_color{};
   std::size_t colored = 0;
-  for (std::size_t i = 0; i < kBrickVoxels; i += 4) {
-    if (!any(load(&next.radiance_weight[i]) > 0)) continue;
+  for (std::size_t i = 0; next.color && i < kBrickVoxels; i += 4) {
+    if (!any(load(&next.color->weight[i]) > 0)) continue;
     for (std::size_t k = i; k < i + 4; ++k) {
       with_color[colored] = static_cast<std::uint16_t>(k);
-      colored += next.radiance_weight[k] > 0 ? 1 : 0;
+      colored += next.color->weight[k] > 0 ? 1 : 0;
     }
   }
   // Dark voxels are compared relative to the brick's mean: 1 % of black is invisible.
   float radiance_sum = 0;
   for (std::size_t k = 0; k < colored; ++k) {
-    if (!(old.radiance_weight[with_color[k]] > 0)) return true;
-    radiance_sum += old.radiance[with_color[k]].sum();
+    if (!(old.radiance_weight(with_color[k]) > 0)) return true;
+    radiance_sum += old.color->radiance[with_color[k]].sum();
   }
   float total = 0;
   if (colored > 0) {
     const float mean = radiance_sum / static_cast<float>(colored);
     for (std::size_t k = 0; k < colored; ++k) {
-      const Eigen::Vector3f& was = old.radiance[with_color[k]];
+      const Eigen::Vector3f& was = old.color->radiance[with_color[k]];
       const float scale = kPublication.drift_radiance * std::max(was.sum(), mean) + 1e-9f;
-      total += (next.radiance[with_color[k]] - was).squaredNorm() * 3 / (scale * scale);
+      total += (next.color->radiance[with_color[k]] - was).squaredNorm() * 3 / (scale * scale);
     }
     if (total > static_cast<float>(colored)) return true;
     // Lower bound of the allowed drift: no voxel's scale is below that of the mean.
@@ -76,13 +76,8 @@ bool WorkingBrick::drifted(const FieldBrick& next, float voxel_m) {
 }
 
 bool WorkingBrick::has_color() const {
-  return now && std::any_of(now->radiance_weight.begin(), now->radiance_weight.end(), [](float w) { return w > 0; });
-}
-
-void WorkingBrick::forget_radiance(double variance) {
-  // An observation of weight w has a relative variance of σ²/w; both variances add.
-  const float added = static_cast<float>(variance / (kRadianceMemory.log_sigma * kRadianceMemory.log_sigma));
-  for (float& weight : now->radiance_weight) weight /= 1 + added * weight;
+  return now && now->color &&
+         std::any_of(now->color->weight.begin(), now->color->weight.end(), [](float w) { return w > 0; });
 }
 
 WorkingBrick& WorkingBricks::at(const BrickKey& key) {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "reconstruct/field/distance_field.h"
@@ -34,18 +35,38 @@ struct WorkingBrick {
 
   double light_variance = 0;  ///< FusionStage::State::light_variance at its last update
 
-  std::shared_ptr<FieldBrick> now;            ///< null before the first update; the published one if equal to it
-  std::shared_ptr<FieldBrick> published;      ///< not changed any more; null before the first publication
-  std::shared_ptr<const SurfaceBrick> model;  ///< of real surfaces in it; null if there are none
+  std::shared_ptr<FieldBrick> now;                ///< null before the first update; the published one if equal to it
+  std::shared_ptr<FieldBrick> published;          ///< not changed any more; null before the first publication
+  std::shared_ptr<BrickColor> unpublished_color;  ///< that of `now`, while no published brick shares it; null otherwise
+  bool published_color = false;                   ///< `published` has colour
+  std::shared_ptr<const SurfaceBrick> model;      ///< of real surfaces in it; null if there are none
 
   /// Whether a voxel has colour.
   bool has_color() const;
+  /// Memory of `now`, of `published` and of their colours.
+  std::size_t bytes() const {
+    return FieldBrickMaker::kBrick_bytes * ((now ? 1u : 0u) + (published && published != now ? 1u : 0u)) +
+           FieldBrickMaker::kColor_bytes * ((unpublished_color ? 1u : 0u) + (published_color ? 1u : 0u));
+  }
   /// To be called before `now` is changed: copies it if it is published, creates it if there is none.
   void prepare_change(const FieldBrickMaker& maker) {
     if (!now || now == published) now = now ? maker.copy(*now) : maker.make();
   }
-  /// Adds `variance` (relative, 1σ²) to that of the radiance, by lowering its weights.
-  void forget_radiance(double variance);
+  /// To be called after prepare_change, and before the colour of `now` is changed.
+  BrickColor& prepare_color(const FieldBrickMaker& maker) {
+    if (!unpublished_color) now->color = unpublished_color = maker.copy(now->color.get());
+    return *unpublished_color;
+  }
+  void publish(std::shared_ptr<FieldBrick> brick) {
+    published = std::move(brick);
+    published_color = published->color != nullptr;
+    unpublished_color = nullptr;
+  }
+  /// Forgets what changed since the last publication.
+  void revert() {
+    now = published;
+    unpublished_color = nullptr;
+  }
   /// Adds the drift of an update. `more_known`: distance or colour of a voxel became known.
   void add_drift(bool more_known, float update_drift, float update_radiance_drift) {
     drift = more_known ? kDriftUnknown : drift + update_drift;

@@ -69,7 +69,6 @@ Planes<kAlbedoPlanes> planes_of(const AlbedoBrick& brick, float common_error) {
 std::shared_ptr<const FieldBrick> field_brick(const BrickKey& key, const Planes<kFieldPlanes>& planes,
                                               float truncation_m) {
   auto brick = std::make_shared<FieldBrick>();
-  brick->radiance.fill(Eigen::Vector3f::Zero());
   for (std::size_t i = 0; i < kBrickVoxels; ++i) {
     if (planes[0][i] > 2 * kSteps.distance_steps)
       refuse_voxel("a distance beyond the truncation distance, allowed: within it", key, i);

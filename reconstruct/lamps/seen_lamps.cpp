@@ -31,8 +31,8 @@ enum class Brightness { dark, clipped, lamp };
 
 /// Of a voxel near the surface, compared with a lamp's radiance.
 Brightness brightness(const FieldBrick& brick, std::size_t index, float lamp_radiance) {
-  const float mean = brick.radiance[index].mean();
-  if (brick.radiance_weight[index] > 0)
+  const float mean = brick.radiance(index).mean();
+  if (brick.radiance_weight(index) > 0)
     return mean * kSeen.max_contrast > lamp_radiance ? Brightness::lamp : Brightness::dark;
   return mean > 0 ? Brightness::clipped : Brightness::dark;
 }

@@ -21,9 +21,7 @@ using Simd8Int = std::int32_t __attribute__((vector_size(32)));  ///< comparison
   return x;
 }
 [[gnu::always_inline]] inline void store(float* to, Simd8 x) { __builtin_memcpy(to, &x, sizeof(x)); }
-[[gnu::always_inline]] inline Simd8 select(Simd8Int where, Simd8 a, Simd8 b) {
-  return reinterpret_cast<Simd8>((where & reinterpret_cast<Simd8Int>(a)) | (~where & reinterpret_cast<Simd8Int>(b)));
-}
+[[gnu::always_inline]] inline Simd8 select(Simd8Int where, Simd8 a, Simd8 b) { return where ? a : b; }
 /// If a lane of either operand is NaN, these return that of `b`.
 [[gnu::always_inline]] inline Simd8 min(Simd8 a, Simd8 b) { return a < b ? a : b; }
 [[gnu::always_inline]] inline Simd8 max(Simd8 a, Simd8 b) { return a > b ? a : b; }

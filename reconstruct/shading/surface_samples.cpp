@@ -39,14 +39,15 @@ bool on_paper(const Eigen::Vector3f& p, double print_edge_m, float margin_m) {
 bool on_surface(const FieldBrick& brick, int index, float voxel_m) {
   const float distance = brick.distance_m[index];
   // Half a voxel either way: one layer of voxels on an axis-aligned plane.
-  return brick.weight[index] > 0 && brick.radiance_weight[index] > 0 && distance <= 0.5f * voxel_m &&
-         distance > -0.5f * voxel_m;
+  return brick.weight[index] > 0 && brick.radiance_weight(static_cast<std::size_t>(index)) > 0 &&
+         distance <= 0.5f * voxel_m && distance > -0.5f * voxel_m;
 }
 
 std::vector<SurfacePoint> points_in(const DistanceField& field, const BrickKey& key, const FieldRays& rays,
                                     const MetalMask& metal) {
   std::vector<SurfacePoint> points;
   const FieldBrick& brick = *field.brick(key);
+  if (!brick.color) return points;
   for (int index = 0; index < kBrickVoxels; ++index) {
     if (!on_surface(brick, index, field.voxel_m)) continue;
     const Eigen::Vector3i voxel = voxel_in(key, index);
@@ -56,7 +57,7 @@ std::vector<SurfacePoint> points_in(const DistanceField& field, const BrickKey& 
     point.brick = key;
     point.index = index;
     point.position = voxel.cast<float>() * field.voxel_m - brick.distance_m[index] * point.normal;
-    point.radiance = brick.radiance[index];
+    point.radiance = brick.radiance(static_cast<std::size_t>(index));
     if (!point.radiance.allFinite() || point.radiance.minCoeff() < 0) continue;
     point.weight = brick.weight[index];
     point.metal = metal.contains(point.position);

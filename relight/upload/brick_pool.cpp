@@ -110,8 +110,8 @@ struct BrickPool::State {
       const reconstruct::FieldBrick& b = *slot.field;
       const bool known = b.weight[i] > 0;
       distance[first + i] = half2(b.distance_m[i], known ? 1.0f : 0.0f);
-      const bool seen = b.radiance_weight[i] > 0;
-      const Eigen::Vector3f& l = b.radiance[i];
+      const bool seen = b.radiance_weight(i) > 0;
+      const Eigen::Vector3f l = b.radiance(i);
       radiance[2 * (first + i)] = half2(l.x(), l.y());
       radiance[2 * (first + i) + 1] = half2(l.z(), seen ? 1.0f : 0.0f);
       const bool solved = slot.albedo && slot.albedo->sigma[i] >= 0;

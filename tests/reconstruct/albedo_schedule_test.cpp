@@ -24,8 +24,9 @@ Illumination one_lamp(std::uint64_t version, float irradiance) {
 DistanceField room(int bricks, std::uint64_t version) {
   static const auto grey = [] {
     auto brick = std::make_shared<FieldBrick>();
-    brick->radiance.fill(Eigen::Vector3f::Constant(0.5f));
-    brick->radiance_weight.fill(1);
+    BrickColor& color = brick->own_color();
+    color.radiance.fill(Eigen::Vector3f::Constant(0.5f));
+    color.weight.fill(1);
     return brick;
   }();
   DistanceField field;
@@ -103,11 +104,11 @@ TEST(AlbedoSchedule, WhatMovesIsSolvedAtTheUsualPace) {
   frames_solved(schedule, room(100, 1), 60, same);
   DistanceField field = room(100, 1000);
   auto noisy = std::make_shared<FieldBrick>(*field.bricks.at({0, 0, 0}));
-  noisy->radiance.fill(Eigen::Vector3f::Constant(0.49f));
+  noisy->own_color().radiance.fill(Eigen::Vector3f::Constant(0.49f));
   field.bricks[{0, 0, 0}] = noisy;
   EXPECT_FALSE(schedule.moved(field, one_lamp(2, 10))) << "2 % is noise";
   auto other = std::make_shared<FieldBrick>(*noisy);
-  other->radiance.fill(Eigen::Vector3f::Constant(0.4f));
+  other->own_color().radiance.fill(Eigen::Vector3f::Constant(0.4f));
   field.bricks[{0, 0, 0}] = other;
   EXPECT_TRUE(schedule.moved(field, one_lamp(2, 10)));
   EXPECT_TRUE(schedule.moved(room(100, 2), one_lamp(2, 10.2f))) << "2 % of the light";

@@ -97,10 +97,10 @@ TEST(SceneBuilder, AHandOnTheColourLensChangesNeitherLightNorAlbedo) {
   for (const auto& [key, brick] : before.field->bricks) {
     const FieldBrick* now = after.field->brick(key);
     if (!now) continue;
-    for (std::size_t i = 0; i < brick->radiance.size(); ++i) {
-      if (!(brick->radiance_weight[i] > 0 && now->radiance_weight[i] > 0)) continue;
-      change += static_cast<double>((now->radiance[i] - brick->radiance[i]).cwiseAbs().sum());
-      all += static_cast<double>(brick->radiance[i].sum());
+    for (std::size_t i = 0; i < kBrickVoxels; ++i) {
+      if (!(brick->radiance_weight(i) > 0 && now->radiance_weight(i) > 0)) continue;
+      change += static_cast<double>((now->radiance(i) - brick->radiance(i)).cwiseAbs().sum());
+      all += static_cast<double>(brick->radiance(i).sum());
     }
   }
   EXPECT_LT(change, 0.05 * all);

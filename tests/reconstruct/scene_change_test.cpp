@@ -12,8 +12,9 @@ namespace {
 TEST(SceneChange, WhatMovedIsNotWhatNoiseMakesDrift) {
   const auto grey = [](float radiance) {
     auto brick = std::make_shared<FieldBrick>();
-    brick->radiance.fill(Eigen::Vector3f::Constant(radiance));
-    brick->radiance_weight.fill(1);
+    BrickColor& color = brick->own_color();
+    color.radiance.fill(Eigen::Vector3f::Constant(radiance));
+    color.weight.fill(1);
     return brick;
   };
   DistanceField before, now;

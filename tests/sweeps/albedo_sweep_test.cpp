@@ -148,16 +148,17 @@ TEST(AlbedoSweep, Saturated) {
     reconstruct::DistanceField field = room.field();
     float brightest = 0;
     for (const auto& [key, brick] : field.bricks) {
-      for (const Vector3f& radiance : brick->radiance) brightest = std::max(brightest, radiance.maxCoeff());
+      for (const Vector3f& radiance : brick->color->radiance) brightest = std::max(brightest, radiance.maxCoeff());
     }
     const float end = brightest / static_cast<float>(exposure);
     const auto clips = [&](const Vector3f& radiance) { return radiance.maxCoeff() > end; };
     for (const auto& [key, brick] : reconstruct::BrickMap(field.bricks)) {  // as in fusion: clipped pixels do not count
       auto without = std::make_shared<reconstruct::FieldBrick>(*brick);
+      reconstruct::BrickColor& color = without->own_color();
       for (std::size_t i = 0; i < reconstruct::kBrickVoxels; ++i) {
-        if (!clips(without->radiance[i])) continue;
-        without->radiance[i] = without->radiance[i].cwiseMin(end);
-        without->radiance_weight[i] = 0;
+        if (!clips(color.radiance[i])) continue;
+        color.radiance[i] = color.radiance[i].cwiseMin(end);
+        color.weight[i] = 0;
       }
       field.bricks[key] = without;
     }

@@ -113,19 +113,19 @@ struct TestRoom {
       for (int b = -reach; b < reach; ++b) {
         for (int c = -1; c < 10; ++c) {
           auto brick = std::make_shared<FieldBrick>();
+          BrickColor& color = brick->own_color();
           bool any = false;
           for (int i = 0; i < kBrickVoxels; ++i) {
             const Eigen::Vector3f p =
                 field.voxel_m * Eigen::Vector3f(8.0f * a + (i & 7), 8.0f * b + ((i >> 3) & 7), 8.0f * c + (i >> 6));
             const float d = distance(p);
-            brick->radiance[i].setZero();
             if (std::abs(d) > field.truncation_m || !seen(p)) continue;
             any = true;
             brick->distance_m[i] = d;
             brick->weight[i] = 1;
             const Eigen::Vector3f n = normal(p), on = p - d * n;
-            brick->radiance[i] = albedo(on).cwiseProduct(irradiance(on, n)) / kTestPi;
-            brick->radiance_weight[i] = 1;
+            color.radiance[i] = albedo(on).cwiseProduct(irradiance(on, n)) / kTestPi;
+            color.weight[i] = 1;
           }
           if (any) field.bricks[{a, b, c}] = brick;
         }

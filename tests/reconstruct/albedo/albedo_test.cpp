@@ -117,11 +117,12 @@ TEST(AlbedoStage, ClippedSurfaceGetsTheLargestOfItsBounds) {
   BrickMap<FieldBrick> bricks;
   for (const auto& [key, brick] : field.bricks) {
     auto seen = std::make_shared<FieldBrick>(*brick);
+    BrickColor& color = seen->own_color();
     for (int i = 0; i < kBrickVoxels; ++i) {
       const auto k = static_cast<std::size_t>(i);
       if (!on_sheet(field.voxel_m * voxel_in(key, i).cast<float>())) continue;
-      seen->radiance[k] = seen->radiance[k].cwiseMin(clip);
-      seen->radiance_weight[k] = 0;
+      color.radiance[k] = color.radiance[k].cwiseMin(clip);
+      color.weight[k] = 0;
     }
     bricks[key] = std::move(seen);
   }

@@ -29,6 +29,7 @@ class SheetOnTable : public testing::Test {
         for (int c = -1; c < 1; ++c) {
           const BrickKey key{a, b, c};
           auto brick = std::make_shared<FieldBrick>();
+          BrickColor& color = brick->own_color();
           auto albedo = std::make_shared<AlbedoBrick>();
           albedo->sigma.fill(-1);
           for (int k = 0; k < kBrickVoxels; ++k) {
@@ -40,8 +41,8 @@ class SheetOnTable : public testing::Test {
             if (std::abs(height_m) >= kVoxel_m) continue;
             const bool sheet = std::max(std::abs(p.x()), std::abs(p.y())) < kSheet_m;
             const float outside = continues(p) ? of_table : 0.3f;
-            brick->radiance[i] = Vector3f::Constant(sheet ? kBound : 0.3f);
-            brick->radiance_weight[i] = sheet ? 0 : 10;
+            color.radiance[i] = Vector3f::Constant(sheet ? kBound : 0.3f);
+            color.weight[i] = sheet ? 0 : 10;
             if (sheet) continue;
             albedo->albedo[i] = Vector3f::Constant(outside);
             albedo->sigma[i] = 0.05f;

@@ -91,7 +91,7 @@ TEST(IncrementalSolver, NoDriftOverManySolutions) {
     for (const auto& [key, brick] : all_field.bricks) {
       if (gone || (key[0] != i % 18 - 9 && key[0] != i % 18 - 8)) continue;
       auto darker = std::make_shared<FieldBrick>(*brick);
-      for (Eigen::Vector3f& radiance : darker->radiance) radiance *= 0.5f;
+      for (Eigen::Vector3f& radiance : darker->own_color().radiance) radiance *= 0.5f;
       field.bricks[key] = darker;
     }
     const auto found = stage.solve_incremental(field, seen);

@@ -22,6 +22,7 @@ DistanceField make_field(const std::function<float(const Vector3f&)>& distance_m
     for (int b = std::floor(low_m.y() / brick_m); b <= std::floor(high_m.y() / brick_m); ++b)
       for (int c = std::floor(low_m.z() / brick_m); c <= std::floor(high_m.z() / brick_m); ++c) {
         auto brick = std::make_shared<FieldBrick>();
+        BrickColor& color = brick->own_color();
         bool used = false;
         for (int i = 0; i < kBrickVoxels; ++i) {
           const Vector3f p = field.voxel_m * Vector3f(8 * a + i % 8, 8 * b + i / 8 % 8, 8 * c + i / 64);
@@ -31,8 +32,8 @@ DistanceField make_field(const std::function<float(const Vector3f&)>& distance_m
           brick->distance_m[i] = std::clamp(d, -field.truncation_m, field.truncation_m);
           brick->weight[i] = 2;
           if (radiance) {
-            brick->radiance[i] = radiance(p);
-            brick->radiance_weight[i] = 1;
+            color.radiance[i] = radiance(p);
+            color.weight[i] = 1;
           }
         }
         if (used) field.bricks[{a, b, c}] = brick;

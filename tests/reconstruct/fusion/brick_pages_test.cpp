@@ -13,7 +13,7 @@ namespace {
 FieldBrick even_brick(float distance_m) {
   FieldBrick brick;
   brick.distance_m.fill(distance_m);
-  brick.radiance_weight.back() = distance_m;
+  brick.own_color().weight.back() = distance_m;
   return brick;
 }
 
@@ -25,7 +25,7 @@ TEST(FieldBrickMaker, CopiesAreEqualAndOutliveTheMaker) {
   }
   for (std::size_t i = 0; i < bricks.size(); ++i) {
     EXPECT_EQ(bricks[i]->distance_m.front(), static_cast<float>(i));
-    EXPECT_EQ(bricks[i]->radiance_weight.back(), static_cast<float>(i));
+    EXPECT_EQ(bricks[i]->color->weight.back(), static_cast<float>(i));
   }
 }
 

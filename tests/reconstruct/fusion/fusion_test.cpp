@@ -402,6 +402,46 @@ TEST(Fusion, APublishedFieldNeverChanges) {
   }
 }
 
+// Bricks share their colour with what was published of them until it changes.
+TEST(Fusion, PublishedColoursNeverChange) {
+  const capture::CameraModel camera = test::small_camera();
+  const Isometry3d T = test::looking_at_tag(0.85, 50 * kDegree, -1.3);
+  FusionStage stage(session_with(camera), {});
+  const auto fuse = [&](unsigned i, double radiance, double light_change) {
+    const auto light = [radiance](const Vector3d&) { return radiance; };
+    return stage.fuse(
+        frame_of(table, camera, T, i, {0.1, i + 1}, light), pose_at(T), light_change,
+        [&](const Vector3f&) { return Eigen::Array3f::Constant(1 + static_cast<float>(light_change)).eval(); });
+  };
+  struct Published {
+    std::shared_ptr<const DistanceField> field;
+    std::vector<std::pair<BrickKey, BrickColor>> colors;
+  };
+  std::vector<Published> published;
+  std::size_t colored = 0, bricks = 0;
+  for (unsigned i = 0; i < 12; ++i) {
+    const auto field = fuse(i, 0.3 + 0.02 * i, i % 4 == 3 ? 0.2 : 0);
+    Published& now = published.emplace_back();
+    now.field = field;
+    for (const auto& [key, brick] : field->bricks) {
+      if (brick->color) now.colors.emplace_back(key, *brick->color);
+    }
+    bricks = field->bricks.size();
+    colored = now.colors.size();
+  }
+  EXPECT_GT(colored, 100u);
+  EXPECT_LT(colored, bricks) << "space without surface has no colour";
+  for (const Published& then : published)
+    for (const auto& [key, color] : then.colors) {
+      EXPECT_EQ(then.field->brick(key)->color->radiance, color.radiance);
+      EXPECT_EQ(then.field->brick(key)->color->weight, color.weight);
+    }
+  const auto first = published.front().field->radiance({0.1f, 0, 0}),
+             last = published.back().field->radiance({0.1f, 0, 0});
+  ASSERT_TRUE(first && last);
+  EXPECT_GT(last->x(), 1.1f * first->x()) << "or nothing changed";
+}
+
 TEST(Fusion, AConvergedFieldDoesNotChange) {
   const capture::CameraModel camera = test::small_camera();
   const Isometry3d T = test::looking_at_tag(0.85, 50 * kDegree, -1.3);
@@ -448,7 +488,10 @@ TEST(Fusion, TheSameFramesGiveTheSameField) {
   for (const auto& [key, brick] : a->bricks) {
     EXPECT_EQ(other->first, key) << "even in the order of bricks";
     EXPECT_EQ(other->second->distance_m, brick->distance_m);
-    EXPECT_EQ(other->second->radiance_weight, brick->radiance_weight);
+    ASSERT_EQ(other->second->color != nullptr, brick->color != nullptr);
+    if (brick->color) {
+      EXPECT_EQ(other->second->color->weight, brick->color->weight);
+    }
     ++other;
   }
 }
@@ -474,7 +517,7 @@ TEST(Fusion, ColourBecomesRadiance) {
   const Eigen::Vector3i voxel = (Vector3f(0.1f, 0, 0) / clipped->voxel_m).array().round().matrix().cast<int>();
   const FieldBrick* bound = clipped->brick(brick_of(voxel));
   ASSERT_TRUE(bound);
-  EXPECT_GT(bound->radiance[static_cast<std::size_t>(index_in_brick(voxel))].minCoeff(), 0) << "a lower bound";
+  EXPECT_GT(bound->radiance(static_cast<std::size_t>(index_in_brick(voxel))).minCoeff(), 0) << "a lower bound";
   ASSERT_TRUE(clipped->radiance(Vector3f(-0.1f, 0, 0)));
   EXPECT_TRUE(clipped->sample(Vector3f(0.1f, 0, 0)));
 }

@@ -19,8 +19,7 @@ DistanceField without_radiance(const DistanceField& field) {
   DistanceField result = field;
   for (const BrickKey& key : sorted_keys(field.bricks)) {
     auto brick = std::make_shared<FieldBrick>(*field.bricks.at(key));
-    brick->radiance.fill(Vector3f::Zero());
-    brick->radiance_weight.fill(0);
+    brick->color = nullptr;
     result.bricks[key] = brick;
   }
   return result;
@@ -106,8 +105,8 @@ TEST(RestoredField, LaterFillsOnlyWhatThisRunHasNotObserved) {
 TEST(RestoredField, StaysWithinItsMemoryAndLetsTheViewIn) {
   DistanceField kept = kept_shape(table, {over_the_table()});
   const auto brick = kept.bricks.begin()->second;
-  for (int x = 0; x < 40; ++x)
-    for (int y = 0; y < 40; ++y)
+  for (int x = 0; x < 60; ++x)
+    for (int y = 0; y < 80; ++y)
       for (int z = 100; z < 125; ++z) kept.bricks[{x, y, z}] = brick;  // far from the tag and out of view
   FusionSettings settings;
   settings.max_memory_mb = 300;

@@ -22,12 +22,11 @@ void expect_near(const DistanceField& read, const DistanceField& written) {
   const float step_m = written.truncation_m / static_cast<float>(kKeptRoom.file.distance_steps);
   for (const auto& [key, brick] : written.bricks) {
     const FieldBrick& other = *read.bricks.at(key);
+    ASSERT_FALSE(other.color) << "light of then is not light of now";
     for (std::size_t i = 0; i < kBrickVoxels; ++i) {
       ASSERT_NEAR(other.distance_m[i], brick->distance_m[i], kHalf * step_m + kRounding);
       ASSERT_NEAR(other.weight[i], brick->weight[i], 0.004f * brick->weight[i]);
       ASSERT_EQ(other.weight[i] > 0, brick->weight[i] > 0) << "unknown stays unknown";
-      ASSERT_EQ(other.radiance_weight[i], 0) << "light of then is not light of now";
-      ASSERT_TRUE(other.radiance[i].isZero(0));
     }
   }
 }

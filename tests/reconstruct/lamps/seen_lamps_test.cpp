@@ -30,18 +30,18 @@ struct Above {
       for (int b = -6; b < 6; ++b)
         for (int c = 4; c < 16; ++c) {
           auto brick = std::make_shared<FieldBrick>();
+          BrickColor& color = brick->own_color();
           bool any = false;
           for (int i = 0; i < kBrickVoxels; ++i) {
             const Vector3f p = field->voxel_m * voxel_in({a, b, c}, i).cast<float>();
             const float d = distance_m(p);
-            brick->radiance[i].setZero();
             if (std::abs(d) > field->truncation_m) continue;
             any = true;
             brick->distance_m[i] = d;
             brick->weight[i] = 1;
             const float shown = radiance(p);
-            brick->radiance[i] = Vector3f::Constant(std::abs(shown));
-            brick->radiance_weight[i] = shown > 0 ? 1.0f : 0.0f;
+            color.radiance[i] = Vector3f::Constant(std::abs(shown));
+            color.weight[i] = shown > 0 ? 1.0f : 0.0f;
           }
           if (any) field->bricks[{a, b, c}] = brick;
         }

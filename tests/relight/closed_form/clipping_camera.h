@@ -40,10 +40,11 @@ inline reconstruct::Scene with_bounds(reconstruct::Scene scene, float clip) {
   auto field = std::make_shared<reconstruct::DistanceField>(*scene.field);
   for (const auto& [key, brick] : scene.field->bricks) {
     auto seen = std::make_shared<reconstruct::FieldBrick>(*brick);
+    reconstruct::BrickColor& color = seen->own_color();
     for (std::size_t i = 0; i < reconstruct::kBrickVoxels; ++i) {
-      if (seen->radiance[i].maxCoeff() < clip) continue;
-      seen->radiance[i] = seen->radiance[i].cwiseMin(clip);
-      seen->radiance_weight[i] = 0;
+      if (color.radiance[i].maxCoeff() < clip) continue;
+      color.radiance[i] = color.radiance[i].cwiseMin(clip);
+      color.weight[i] = 0;
     }
     field->bricks[key] = std::move(seen);
   }

@@ -45,14 +45,15 @@ reconstruct::Scene unknown_strip(const ClosedScene& closed, bool fused) {
   auto colors = std::make_shared<reconstruct::AlbedoField>(*scene.albedo);
   for (const auto& [key, shared] : scene.field->bricks) {
     auto brick = std::make_shared<reconstruct::FieldBrick>(*shared);
+    reconstruct::BrickColor& color = brick->own_color();
     auto paint = std::make_shared<reconstruct::AlbedoBrick>(*colors->bricks.at(key));
     for (int i = 0; i < reconstruct::kBrickVoxels; ++i) {
       const Eigen::Vector3i voxel(8 * key[0] + i % 8, 8 * key[1] + i / 8 % 8, 8 * key[2] + i / 64);
       if (!in_strip(field->voxel_m * voxel.cast<float>())) continue;
       const auto k = static_cast<std::size_t>(i);
       if (!fused) brick->weight[k] = 0;
-      brick->radiance_weight[k] = 0;
-      brick->radiance[k].setZero();
+      color.weight[k] = 0;
+      color.radiance[k].setZero();
       paint->sigma[k] = -1;
     }
     field->bricks[key] = brick;

@@ -98,6 +98,7 @@ reconstruct::Scene ClosedScene::scene() const {
     for (int y = low.y(); y <= high.y(); ++y) {
       for (int x = low.x(); x <= high.x(); ++x) {
         auto brick = std::make_shared<reconstruct::FieldBrick>();
+        reconstruct::BrickColor& color = brick->own_color();
         auto paint = std::make_shared<reconstruct::AlbedoBrick>();
         bool any = false;
         for (int i = 0; i < reconstruct::kBrickVoxels; ++i) {
@@ -109,8 +110,8 @@ reconstruct::Scene ClosedScene::scene() const {
           any = any || near;
           brick->distance_m[k] = std::clamp(d, -field->truncation_m, field->truncation_m);
           brick->weight[k] = d > -field->truncation_m ? 1.0f : 0.0f;
-          brick->radiance_weight[k] = near ? 1.0f : 0.0f;
-          brick->radiance[k].setConstant(near ? radiance(p) : 0.0f);
+          color.weight[k] = near ? 1.0f : 0.0f;
+          color.radiance[k].setConstant(near ? radiance(p) : 0.0f);
           paint->albedo[k].setConstant(albedo);
           paint->sigma[k] = near ? 0.01f : -1.0f;
         }
