@@ -237,6 +237,18 @@ std::vector<double> ConfigTable::numbers(std::string_view key, std::size_t min_c
   return out;
 }
 
+std::vector<std::string> ConfigTable::texts(std::string_view key) const {
+  const toml::node* node = node_->lookup(key);
+  const auto* array = node != nullptr ? node->as_array() : nullptr;
+  if (array == nullptr) fail(key, found_text(node) + ", allowed: an array of strings");
+  std::vector<std::string> out;
+  for (const toml::node& element : *array) {
+    if (!element.is_string()) fail(key, found_text(&element) + " in the array, allowed: an array of strings");
+    out.push_back(element.as_string()->get());
+  }
+  return out;
+}
+
 std::vector<double> ConfigTable::rigid_transform(std::string_view key) const {
   const toml::node* node = node_->lookup(key);
   const std::string allowed = ", allowed: a rigid transform, four rows of four finite numbers";

@@ -53,6 +53,8 @@ class ConfigTable {
   /// Array of exactly `count` finite numbers.
   std::vector<double> numbers(std::string_view key, std::size_t count) const;
   std::vector<double> numbers(std::string_view key, std::size_t min_count, std::size_t max_count) const;
+  /// Array of strings.
+  std::vector<std::string> texts(std::string_view key) const;
   /// 4x4 rigid transform as four rows, row-major. Refuses NaN, a last row other than 0 0 0 1, and rotations that are
   /// not orthonormal to 1e-4 or mirror.
   std::vector<double> rigid_transform(std::string_view key) const;

@@ -31,6 +31,7 @@
 #include "server/commands/calibrate_guide.h"
 #include "server/commands/calibrate_text.h"
 #include "server/commands/parameters.h"
+#include "server/pipeline/listener_config.h"
 
 namespace lumigraft::server {
 namespace {
@@ -329,21 +330,22 @@ void find_lenses_in(const capture::Session& session, const CalibrateCommand& com
 /// Like find_lenses_in, with the guide page, which is served until interrupted.
 void find_lenses_guided(const CalibrateCommand& command, const reconstruct::Board& board,
                         const capture::Session& session, const std::atomic<bool>& interrupted, std::ostream& report) {
-  ServerSettings listen;
-  read_listen(command.listen, "--listen", listen);
+  ListenerSettings listener = listener_at(command.listen, "--listen");
+  listener.permissions = Permissions::all();
   CalibrateGuide guide(cameras_of(session).cameras);
   EncoderDemand demand;
   Metrics metrics;
   WebHandlers handlers;
   handlers.get = [&guide](std::string_view path) { return guide.reply(path); };
   handlers.post = [&guide](std::string_view path) { return guide.ask(path); };
-  handlers.hello = handlers.state = [] { return std::string("{}"); };
+  handlers.hello = [](Permissions) { return std::string("{}"); };
+  handlers.state = [] { return std::string("{}"); };
   handlers.change_object = [](const ObjectCommand&) { return std::optional<std::string>("found no objects here"); };
   handlers.playback = [](const PlaybackCommand&) { return std::optional<std::string>("found nothing to play here"); };
   handlers.record = [](bool) { return std::optional<std::string>("found no recording here"); };
-  WebServer web({.address = listen.address, .port = listen.port}, std::move(handlers), demand, metrics);
+  WebServer web({.listeners = {listener}}, std::move(handlers), demand, metrics);
   web.start();
-  report << "guiding on http://" << listen.address << ':' << web.port() << "/ until interrupted" << std::endl;
+  report << "guiding on " << listener.url(web.port()) << " until interrupted" << std::endl;
   std::ostringstream found;
   std::exception_ptr failure;
   std::string refusal;

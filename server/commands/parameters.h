@@ -14,6 +14,9 @@ inline constexpr struct CommandParameters {
   std::chrono::seconds warning_again{60}, drops_every{30}, grace{2};
   std::size_t max_remembered = 200, more_after_refusal = 5;  ///< warnings that contain numbers; moments after which
   int enough_views = 15;                                     ///< calibration is attempted again, first with these
-  double stale_after_s = 5;                                  ///< age of the newest picture that is not healthy
+  std::chrono::milliseconds snapshots_apart{200};            ///< encoded
+  /// A thread that has not turned for so long hangs: no turn takes a tenth of it once shaders are compiled.
+  std::chrono::seconds hung_after{10};
+  double stale_after_s = 5;  ///< age of the newest picture that is not healthy
 } kCommands;
 }  // namespace lumigraft::server

@@ -4,15 +4,18 @@
 #include <cstdio>
 
 #include "capture/error.h"
+#include "capture/message_text.h"
 #include "capture/record/source_observer.h"
 #include "capture/recorded/seekable_reader.h"
 #include "server/commands/kept_room_file.h"
 #include "server/commands/record_button.h"
 #include "server/commands/serve_log.h"
 #include "server/commands/serve_texts.h"
+#include "server/commands/service_manager.h"
 #include "server/commands/stop_signal.h"
 #include "server/commands/tag_map_file.h"
 #include "server/commands/views_file.h"
+#include "server/pipeline/listener_config.h"
 #include "server/pipeline/parameters.h"
 #include "server/pipeline/pipeline.h"
 #include "server/stream/page.h"
@@ -21,20 +24,45 @@
 namespace lumigraft::server {
 namespace {
 
-WebReply snapshot(const Pipeline& pipeline, JpegEncoder& encoder) {
-  const ShownFrame newest = pipeline.newest();
-  if (!newest.srgb) return {503, "text/plain; charset=utf-8", "no picture yet\n"};
-  const std::vector<std::uint8_t> file = encoder.encode(*newest.srgb);
-  return {200, "image/jpeg", std::string(file.begin(), file.end())};
-}
+/// The newest picture, encoded at most five times a second however often it is asked for.
+class Snapshots {
+ public:
+  Snapshots(const Pipeline& pipeline, int jpeg_quality) : pipeline_(pipeline), encoder_(jpeg_quality) {}
 
-WebReply get(std::string_view path, const Pipeline& pipeline, const Metrics& metrics, JpegEncoder& encoder) {
+  WebReply newest() {
+    const auto now = std::chrono::steady_clock::now();
+    if (!file_.empty() && now - encoded_ < kCommands.snapshots_apart) return reply();
+    const ShownFrame newest = pipeline_.newest();
+    if (!newest.srgb) return {.status = 503, .body = "no picture yet\n"};
+    const std::vector<std::uint8_t> file = encoder_.encode(*newest.srgb);
+    file_.assign(file.begin(), file.end());
+    encoded_ = now;
+    return reply();
+  }
+
+ private:
+  WebReply reply() const { return {.status = 200, .type = "image/jpeg", .body = file_}; }
+
+  const Pipeline& pipeline_;
+  JpegEncoder encoder_;
+  std::string file_;
+  std::chrono::steady_clock::time_point encoded_{};
+};
+
+WebReply get(std::string_view path, const Metrics& metrics, Snapshots& snapshots) {
   if (path == "/healthz") {
     const Health h = health(metrics);
-    return {h.ok ? 200u : 503u, "application/json", h.json};
+    return {.status = h.ok ? 200u : 503u, .type = "application/json", .body = h.json};
   }
-  if (path == "/metrics") return {200, "text/plain; version=0.0.4; charset=utf-8", metrics.prometheus()};
-  return path == "/snapshot.jpg" ? snapshot(pipeline, encoder) : page_reply(path);
+  if (path == "/metrics")
+    return {.status = 200, .type = "text/plain; version=0.0.4; charset=utf-8", .body = metrics.prometheus()};
+  return path == "/snapshot.jpg" ? snapshots.newest() : page_reply(path);
+}
+
+/// What does not answer any more; empty while all does.
+std::string hung_in(const Pipeline& pipeline, WebServer& web) {
+  if (const auto thread = pipeline.hung(kCommands.hung_after)) return *thread;
+  return std::chrono::steady_clock::now() - web.last_turn() > kCommands.hung_after ? "network" : "";
 }
 
 }  // namespace
@@ -43,7 +71,9 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
   static StopSignal stop;  // its thread runs until the process ends
   ServiceInput input = read_service(files, interactive_plan(), kPipeline.max_model_bytes);
   for (const std::string& warning : input.warnings) std::fprintf(stderr, "lumigraft: %s\n", warning.c_str());
-  if (!listen.empty()) read_listen(listen, "--listen", input.server);
+  if (!listen.empty()) input.server.listeners = {listener_at(listen, "--listen")};
+  for (const std::string& warning : listener_warnings(input.server.listeners))
+    std::fprintf(stderr, "lumigraft: %s\n", warning.c_str());
   capture::refuse_if(input.plan.method == "reference",
                      "plan.method: found \"reference\", allowed with serve: what draws while it runs, as \"dvct\"");
   const capture::Session session = input.session;
@@ -93,7 +123,6 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
 
   EncoderDemand demand;
   Metrics metrics;
-  JpegEncoder snapshots(server.jpeg_quality);
   WebServer* web_pointer = nullptr;
   Pipeline pipeline(
       std::move(input), std::move(cameras), open,
@@ -102,13 +131,12 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
       [&web_pointer](std::shared_ptr<const StreamMessage> message) { web_pointer->publish(std::move(message)); },
       std::move(keep));
 
-  const WebSettings settings{.address = server.address,
-                             .port = server.port,
-                             .max_viewers = server.max_viewers,
-                             .max_connections = 4 * server.max_viewers};
+  Snapshots snapshots(pipeline, server.jpeg_quality);
+  const WebSettings settings{
+      .listeners = server.listeners, .max_viewers = server.max_viewers, .max_connections = 4 * server.max_viewers};
   WebHandlers handlers;
-  handlers.get = [&](std::string_view path) { return get(path, pipeline, metrics, snapshots); };
-  handlers.hello = [&] { return hello_text(session, pipeline.exhibit()); };
+  handlers.get = [&](std::string_view path) { return get(path, metrics, snapshots); };
+  handlers.hello = [&](Permissions permissions) { return hello_text(session, pipeline.exhibit(), permissions); };
   handlers.state = [&] { return state_text(pipeline.exhibit()); };
   handlers.change_object = [&](const ObjectCommand& command) { return pipeline.change_object(command); };
   handlers.record = [&](bool on) -> std::optional<std::string> {
@@ -128,9 +156,10 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
   stop.arm();
   pipeline.start();
   web.start();
-  const bool v6 = server.address.find(':') != std::string::npos;
-  std::fprintf(stderr, "lumigraft: serving http://%s%s%s:%u/  (session %s)\n", v6 ? "[" : "", server.address.c_str(),
-               v6 ? "]" : "", web.port(), session.name.c_str());
+  for (std::size_t i = 0; i < server.listeners.size(); ++i)
+    std::fprintf(stderr, "lumigraft: serving %s  (session %s; permits %s)\n",
+                 server.listeners[i].url(web.port(i)).c_str(), session.name.c_str(),
+                 capture::listed(server.listeners[i].permissions.names()).c_str());
 
   const auto save_tag_map = [&] {
     const auto learnt = tag_map ? pipeline.take_tag_map() : std::nullopt;
@@ -146,6 +175,7 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
   auto views_saved = std::chrono::steady_clock::now();
   std::size_t models_given = 0;
   ServeLog log;
+  ServiceManager manager;
   while (!stop.wait(std::chrono::seconds(1))) {
     const Pipeline::Record record = pipeline.newest_record();
     log.tick(record.warnings, metrics.drops());  // before viewers know: whoever reads of it finds it in the log
@@ -156,12 +186,16 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
       models_given = given;
       web.publish_text("state", state_text(pipeline.exhibit()));  // with its animations and variants
     }
+    if (pipeline.exhibit().reset_if_idle()) web.publish_text("state", state_text(pipeline.exhibit()));
+    if (metrics.frames() > 0) manager.ready();
+    manager.tick(hung_in(pipeline, web), std::to_string(metrics.viewers()) + " viewers");
     save_tag_map();
     if (std::chrono::steady_clock::now() - views_saved >= std::chrono::minutes(1)) {
       save_views();
       views_saved = std::chrono::steady_clock::now();
     }
   }
+  manager.stopping();
   pipeline.stop();  // requests the stages to stop; one may be in a long call
   pipeline.keep_room();
   save_tag_map();

@@ -1,5 +1,6 @@
 #include "server/commands/serve_texts.h"
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "server/commands/parameters.h"
@@ -15,7 +16,7 @@ Json recording_json(const RecordButton::State& state) {
   constexpr const char* kDoing[] = {"nothing", "recording", "finishing", "compressing"};
   return {{"doing", kDoing[static_cast<int>(state.doing)]},
           {"seconds", state.seconds},
-          {"folder", state.folder},
+          {"folder", std::filesystem::path(state.folder).filename().string()},  // viewers need no path of this machine
           {"pictures", state.frames},
           {"lost", state.lost},
           {"error", state.error}};
@@ -23,12 +24,13 @@ Json recording_json(const RecordButton::State& state) {
 
 }  // namespace
 
-std::string hello_text(const capture::Session& session, const ExhibitState& exhibit) {
+std::string hello_text(const capture::Session& session, const ExhibitState& exhibit, Permissions permissions) {
   const capture::CameraModel& c = session.color.model;
   return json_line({{"type", "hello"},
                     {"protocol", kProtocolVersion},
                     {"program", version_line()},
                     {"session", session.name},
+                    {"permissions", permissions.names()},
                     {"width", c.width},
                     {"height", c.height},
                     {"camera", {{"fx", c.fx}, {"fy", c.fy}, {"cx", c.cx}, {"cy", c.cy}}},

@@ -8,10 +8,11 @@
 #include "server/metrics/metrics.h"
 #include "server/pipeline/exhibit_state.h"
 #include "server/pipeline/pipeline.h"
+#include "server/stream/listener.h"
 
 namespace lumigraft::server {
 
-std::string hello_text(const capture::Session& session, const ExhibitState& exhibit);
+std::string hello_text(const capture::Session& session, const ExhibitState& exhibit, Permissions permissions);
 std::string state_text(const ExhibitState& exhibit);
 /// `recording` is empty where recording from the page is disabled, `playback` for live cameras.
 std::string stats_text(const Pipeline::Record& record, const Metrics& metrics, const Metrics::Interval& interval,

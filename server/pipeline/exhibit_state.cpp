@@ -4,6 +4,7 @@
 #include <array>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <utility>
 
 #include "server/pipeline/json_text.h"
 
@@ -117,7 +118,8 @@ relight::Exhibit shown_exhibit(const relight::Exhibit& exhibit, const reconstruc
                          time_s);
 }
 
-ExhibitState::ExhibitState(relight::Exhibit exhibit) {
+ExhibitState::ExhibitState(relight::Exhibit exhibit, ExhibitLimits limits)
+    : limits_(std::move(limits)), configured_(exhibit) {
   for (const relight::VirtualObject& object : exhibit.objects) {
     rest_.push_back(object.rotation);
     yaw_degrees_.push_back(0.0);
@@ -148,6 +150,7 @@ void ExhibitState::give_model(std::size_t index, const relight::GiveModel& give)
   auto next = std::make_shared<relight::Exhibit>(*exhibit_);
   relight::VirtualObject& object = next->objects.at(index);
   give(object);
+  give(configured_.objects.at(index));
   if (object.animation) object.animation->begin_s += time_s_.value_or(0);  // without frames, `at` does it
   exhibit_ = std::move(next);
   ++models_given_;
@@ -164,13 +167,34 @@ std::optional<relight::VirtualObject> ExhibitState::object(const ObjectCommand& 
   return index < exhibit_->objects.size() ? std::optional(exhibit_->objects[index]) : std::nullopt;
 }
 
-std::optional<std::string> ExhibitState::apply(const ObjectCommand& command) {
+void ExhibitState::reset(relight::Exhibit& exhibit, std::size_t index) {
+  relight::VirtualObject& object = exhibit.objects[index];
+  object = configured_.objects[index];
+  if (object.animation) object.animation->begin_s += time_s_.value_or(0);
+  rest_[index] = object.rotation;
+  yaw_degrees_[index] = 0;
+}
+
+bool ExhibitState::reset_if_idle(Clock::time_point now) {
+  std::lock_guard lock(mutex_);
+  if (!limits_.reset_after_s || !last_command_ ||
+      now - *last_command_ < std::chrono::duration<double>(*limits_.reset_after_s))
+    return false;
+  last_command_.reset();
+  auto next = std::make_shared<relight::Exhibit>(*exhibit_);
+  for (std::size_t i = 0; i < next->objects.size(); ++i) reset(*next, i);
+  exhibit_ = std::move(next);
+  return true;
+}
+
+std::optional<std::string> ExhibitState::apply(const ObjectCommand& command, Clock::time_point now) {
   std::lock_guard lock(mutex_);
   auto next = std::make_shared<relight::Exhibit>(*exhibit_);  // models are shared: a copy is small
   const std::size_t index = index_of(command, *next);
   if (index >= next->objects.size()) {
     return "object: there are " + std::to_string(next->objects.size()) + " objects, see hello";
   }
+  if (command.reset) reset(*next, index);
   relight::VirtualObject& object = next->objects[index];
   if (command.animation) {
     if (auto error = change_animation(*command.animation, time_s_.value_or(0), object)) return error;
@@ -179,6 +203,8 @@ std::optional<std::string> ExhibitState::apply(const ObjectCommand& command) {
     if (const auto error = object.show_variant(*command.variant)) return "variant: " + *error;
   }
   if (command.position_m) object.position_m = *command.position_m;
+  if (command.position_m && limits_.bounds_m)
+    object.position_m = object.position_m.cwiseMax(limits_.bounds_m->min()).cwiseMin(limits_.bounds_m->max());
   if (command.rotation) {
     object.rotation = *command.rotation;
     rest_[index] = object.rotation;
@@ -193,6 +219,7 @@ std::optional<std::string> ExhibitState::apply(const ObjectCommand& command) {
   object.visible = command.visible.value_or(object.visible);
   if (command.material) object.material = changed(object.material, *command.material);
   exhibit_ = std::move(next);
+  last_command_ = now;
   return std::nullopt;
 }
 

@@ -1,6 +1,8 @@
 #pragma once
 // The exhibit with all changes that viewers made. Any thread.
 #include <Eigen/Geometry>
+#include <chrono>
+#include <cstddef>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -18,9 +20,17 @@ namespace lumigraft::server {
 relight::Exhibit shown_exhibit(const relight::Exhibit& exhibit, const reconstruct::Scene& scene, double time_s,
                                relight::Standing& standing);
 
+/// What a viewer can do to the next one is bounded.
+struct ExhibitLimits {
+  std::optional<Eigen::AlignedBox3d> bounds_m;  ///< of the objects' positions, tag frame
+  std::optional<double> reset_after_s;          ///< without a command, the exhibit is again as configured
+};
+
 class ExhibitState {
  public:
-  explicit ExhibitState(relight::Exhibit exhibit);
+  using Clock = std::chrono::steady_clock;
+
+  explicit ExhibitState(relight::Exhibit exhibit, ExhibitLimits limits = {});
 
   std::shared_ptr<const relight::Exhibit> newest() const;
   /// The same for a frame of this time. Animations begin with the first such frame, and what viewers change of them
@@ -32,15 +42,22 @@ class ExhibitState {
   /// The object that the command means; empty if there is none.
   std::optional<relight::VirtualObject> object(const ObjectCommand& command) const;
   /// Returns the error of the command, if any. `on_pixel` counts for nothing here. An object that a viewer moves or
-  /// turns no longer follows its key frames.
-  std::optional<std::string> apply(const ObjectCommand& command);
+  /// turns no longer follows its key frames. Positions are moved into the bounds.
+  std::optional<std::string> apply(const ObjectCommand& command, Clock::time_point now = Clock::now());
+  /// Puts everything back as configured if that is due, and something was changed. True if it did.
+  bool reset_if_idle(Clock::time_point now = Clock::now());
   /// The objects as a JSON array, for the messages `hello` and `state`.
   std::string objects_json() const;
 
  private:
+  void reset(relight::Exhibit& exhibit, std::size_t index);
+
   mutable std::mutex mutex_;
+  const ExhibitLimits limits_;
+  relight::Exhibit configured_;
   std::shared_ptr<const relight::Exhibit> exhibit_;
-  std::vector<Eigen::Quaterniond> rest_;  ///< rotations before viewers changed them
+  std::optional<Clock::time_point> last_command_;  ///< since it was as configured
+  std::vector<Eigen::Quaterniond> rest_;           ///< rotations before viewers changed them
   std::vector<double> yaw_degrees_;
   std::optional<double> time_s_;  ///< of the last frame
   std::size_t models_given_ = 0;

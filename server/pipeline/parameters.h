@@ -22,6 +22,8 @@ inline constexpr struct PipelineParameters {
   float pick_near_m = 0.1f, pick_far_m = 12;
   double pick_min_up = 0.866;
   std::uintmax_t max_model_bytes = 16 << 20;  ///< of a model's file that is loaded before the service starts: 0.5 s
+  std::size_t min_token_bytes = 16;           ///< of a listener: nobody guesses what 16 random characters say
+  int certificate_ends_soon_days = 14;        ///< Let's Encrypt renews 30 days before
   std::size_t memory_bytes = std::size_t{512} << 20;  ///< for a recording that is played repeatedly
 } kPipeline;
 }  // namespace lumigraft::server

@@ -11,6 +11,7 @@
 #include "relight/planner.h"
 #include "server/pipeline/background_threads.h"
 #include "server/pipeline/frame_player.h"
+#include "server/pipeline/heartbeats.h"
 #include "server/pipeline/mailbox.h"
 #include "server/pipeline/pacing.h"
 #include "server/pipeline/resting_pace.h"
@@ -82,6 +83,7 @@ struct Pipeline::State {
   Clock::duration keep_wait = kPipeline.first_keep;  ///< used by the thread that keeps the room only
   Clock::time_point keep_due = Clock::now() + keep_wait;
 
+  Heartbeats heartbeats;  ///< of the threads from camera to picture
   std::stop_source stopping;
   BackgroundThreads background_threads;
   std::vector<std::jthread> threads;
@@ -89,7 +91,7 @@ struct Pipeline::State {
   State(ServiceInput input, Cameras cameras, OpenCameras the_open_again, LiveRelighter::MakeDevice make_device,
         EncoderDemand& the_demand, Metrics& the_metrics, Publish the_publish, Keep the_keep)
       : session(input.session),
-        exhibit(std::move(input.exhibit)),
+        exhibit(std::move(input.exhibit), input.limits),
         unloaded(input.unloaded.rbegin(), input.unloaded.rend()),
         open_again(std::move(the_open_again)),
         frames(std::move(cameras.frames)),
@@ -118,6 +120,7 @@ struct Pipeline::State {
       pthread_setname_np(pthread_self(), stage.c_str());  // for `top -H`
       if (behind) background_threads.add();
       while (!stopping.stop_requested()) {
+        if (!behind) heartbeats.beat(stage);
         try {
           turn();
         } catch (const std::exception& e) {
@@ -125,6 +128,7 @@ struct Pipeline::State {
           sleep_until(Clock::now() + kPipeline.tick);
         }
       }
+      heartbeats.forget(stage);
     });
   }
 
@@ -494,6 +498,10 @@ Playback& Pipeline::playback() { return state_->playback; }
 std::optional<reconstruct::KeyframeMap::Views> Pipeline::take_views() { return state_->builder.take_views(); }
 
 void Pipeline::keep_room() { state_->keep_room(); }
+
+std::optional<std::string> Pipeline::hung(std::chrono::steady_clock::duration limit) const {
+  return state_->heartbeats.hung(limit);
+}
 
 std::optional<reconstruct::TagMap::State> Pipeline::take_tag_map() { return state_->builder.take_tag_map(); }
 

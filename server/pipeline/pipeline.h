@@ -16,6 +16,7 @@
 // priority and rest between turns, models and keep room have lower priority, so that on two cores rendering comes
 // first.
 #include <Eigen/Geometry>
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -70,6 +71,8 @@ class Pipeline {
   std::optional<reconstruct::KeyframeMap::Views> take_views();
   /// Keeps the room now, if it changed since it was last kept. Any thread; waits while it is being kept.
   void keep_room();
+  /// The thread that has not turned for so long, if there is one: it is in a call that does not return.
+  std::optional<std::string> hung(std::chrono::steady_clock::duration limit) const;
   /// The newest image; its srgb is null before the first.
   ShownFrame newest() const;
   /// The record of the newest image.

@@ -1,11 +1,7 @@
 #include "server/pipeline/service_config.h"
 
-#include <arpa/inet.h>
-
-#include <array>
-#include <charconv>
-
 #include "capture/error.h"
+#include "server/pipeline/listener_config.h"
 
 namespace lumigraft::server {
 namespace {
@@ -22,18 +18,31 @@ bool of_configuration(const std::string& override_line) {
 ServerSettings read_server(const capture::ConfigTable& root) {
   ServerSettings settings;
   if (const auto table = root.optional_table("server")) {
-    if (table->has("listen")) {
-      read_listen(table->text("listen"), table->file().filename().string() + ": server.listen", settings);
-    }
     settings.max_viewers = table->integer("max_viewers", 1, 10000, settings.max_viewers);
+    settings.listeners = read_listeners(*table, settings.max_viewers);
     settings.jpeg_quality = table->integer("jpeg_quality", 1, 100, settings.jpeg_quality);
     if (table->has("recordings")) settings.recordings = table->folder() / table->text("recordings");
     settings.backend = *relight::gpu::backend_named(table->choice("backend", {"best", "vulkan", "egl"}, "best"));
     double& memory_mb = settings.fusion.max_memory_mb;
     if (table->has("room")) settings.room = table->folder() / table->text("room");
     memory_mb = table->number("max_field_memory_mb", kMinFieldMemory_mb, kMaxFieldMemory_mb, memory_mb);
+  } else {
+    settings.listeners = {listener_at(kDefaultListen, "server.listen")};
   }
   return settings;
+}
+
+ExhibitLimits read_limits(const capture::ConfigTable& exhibit) {
+  ExhibitLimits limits;
+  if (exhibit.has("bounds_m")) {
+    const std::vector<double> b = exhibit.numbers("bounds_m", 6);
+    limits.bounds_m = Eigen::AlignedBox3d(Eigen::Vector3d(b[0], b[1], b[2]), Eigen::Vector3d(b[3], b[4], b[5]));
+    if (limits.bounds_m->isEmpty())
+      exhibit.fail("bounds_m",
+                   "found a least coordinate above the largest, allowed: x, y, z of the one, then of the other");
+  }
+  if (exhibit.has("reset_after_s")) limits.reset_after_s = exhibit.number("reset_after_s", 1, 86400);
+  return limits;
 }
 
 /// Checks that all keys were read, and takes over the warnings about former and obsolete keys.
@@ -43,33 +52,6 @@ void finish(const capture::ConfigTable& root, ServiceInput& input) {
 }
 
 }  // namespace
-
-void read_listen(const std::string& text, const std::string& where, ServerSettings& settings) {
-  const auto refuse = [&]() {
-    throw capture::InputError(where + ": found \"" + text +
-                              "\", allowed: ADDRESS:PORT, as 127.0.0.1:8080, 0.0.0.0:8080, [::1]:8080 or :8080");
-  };
-  const std::size_t colon = text.rfind(':');
-  if (colon == std::string::npos) refuse();
-  std::string address = text.substr(0, colon);
-  int port = -1;
-  const char* end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data() + colon + 1, end, port);
-  if (error != std::errc() || stop != end || port < 0 || port > 65535) refuse();
-  if (address.empty() || address == "localhost") address = "127.0.0.1";
-  if (address.size() > 2 && address.front() == '[' && address.back() == ']') {
-    address = address.substr(1, address.size() - 2);
-  } else if (address.find(':') != std::string::npos) {
-    refuse();
-  }
-  std::array<unsigned char, sizeof(in6_addr)> binary{};
-  if (inet_pton(AF_INET, address.c_str(), binary.data()) != 1 &&
-      inet_pton(AF_INET6, address.c_str(), binary.data()) != 1) {
-    refuse();
-  }
-  settings.address = address;
-  settings.port = static_cast<std::uint16_t>(port);
-}
 
 ServiceInput read_service(const ServiceFiles& files, const relight::Plan& default_plan,
                           std::uintmax_t max_model_bytes) {
@@ -119,6 +101,7 @@ ServiceInput read_service(const ServiceFiles& files, const relight::Plan& defaul
   if (!exhibit_file.empty()) {
     const capture::ConfigTable root = capture::ConfigTable::load(exhibit_file);
     input.exhibit = relight::read_exhibit(root, max_model_bytes, &input.unloaded);
+    input.limits = read_limits(root);
     for (relight::VirtualObject& object : input.exhibit.objects)
       object.white_radiance = static_cast<float>(1 / input.session.color.exposure);
     finish(root, input);
@@ -133,7 +116,9 @@ std::string settable_keys() {
     text += "  " + key.key + "  (" + key.allowed + ")\n      " + key.meaning + "\n";
   }
   text +=
-      "  server.listen  (ADDRESS:PORT)\n      where serve listens; 127.0.0.1:8080\n"
+      "  server.listen  (ADDRESS:PORT or unix:PATH)\n      where serve listens; 127.0.0.1:8080. Who reaches it from "
+      "other machines may only look;\n"
+      "      [[server.listener]] in the configuration says more\n"
       "  server.max_viewers  (1 to 10000)\n      streams at the same time; 64\n"
       "  server.jpeg_quality  (1 to 100)\n      of JPEG streams and snapshots; 85\n"
       "  server.recordings  (DIR)\n      where the page's record button writes sessions of live cameras; none: no "

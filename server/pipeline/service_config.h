@@ -15,22 +15,20 @@
 #include "relight/exhibit/loading.h"
 #include "relight/gpu/device.h"
 #include "relight/plan.h"
+#include "server/pipeline/exhibit_state.h"
+#include "server/stream/listener.h"
 
 namespace lumigraft::server {
 
 struct ServerSettings {
-  std::string address = "127.0.0.1";
-  std::uint16_t port = 8080;  ///< 0: any free port
-  int max_viewers = 64;
+  std::vector<ListenerSettings> listeners;
+  int max_viewers = 64;  ///< of all listeners together
   int jpeg_quality = 85;
   std::filesystem::path recordings;  ///< folder for recordings from the page; empty: it cannot record
   relight::gpu::Backend backend = relight::gpu::Backend::best;  ///< also for replay
   reconstruct::FusionSettings fusion;                           ///< also for replay
   std::filesystem::path room;  ///< file of the kept room, also for replay; empty: the default of live cameras
 };
-
-/// ADDRESS:PORT with a numeric address, [::1]:PORT, localhost:PORT, or :PORT. `where` is the prefix of error messages.
-void read_listen(const std::string& text, const std::string& where, ServerSettings& settings);
 
 struct ServiceFiles {
   std::filesystem::path config;   ///< empty: the session's own session.toml
@@ -45,6 +43,7 @@ struct ServiceInput {
   relight::Exhibit exhibit;
   std::vector<relight::UnloadedObject>
       unloaded;  ///< of `exhibit`, objects whose models are to be loaded by the service
+  ExhibitLimits limits;
   relight::Plan plan;
   ServerSettings server;
   std::optional<reconstruct::TagMap::State> tag_map;  ///< learnt earlier; see TagMapFile

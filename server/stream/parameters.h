@@ -15,6 +15,12 @@ inline constexpr struct StreamParameters {
   /// Between key frames on request: a viewer that requests them continuously must not reduce the others' quality.
   /// Between states that are sent. For viewers to receive the end of the stream.
   std::chrono::milliseconds keys_apart{500}, states_apart{50}, goodbye{100};
+  /// Failed attempts of one address to log in, within so long; 64 bits of a token last for ever at this rate.
+  std::ptrdiff_t max_attempts = 10;
+  double attempts_within_s = 60, login_lasts_s = 12 * 3600;  ///< a working day
+  std::size_t remembered_attempts = 4096;                    ///< of all addresses
+  std::size_t max_logins = 256;                              ///< the oldest ends
+  double commands_per_s = 30, max_commands = 60;             ///< of a viewer, as a page that drags sends; and at once
   int send_buffer_bytes = 256 * 1024;  ///< kernel buffer for a slow viewer: a quarter second of stream
 } kStream;
 }  // namespace lumigraft::server

@@ -144,6 +144,9 @@ ObjectCommand object(const nlohmann::json& message) {
     } else if (key == "visible") {
       if (!value.is_boolean()) throw Refused{"visible: true or false"};
       command.visible = value.get<bool>();
+    } else if (key == "reset") {
+      if (!value.is_boolean() || !value.get<bool>()) throw Refused{"reset: true"};
+      command.reset = true;
     } else if (key == "material") {
       command.material = material(value);
     } else if (key == "animation") {
@@ -154,8 +157,8 @@ ObjectCommand object(const nlohmann::json& message) {
       if (value.is_string()) *command.variant = name(value);
     } else {
       throw Refused{
-          "object: index or name, position_m or on_pixel, rotation_wxyz or yaw_degrees, visible, material, animation, "
-          "variant"};
+          "object: index or name, position_m or on_pixel, rotation_wxyz or yaw_degrees, visible, reset, material, "
+          "animation, variant"};
     }
   }
   if (!named) throw Refused{"object: index or name must be there"};

@@ -78,6 +78,7 @@ struct ObjectCommand {
   std::optional<Eigen::Quaterniond> rotation;  ///< unit
   std::optional<double> yaw_degrees;
   std::optional<bool> visible;
+  bool reset = false;  ///< first, all of the object is as configured again
   std::optional<MaterialChange> material;
   std::optional<AnimationChange> animation;
   std::optional<std::optional<std::string>> variant;  ///< none: the default materials

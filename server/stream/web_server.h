@@ -9,16 +9,18 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "server/metrics/metrics.h"
+#include "server/stream/listener.h"
 #include "server/stream/protocol.h"
 
 namespace lumigraft::server {
 
 struct WebSettings {
-  std::string address = "127.0.0.1";
-  std::uint16_t port = 0;  ///< 0: any free one
-  int max_viewers = 64;
+  std::vector<ListenerSettings> listeners{1};
+  int max_viewers = 64;       ///< of all listeners together
   int max_connections = 256;  ///< beyond it, the oldest connection without a stream is closed
   std::size_t max_message_bytes = 64 * 1024;
   std::chrono::milliseconds request_timeout{10'000};
@@ -30,13 +32,14 @@ struct WebReply {
   unsigned status = 200;
   std::string type = "text/plain; charset=utf-8";
   std::string body;
+  std::vector<std::pair<std::string, std::string>> headers = {};  ///< beside those of every reply
 };
 
-/// Callbacks into the service; all are called on the server's thread.
+/// Callbacks into the service; all are called on the server's thread. One that throws ends the connection that asked.
 struct WebHandlers {
   std::function<WebReply(std::string_view path)> get;
   std::function<WebReply(std::string_view path)> post = nullptr;  ///< null: POST is not answered
-  std::function<std::string()> hello;                             ///< JSON text for a new viewer
+  std::function<std::string(Permissions)> hello;                  ///< JSON text for a new viewer
   std::function<std::string()> state;                             ///< JSON text, sent after objects changed
   std::function<std::optional<std::string>(const ObjectCommand&)> change_object;  ///< returns what is wrong
   std::function<std::optional<std::string>(bool on)> record;                      ///< returns what is wrong
@@ -45,20 +48,23 @@ struct WebHandlers {
 
 class WebServer {
  public:
-  /// Binds and listens; throws std::runtime_error where the address cannot be bound.
+  /// Binds and listens; throws std::runtime_error where an address cannot be bound or a certificate cannot be read.
   WebServer(const WebSettings& settings, WebHandlers handlers, EncoderDemand& demand, Metrics& metrics);
   ~WebServer();
 
-  std::uint16_t port() const;
+  /// Of the listener with this index; 0: a Unix socket.
+  std::uint16_t port(std::size_t listener = 0) const;
   void start();
   /// Sends to every viewer that requests this kind. Thread-safe.
   void publish(std::shared_ptr<const StreamMessage> message);
   /// Sends to every viewer; replaces a queued text of the same kind. Thread-safe.
   void publish_text(const std::string& kind, std::string text);
+  /// When the thread last ran what was posted to it; each call posts. Any thread.
+  std::chrono::steady_clock::time_point last_turn();
   /// Closes all websockets and ends the thread, within a fraction of a second.
   void stop();
 
-  struct State;  ///< defined in web_server.cpp
+  struct State;  ///< web_server_state.h
 
  private:
   std::unique_ptr<State> state_;

@@ -22,9 +22,9 @@ const $ = (id) => document.getElementById(id);
 export class Controls {
   /** send(message) sends to the server */
   constructor(send) {
-    this.send = send;
+    this.permitted = true;
+    this.send = (message) => { if (this.permitted) send(message); };
     this.objects = [];
-    this.first = []; // the objects in the first hello
     this.camera = null;
     this.T_tag_camera = null;
     this.pending = null;
@@ -32,12 +32,12 @@ export class Controls {
   }
 
   get index() { return $("object").selectedIndex; }
-  get current() { return this.objects[this.index]; }
+  get current() { return this.permitted ? this.objects[this.index] : undefined; }
 
   hello(message) {
     this.camera = message.camera ?? null;
-    if (this.first.length === 0) this.first = structuredClone(message.objects);
-    $("object-panel").hidden = message.objects.length === 0;
+    this.permitted = message.permissions?.includes("control") ?? true;
+    $("object-panel").hidden = message.objects.length === 0 || !this.permitted;
     const chosen = Math.max(0, this.index);
     $("object").replaceChildren(...message.objects.map((o) => new Option(o.name, o.index)));
     $("object").selectedIndex = Math.min(chosen, message.objects.length - 1);
@@ -168,11 +168,9 @@ export class Controls {
       };
     }
     $("reset").onclick = () => {
-      const first = this.first[this.index];
-      if (first) {
-        this.change({ position_m: first.position_m, yaw_degrees: first.yaw_degrees, visible: first.visible, material: first.material,
-          ...(first.variants && { variant: first.variants.name }) });
-      }
+      if (!this.current) return;
+      this.pending = null; // what was changed before
+      this.send({ type: "object", index: this.current.index, reset: true });
     };
     this.bindPicture($("picture"));
   }

@@ -54,6 +54,8 @@ const connection = new Connection(`${location.protocol === "https:" ? "wss" : "w
   onText(message) {
     if (message.type === "hello") {
       document.getElementById("session").textContent = message.session;
+      playbackBar.permitted = message.permissions?.includes("control") ?? true;
+      recordButton.permitted = message.permissions?.includes("record") ?? true;
       controls.hello(message);
     } else if (message.type === "state") {
       controls.state(message.objects);

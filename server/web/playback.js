@@ -13,6 +13,7 @@ export class PlaybackBar {
   /** send(message) */
   constructor(send) {
     this.send = send;
+    this.permitted = true;
     this.dragged = false;
     this.waiting = null;
     $("pause").onclick = () => this.command({ paused: $("pause").getAttribute("aria-pressed") !== "true" });
@@ -40,7 +41,7 @@ export class PlaybackBar {
 
   /** playback: from `stats`; null for live cameras */
   stats(playback) {
-    $("playback").hidden = !playback;
+    $("playback").hidden = !playback || !this.permitted;
     if (!playback) return;
     $("pause").setAttribute("aria-pressed", playback.paused);
     $("pause").textContent = playback.paused ? "Play" : "Pause";

@@ -19,6 +19,7 @@ function words({ doing, seconds, folder, pictures, lost, error }) {
 export class RecordButton {
   /** send(message) */
   constructor(send) {
+    this.permitted = true;
     $("record").onclick = () => {
       $("record").disabled = true; // until the service reports the result
       send({ type: "record", on: $("record").getAttribute("aria-pressed") !== "true" });
@@ -27,7 +28,7 @@ export class RecordButton {
 
   /** recording: from `stats`; null where recording is disabled */
   stats(recording) {
-    $("recording").hidden = !recording;
+    $("recording").hidden = !recording || !this.permitted;
     if (!recording) return;
     const on = recording.doing === "recording";
     $("record").setAttribute("aria-pressed", on);

@@ -22,11 +22,11 @@ def free_port():
 
 
 class Page:
-    def __init__(self, profile):
+    def __init__(self, profile, flags=()):
         options = Options()
         options.binary_location = "/usr/bin/chromium"
         for flag in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
-                     "--disable-component-update", "--disable-sync", "--window-size=1280,900", f"--user-data-dir={profile}"):
+                     "--disable-component-update", "--disable-sync", "--window-size=1280,900", f"--user-data-dir={profile}", *flags):
             options.add_argument(flag)
         options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
         self.driver = webdriver.Chrome(service=Service(popen_kw={"preexec_fn": end_with_parent}), options=options)

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <nlohmann/json.hpp>
 
 namespace lumigraft::server {
@@ -35,6 +36,42 @@ TEST(ExhibitState, CommandsChangeACopy) {
   EXPECT_EQ(board.newest()->objects[1].position_m, Eigen::Vector3d(1, 2, 3));
   EXPECT_NE(apply(board, R"({"type":"object","name":"ghost","visible":false})"), std::nullopt);
   EXPECT_NE(apply(board, R"({"type":"object","index":2,"visible":false})"), std::nullopt);
+}
+
+TEST(ExhibitState, ObjectsStayWithinTheBounds) {
+  const Eigen::AlignedBox3d bounds(Eigen::Vector3d(-0.5, -0.5, 0), Eigen::Vector3d(0.5, 0.5, 1));
+  ExhibitState board(two_objects(), {.bounds_m = bounds, .reset_after_s = {}});
+  EXPECT_EQ(apply(board, R"({"type":"object","name":"box","position_m":[0.2,-7,2]})"), std::nullopt);
+  EXPECT_EQ(board.newest()->objects[1].position_m, Eigen::Vector3d(0.2, -0.5, 1));
+}
+
+TEST(ExhibitState, IsAsConfiguredAgain) {
+  const auto begin = ExhibitState::Clock::now();
+  ExhibitState board(two_objects(), {.bounds_m = {}, .reset_after_s = 60});
+  const relight::Exhibit configured = *board.newest();
+  const auto later = [&](int seconds) { return begin + std::chrono::seconds(seconds); };
+  const auto command = [&](const char* text, int seconds) {
+    EXPECT_EQ(board.apply(std::get<ObjectCommand>(parse_command(text)), later(seconds)), std::nullopt);
+  };
+  EXPECT_FALSE(board.reset_if_idle(later(1000))) << "nothing was changed";
+  command(R"({"type":"object","name":"statue","position_m":[1,2,3],"yaw_degrees":90,"material":{"metallic":1}})", 1000);
+  command(R"({"type":"object","name":"box","visible":false})", 1030);
+  EXPECT_FALSE(board.reset_if_idle(later(1089)));
+  EXPECT_TRUE(board.reset_if_idle(later(1090)));
+  EXPECT_FALSE(board.reset_if_idle(later(2000)));
+  for (int i = 0; i < 2; ++i) {
+    const relight::VirtualObject &now = board.newest()->objects[i], &then = configured.objects[i];
+    EXPECT_EQ(now.position_m, then.position_m);
+    EXPECT_TRUE(now.rotation.isApprox(then.rotation));
+    EXPECT_EQ(now.motion.size(), then.motion.size());
+    EXPECT_EQ(now.visible, then.visible);
+    EXPECT_TRUE(now.material.empty());
+  }
+  EXPECT_EQ(nlohmann::json::parse(board.objects_json())[0]["yaw_degrees"], 0);
+  command(R"({"type":"object","name":"statue","position_m":[1,2,3],"yaw_degrees":90})", 3000);
+  command(R"({"type":"object","name":"statue","reset":true,"visible":false})", 3000);
+  EXPECT_EQ(board.newest()->objects[0].position_m, configured.objects[0].position_m);
+  EXPECT_FALSE(board.newest()->objects[0].visible) << "what else the command says counts";
 }
 
 TEST(ExhibitState, GetsModelsThatAreLoadedLater) {

@@ -31,8 +31,9 @@ TEST(ServiceConfig, ASessionBringsItsOwnExhibit) {
   EXPECT_EQ(input.plan.trace_scale, 4) << "what is not set stays interactive";
   EXPECT_EQ(input.plan.look, "camera");
   EXPECT_EQ(read_service(files, replay_plan()).plan.look, "plain") << "replay compares radiance";
-  EXPECT_EQ(input.server.address, "0.0.0.0");
-  EXPECT_EQ(input.server.port, 9);
+  ASSERT_EQ(input.server.listeners.size(), 1u);
+  EXPECT_EQ(input.server.listeners[0].address, "0.0.0.0");
+  EXPECT_EQ(input.server.listeners[0].port, 9);
 }
 
 TEST(ServiceConfig, AConfigurationMayNameASession) {
@@ -63,7 +64,7 @@ TEST(ServiceConfig, AConfigurationMayHoldCamerasItself) {
   files.config = tiny.folder / "kiosk.toml";
   const ServiceInput input = read_service(files, relight::Plan{});
   EXPECT_EQ(input.exhibit.objects.size(), 1u);
-  EXPECT_EQ(input.server.port, 81);
+  EXPECT_EQ(input.server.listeners[0].port, 81);
 }
 
 TEST(ServiceConfig, ObsoleteKeysOfAnExhibitAreWarnedOf) {
@@ -134,16 +135,6 @@ TEST(ServiceConfig, ErrorsSayWhere) {
     EXPECT_NE(error.find(std::string(wrong).substr(0, std::string(wrong).find('='))), std::string::npos) << error;
     EXPECT_EQ(error.find('\n'), std::string::npos) << error;
   }
-}
-
-TEST(ServiceConfig, Listen) {
-  ServerSettings s;
-  read_listen("[::1]:0", "--listen", s);
-  EXPECT_EQ(s.address, "::1");
-  EXPECT_EQ(s.port, 0);
-  read_listen("localhost:81", "--listen", s);
-  EXPECT_EQ(s.address, "127.0.0.1");
-  EXPECT_EQ(s.port, 81);
 }
 
 }  // namespace

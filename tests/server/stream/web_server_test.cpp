@@ -24,7 +24,7 @@ class WebServerTest : public testing::Test {
     handlers.get = [](std::string_view path) {
       return path == "/" ? WebReply{200, "text/html", "the page"} : WebReply{404, "text/plain", "none"};
     };
-    handlers.hello = [] { return std::string(R"({"type":"hello"})"); };
+    handlers.hello = [](Permissions) { return std::string(R"({"type":"hello"})"); };
     handlers.state = [this] { return R"({"type":"state","moved":)" + std::to_string(moved_.load()) + "}"; };
     handlers.change_object = [this](const ObjectCommand& command) -> std::optional<std::string> {
       if (command.on_pixel) return "on_pixel: nothing is there";
@@ -301,7 +301,7 @@ TEST(WebServerStart, AnAddressInUseIsSaid) {
   Metrics metrics;
   const WebServer first({}, {}, demand, metrics);
   WebSettings same;
-  same.port = first.port();
+  same.listeners[0].port = first.port();
   try {
     const WebServer second(same, {}, demand, metrics);
     FAIL() << "two servers on one port";

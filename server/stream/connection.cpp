@@ -1,0 +1,371 @@
+#include "server/stream/connection.h"
+
+#include <boost/asio/ssl/stream.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/ssl.hpp>
+#include <boost/beast/websocket.hpp>
+#include <boost/beast/websocket/ssl.hpp>
+#include <chrono>
+#include <type_traits>
+#include <utility>
+
+#include "server/stream/request_guard.h"
+#include "server/stream/token_bucket.h"
+#include "server/stream/viewer_queue.h"
+#include "server/stream/web_server_state.h"
+
+namespace lumigraft::server {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+namespace websocket = beast::websocket;
+using boost::system::error_code;
+using PlainStream = beast::basic_stream<asio::generic::stream_protocol>;
+using TlsStream = beast::ssl_stream<PlainStream>;
+
+constexpr const char* kPlainText = "text/plain; charset=utf-8";
+
+double now_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+
+std::string_view view_of(beast::string_view text) { return {text.data(), text.size()}; }
+
+template <typename Stream>
+class StreamConnection final : public Connection {
+ public:
+  StreamConnection(WebServer::State& server, Listener& listener, Stream stream, std::string remote)
+      : server_(server),
+        listener_(listener),
+        remote_(std::move(remote)),
+        stream_(std::move(stream)),
+        write_timer_(server.io) {}
+
+  void start() override {
+    if constexpr (kEncrypted) {
+      lowest().expires_after(server_.settings.request_timeout);
+      stream_->async_handshake(asio::ssl::stream_base::server,
+                               [self = self()](error_code error) { error ? self->close() : self->read_request(); });
+    } else {
+      read_request();
+    }
+  }
+
+  bool is_viewer() const override { return websocket_.has_value(); }
+  const Listener& listener() const override { return listener_; }
+  Codec codec() const override { return queue_.codec(); }
+
+  void offer(const std::shared_ptr<const StreamMessage>& message) override {
+    if (queue_.offer(message)) server_.metrics.drop("viewer");
+    write_next();
+  }
+
+  void offer_text(const std::string& kind, const std::string& text) override {
+    queue_.offer_text(kind, text);
+    write_next();
+  }
+
+  void close() override {
+    if (closed_) return;
+    closed_ = true;
+    write_timer_.cancel();
+    error_code ignored;
+    lowest().socket().shutdown(asio::socket_base::shutdown_both, ignored);
+    lowest().socket().close(ignored);
+    server_.forget(shared_from_this());
+  }
+
+  void leave(websocket::close_code code) override {
+    if (closed_ || !open_ || leaving_) return;
+    leaving_ = code;
+    write_next();
+  }
+
+ private:
+  static constexpr bool kEncrypted = std::is_same_v<Stream, TlsStream>;
+
+  std::shared_ptr<StreamConnection> self() { return std::static_pointer_cast<StreamConnection>(shared_from_this()); }
+  PlainStream& lowest() {
+    return websocket_ ? beast::get_lowest_layer(*websocket_) : beast::get_lowest_layer(*stream_);
+  }
+
+  void read_request() {
+    parser_.emplace();
+    parser_->header_limit(kStream.max_header_bytes);
+    parser_->body_limit(kStream.max_body_bytes);
+    lowest().expires_after(server_.settings.request_timeout);
+    http::async_read(*stream_, buffer_, *parser_, [self = self()](error_code error, std::size_t) {
+      error ? self->close() : self->guarded([&] { self->answer(); });
+    });
+  }
+
+  /// What fails here ends this connection and no other.
+  template <typename Act>
+  void guarded(const Act& act) {
+    try {
+      act();
+    } catch (const std::exception&) {
+      server_.metrics.refused_connection();
+      close();
+    }
+  }
+
+  void answer() {
+    const auto& request = parser_->get();
+    const auto field = [&](http::field name) { return view_of(request[name]); };
+    if (!request_allowed(field(http::field::host), field(http::field::origin), listener_.settings)) {
+      return reply({.status = 403, .type = kPlainText, .body = "this host or origin is not served here\n"}, false);
+    }
+    std::string_view path = view_of(request.target());
+    path = path.substr(0, path.find('?'));
+    if (listener_.login.required() && answer_login(path)) return;
+    if (request.method() == http::verb::post && server_.handlers.post) {
+      return reply(server_.handlers.post(path), request.keep_alive());
+    }
+    if (request.method() != http::verb::get && request.method() != http::verb::head) {
+      return reply({.status = 405, .type = kPlainText, .body = "GET or HEAD\n"}, false);
+    }
+    if (!listener_.settings.permissions.has(needed(path))) {
+      return reply({.status = 403, .type = kPlainText, .body = "not permitted on this listener\n"},
+                   request.keep_alive());
+    }
+    if (path == "/ws" && websocket::is_upgrade(request)) {
+      if (!server_.has_place(listener_)) {
+        server_.metrics.refused_connection();
+        return reply({.status = 503, .type = kPlainText, .body = "enough viewers\n"}, false);
+      }
+      return become_viewer();
+    }
+    reply(path == "/ws" ? WebReply{.status = 426, .type = kPlainText, .body = "a websocket\n"}
+                        : server_.handlers.get(path),
+          request.keep_alive());
+  }
+
+  static Permission needed(std::string_view path) { return path == "/metrics" ? Permission::admin : Permission::view; }
+
+  /// Of a listener with a token: whether the request was answered, as it is no request of somebody who knows it.
+  bool answer_login(std::string_view path) {
+    const auto& request = parser_->get();
+    // What a watchdog or the form itself needs says nothing.
+    if (path == "/healthz" || path == "/style.css") return false;
+    if (path == "/login" && request.method() == http::verb::post) {
+      std::string cookie;
+      switch (listener_.login.log_in(request.body(), remote_, now_s(), cookie)) {
+        case Login::Answer::accepted: {
+          WebReply in{.status = 303, .type = kPlainText, .body = ""};
+          in.headers.emplace_back("Location", "/");
+          in.headers.emplace_back("Set-Cookie", std::string(Login::kCookie) + '=' + cookie +
+                                                    "; HttpOnly; SameSite=Strict; Path=/" +
+                                                    (kEncrypted ? "; Secure" : ""));
+          reply(std::move(in), request.keep_alive());
+          break;
+        }
+        case Login::Answer::wrong:
+          server_.metrics.refused_connection();
+          reply(redirect("/login?wrong"), request.keep_alive());
+          break;
+        case Login::Answer::too_many_attempts:
+          server_.metrics.refused_connection();
+          reply({.status = 429, .type = kPlainText, .body = "too many attempts: wait a minute\n"}, false);
+          break;
+      }
+      return true;
+    }
+    const auto field = [&](http::field name) { return view_of(request[name]); };
+    if (listener_.login.knows(field(http::field::authorization), field(http::field::cookie), remote_, now_s()))
+      return false;
+    const bool reads = request.method() == http::verb::get || request.method() == http::verb::head;
+    if (path == "/login" && reads) {
+      reply(server_.handlers.get("/login.html"), request.keep_alive());
+    } else if (path == "/" && reads) {
+      reply(redirect("/login"), request.keep_alive());
+    } else {
+      WebReply unknown{.status = 401, .type = kPlainText, .body = "log in at /login, or send the token\n"};
+      unknown.headers.emplace_back("WWW-Authenticate", "Bearer");
+      reply(std::move(unknown), false);
+    }
+    return true;
+  }
+
+  static WebReply redirect(const char* to) {
+    WebReply elsewhere{.status = 303, .type = kPlainText, .body = ""};
+    elsewhere.headers.emplace_back("Location", to);
+    return elsewhere;
+  }
+
+  void reply(WebReply content, bool keep_alive) {
+    auto response = std::make_shared<http::response<http::string_body>>();
+    response->result(content.status);
+    response->version(parser_->get().version());
+    response->keep_alive(keep_alive);
+    response->set(http::field::content_type, content.type);
+    response->set(http::field::cache_control, "no-store");
+    response->set("X-Content-Type-Options", "nosniff");
+    std::string ancestors = "'self'";
+    for (const std::string& origin : listener_.settings.allowed_origins) ancestors += ' ' + origin;
+    response->set("Content-Security-Policy",
+                  "default-src 'self'; img-src 'self' blob: data:; frame-ancestors " + ancestors);
+    for (const auto& [name, value] : content.headers) response->set(name, value);
+    response->content_length(content.body.size());
+    if (parser_->get().method() != http::verb::head) response->body() = std::move(content.body);
+    lowest().expires_after(server_.settings.write_timeout);
+    http::async_write(*stream_, *response, [self = self(), response, keep_alive](error_code error, std::size_t) {
+      error || !keep_alive ? self->close() : self->read_request();
+    });
+  }
+
+  void become_viewer() {
+    lowest().expires_never();
+    websocket_.emplace(std::move(*stream_));
+    server_.count_viewers();
+    websocket::stream_base::timeout timeout{};
+    timeout.handshake_timeout = server_.settings.request_timeout;
+    timeout.idle_timeout = server_.settings.silence_timeout;
+    timeout.keep_alive_pings = true;
+    websocket_->set_option(timeout);
+    websocket_->read_message_max(server_.settings.max_message_bytes);
+    websocket_->auto_fragment(false);  // one websocket frame per video frame
+    error_code ignored;
+    lowest().socket().set_option(asio::ip::tcp::no_delay(true), ignored);
+    lowest().socket().set_option(asio::socket_base::send_buffer_size(kStream.send_buffer_bytes), ignored);
+    websocket_->async_accept(parser_->get(), [self = self()](error_code error) {
+      if (error) return self->close();
+      self->guarded([&] {
+        self->open_ = true;
+        self->buffer_.consume(self->buffer_.size());
+        self->queue_.offer_text("hello", self->server_.handlers.hello(self->listener_.settings.permissions));
+        if (self->server_.config) self->queue_.offer(self->server_.config);
+        self->write_next();
+        self->read_message();
+      });
+    });
+  }
+
+  void read_message() {
+    websocket_->async_read(buffer_, [self = self()](error_code error, std::size_t) {
+      if (error) {
+        if (error == websocket::error::message_too_big) self->server_.metrics.refused_connection();
+        return self->close();
+      }
+      const std::string text = beast::buffers_to_string(self->buffer_.data());
+      self->buffer_.consume(self->buffer_.size());
+      self->guarded([&] {
+        self->obey(self->websocket_->got_text() ? parse_command(text) : BadCommand{"messages are JSON text"});
+      });
+      if (!self->leaving_ && !self->closed_) self->read_message();
+    });
+  }
+
+  /// The permission that a command needs beyond view; none for those of the stream itself.
+  static std::optional<Permission> needed(const Command& command) {
+    if (std::holds_alternative<ObjectCommand>(command) || std::holds_alternative<PlaybackCommand>(command))
+      return Permission::control;
+    if (std::holds_alternative<RecordCommandOfViewer>(command)) return Permission::record;
+    return std::nullopt;
+  }
+
+  void obey(const Command& command) {
+    std::optional<std::string> wrong;
+    bool harmless = false;
+    const std::optional<Permission> permission = needed(command);
+    if (permission && !listener_.settings.permissions.has(*permission)) {
+      wrong = "found a command that this listener does not permit, allowed: what `permissions` of hello says";
+      harmless = true;
+    } else if (permission && !commands_.take(now_s())) {
+      wrong =
+          "found too many commands, allowed: " + std::to_string(static_cast<int>(kStream.commands_per_s)) + " a second";
+      harmless = true;
+    } else if (const auto* want = std::get_if<WantCommand>(&command)) {
+      queue_.want(want->codec);
+      server_.count_viewers();
+      server_.demand.key = server_.demand.key || want->codec == Codec::h264;
+    } else if (std::holds_alternative<KeyCommand>(command)) {
+      server_.demand.key = true;
+    } else if (const auto* ack = std::get_if<AckCommand>(&command)) {
+      if (queue_.acknowledge(ack->sequence)) server_.acknowledged(ack->sequence);
+      write_next();
+    } else if (const auto* object = std::get_if<ObjectCommand>(&command)) {
+      wrong = server_.handlers.change_object(*object);
+      if (!wrong) server_.objects_changed();
+      harmless = object->on_pixel.has_value();  // there may be no surface
+    } else if (const auto* record = std::get_if<RecordCommandOfViewer>(&command)) {
+      wrong = server_.handlers.record(record->on);
+    } else if (const auto* playback = std::get_if<PlaybackCommand>(&command)) {
+      wrong = server_.handlers.playback(*playback);
+    } else {
+      wrong = std::get<BadCommand>(command).error;
+    }
+    if (wrong) {
+      queue_.offer_text("error", error_message(*wrong));
+      if (!harmless && ++bad_messages_ > 1) return leave(websocket::close_code::policy_error);
+      write_next();
+    }
+  }
+
+  void write_next() {
+    if (closed_ || !open_ || writing_) return;
+    std::optional<ViewerQueue::Outgoing> next = leaving_ ? queue_.next_text() : queue_.next();
+    if (!next) {
+      if (leaving_) send_close();
+      return;
+    }
+    writing_ = std::move(*next);
+    watch_write();
+    const auto* text = std::get_if<std::string>(&*writing_);
+    websocket_->text(text != nullptr);
+    const asio::const_buffer bytes =
+        text != nullptr ? asio::buffer(*text)
+                        : asio::buffer(std::get<std::shared_ptr<const StreamMessage>>(*writing_)->bytes);
+    websocket_->async_write(bytes, [self = self()](error_code error, std::size_t) {
+      self->writing_.reset();
+      self->write_timer_.cancel();
+      error ? self->close() : self->write_next();
+    });
+  }
+
+  void send_close() {
+    if (std::exchange(close_sent_, true)) return;
+    watch_write();
+    websocket_->async_close(*leaving_, [self = self()](error_code) { self->close(); });
+  }
+
+  /// Closes the connection when a write exceeds its time limit: the client does not read.
+  void watch_write() {
+    write_timer_.expires_after(server_.settings.write_timeout);
+    write_timer_.async_wait([self = self()](error_code error) {
+      if (!error && !self->closed_) {
+        self->server_.metrics.refused_connection();
+        self->close();
+      }
+    });
+  }
+
+  WebServer::State& server_;
+  Listener& listener_;
+  const std::string remote_;
+  std::optional<Stream> stream_;  ///< moved into `websocket_` when that begins
+  std::optional<websocket::stream<Stream>> websocket_;
+  beast::flat_buffer buffer_{kStream.max_header_bytes + 64 * 1024};
+  std::optional<http::request_parser<http::string_body>> parser_;
+  ViewerQueue queue_;
+  TokenBucket commands_{kStream.commands_per_s, kStream.max_commands};
+  std::optional<ViewerQueue::Outgoing> writing_;
+  asio::steady_timer write_timer_;
+  std::optional<websocket::close_code> leaving_;
+  int bad_messages_ = 0;
+  bool open_ = false, closed_ = false, close_sent_ = false;
+};
+
+}  // namespace
+
+std::shared_ptr<Connection> make_connection(WebServer::State& server, Listener& listener, StreamSocket socket,
+                                            std::string remote) {
+  PlainStream plain(std::move(socket));
+  if (!listener.tls)
+    return std::make_shared<StreamConnection<PlainStream>>(server, listener, std::move(plain), std::move(remote));
+  return std::make_shared<StreamConnection<TlsStream>>(server, listener, TlsStream(std::move(plain), *listener.tls),
+                                                       std::move(remote));
+}
+
+}  // namespace lumigraft::server
