@@ -17,6 +17,7 @@ inline constexpr struct CommandParameters {
   std::chrono::milliseconds snapshots_apart{200};            ///< encoded
   /// A thread that has not turned for so long hangs: no turn takes a tenth of it once shaders are compiled.
   std::chrono::seconds hung_after{10};
-  double stale_after_s = 5;  ///< age of the newest picture that is not healthy
+  double not_grafting_after_s = 60;  ///< as while the tag is hidden
+  double stale_after_s = 5;          ///< age of the newest picture that is not healthy
 } kCommands;
 }  // namespace lumigraft::server

@@ -77,6 +77,7 @@ Health health(const Metrics& metrics) {
   health.ok = age_s >= 0 && age_s < kCommands.stale_after_s;
   health.json = json_line({{"ok", health.ok},
                            {"frames", metrics.frames()},
+                           {"grafting", metrics.not_grafted_s() < kCommands.not_grafting_after_s},
                            {"age_of_last_frame_s", age_s < 0 ? Json() : Json(age_s)},
                            {"viewers", metrics.viewers()}}) +
                 "\n";

@@ -1,6 +1,10 @@
 #include "server/metrics/metrics.h"
 
+#include <unistd.h>
+
 #include <algorithm>
+#include <cstddef>
+#include <fstream>
 #include <sstream>
 
 namespace lumigraft::server {
@@ -8,6 +12,13 @@ namespace {
 
 constexpr std::size_t kMaxInterval =
     4096;  // bound when take_interval() is not called for long: the older half is discarded
+
+std::size_t resident_bytes() {
+  std::ifstream in("/proc/self/statm");
+  std::size_t pages = 0, resident = 0;
+  in >> pages >> resident;
+  return resident * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+}
 
 StageSummary summarise(std::vector<float>& times_ms) {
   StageSummary s;
@@ -40,11 +51,12 @@ void Metrics::drop(const std::string& slow_stage, std::uint64_t count) {
   drops_[slow_stage] += count;
 }
 
-void Metrics::frame_made() {
+void Metrics::frame_made(bool grafted) {
   std::lock_guard lock(mutex_);
   ++frames_;
   ++interval_frames_;
   last_frame_ = Clock::now();
+  if (grafted) last_grafted_ = last_frame_;
 }
 
 void Metrics::warn(std::uint64_t count) {
@@ -84,6 +96,11 @@ double Metrics::age_of_last_frame_s() const {
   return frames_ == 0 ? -1.0 : std::chrono::duration<double>(Clock::now() - last_frame_).count();
 }
 
+double Metrics::not_grafted_s() const {
+  std::lock_guard lock(mutex_);
+  return std::chrono::duration<double>(Clock::now() - last_grafted_).count();
+}
+
 std::map<std::string, std::uint64_t> Metrics::drops() const {
   std::lock_guard lock(mutex_);
   return drops_;
@@ -107,7 +124,7 @@ Metrics::Interval Metrics::take_interval() {
 }
 
 std::string Metrics::prometheus() const {
-  const double age_s = age_of_last_frame_s();
+  const double age_s = age_of_last_frame_s(), not_grafted = not_grafted_s();
   std::lock_guard lock(mutex_);
   std::ostringstream out;
   const auto head = [&out](const char* name, const char* kind, const char* help) {
@@ -129,6 +146,9 @@ std::string Metrics::prometheus() const {
   const auto second = [](const auto& pair) { return pair.second; };
   one("lumigraft_frames_total", "counter", "Pictures made.", frames_);
   one("lumigraft_last_frame_age_seconds", "gauge", "Age of the newest picture; -1 before the first.", age_s);
+  one("lumigraft_not_grafted_seconds", "gauge", "Since the last picture with all objects that should be shown.",
+      not_grafted);
+  one("lumigraft_resident_bytes", "gauge", "Memory of the process.", resident_bytes());
   one("lumigraft_viewers", "gauge", "Open streams.", viewers_.load());
   one("lumigraft_cameras_in_trouble", "gauge", "Cameras that deliver no frames at present.",
       cameras_with_faults_.load());

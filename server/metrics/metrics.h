@@ -25,7 +25,9 @@ class Metrics {
 
   void time(const std::string& stage, double seconds);
   void drop(const std::string& slow_stage, std::uint64_t count = 1);
-  void frame_made();               ///< the relight stage finished a frame
+  /// The relight stage finished a frame. `grafted` false: an object should be shown, but the camera image passed
+  /// through.
+  void frame_made(bool grafted = true);
   void warn(std::uint64_t count);  ///< warnings attached to frames
   void encoded(const std::string& codec, std::size_t bytes);
   void viewers(int count) { viewers_ = count; }
@@ -42,6 +44,7 @@ class Metrics {
 
   std::uint64_t frames() const;
   double age_of_last_frame_s() const;  ///< negative before the first
+  double not_grafted_s() const;        ///< since when no frame was grafted, or since the start
   std::map<std::string, std::uint64_t> drops() const;
 
   struct Interval {
@@ -69,7 +72,7 @@ class Metrics {
   std::map<std::string, std::pair<int, double>> decided_;
   std::uint64_t frames_ = 0, warnings_ = 0, refused_ = 0;
   std::uint64_t interval_frames_ = 0;
-  Clock::time_point last_frame_{}, interval_start_ = Clock::now();
+  Clock::time_point last_frame_{}, last_grafted_ = Clock::now(), interval_start_ = Clock::now();
   std::atomic<std::size_t> bricks_ = 0, brick_bytes_ = 0, evicted_bricks_ = 0;
   std::atomic<std::uintmax_t> kept_bytes_ = 0;
   std::atomic<int> viewers_ = 0;

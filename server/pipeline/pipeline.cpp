@@ -1,5 +1,6 @@
 #include "server/pipeline/pipeline.h"
 
+#include <algorithm>
 #include <atomic>
 #include <mutex>
 #include <stop_token>
@@ -262,10 +263,12 @@ void Pipeline::State::relight_turn() {
   const bool settled = store.settled(scene);
   reconstruct::append_warnings(warnings, scene.warnings);
   LiveRelighter::Result relit;
+  bool any_visible = false;
   {
     const StageTimer timer(metrics, "relight");
     const double time_s = 1e-9 * static_cast<double>(frame.time_ns);
     const relight::Exhibit shown = shown_exhibit(*exhibit.at(time_s), scene, time_s, standing);
+    any_visible = std::ranges::any_of(shown.objects, &relight::VirtualObject::visible);
     const relight::Planner::Decision decision = planner.decide(scene, shown, time_s);
     for (const relight::PlanChoice& choice : decision.choices)
       metrics.decided(choice.key, choice.value, choice.left_out);
@@ -275,7 +278,7 @@ void Pipeline::State::relight_turn() {
     metrics.time("relight/" + pass.name, 1e-3 * pass.gpu_ms);
   }
   reconstruct::append_warnings(warnings, relit.picture.warnings);
-  metrics.frame_made();
+  metrics.frame_made(!relit.picture.passed_through || !any_visible);
   metrics.warn(warnings.size());
 
   ShownFrame shown;

@@ -14,6 +14,7 @@ const controls = new Controls((message) => connection.send(message));
 const playbackBar = new PlaybackBar((message) => connection.send(message));
 const recordButton = new RecordButton((message) => connection.send(message));
 let h264Works = h264Possible();
+let program = null; // the version that this page belongs to
 
 const decoder = new Decoder({
   onPicture(source, message) {
@@ -26,7 +27,8 @@ const decoder = new Decoder({
     canvas.dataset.grafted = !message.passedThrough;
     canvas.dataset.pictures = Number(canvas.dataset.pictures ?? 0) + 1;
     canvas.dataset.codec = message.kind === KIND.jpeg ? "jpeg" : "h264";
-    document.getElementById("codec-used").textContent = message.kind === KIND.jpeg ? "JPEG" : "H.264";
+    const instead = window.isSecureContext ? "JPEG" : "JPEG (browsers decode H.264 over https only)";
+    document.getElementById("codec-used").textContent = message.kind === KIND.jpeg ? instead : "H.264";
     panel.picture();
     connection.send({ type: "ack", sequence: message.sequence });
   },
@@ -53,6 +55,8 @@ const connection = new Connection(`${location.protocol === "https:" ? "wss" : "w
   },
   onText(message) {
     if (message.type === "hello") {
+      if (program && program !== message.program) location.reload(); // the service was updated, and so is its page
+      program = message.program;
       document.getElementById("session").textContent = message.session;
       playbackBar.permitted = message.permissions?.includes("control") ?? true;
       recordButton.permitted = message.permissions?.includes("record") ?? true;

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <thread>
+
 #include "server/commands/serve_log.h"
 
 namespace lumigraft::server {
@@ -30,6 +33,16 @@ TEST(Metrics, HistogramsAreCumulative) {
         "lumigraft_encoded_bytes_total{codec=\"jpeg\"} 1000\n"}) {
     EXPECT_NE(text.find(line), std::string::npos) << line << text;
   }
+}
+
+TEST(Metrics, KnowsSinceWhenNothingIsGrafted) {
+  Metrics metrics;
+  std::this_thread::sleep_for(std::chrono::milliseconds(30));
+  metrics.frame_made(false);
+  EXPECT_GE(metrics.not_grafted_s(), 0.03);
+  EXPECT_LT(metrics.age_of_last_frame_s(), metrics.not_grafted_s());
+  metrics.frame_made();
+  EXPECT_LT(metrics.not_grafted_s(), 0.03);
 }
 
 TEST(Metrics, AnIntervalBeginsAnew) {
