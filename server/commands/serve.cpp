@@ -8,6 +8,7 @@
 #include "capture/record/source_observer.h"
 #include "capture/recorded/seekable_reader.h"
 #include "server/commands/kept_room_file.h"
+#include "server/commands/parameters.h"
 #include "server/commands/record_button.h"
 #include "server/commands/serve_log.h"
 #include "server/commands/serve_texts.h"

@@ -19,8 +19,8 @@ std::string stats_text(const Pipeline::Record& record, const Metrics& metrics, c
                        const std::optional<RecordButton::State>& recording,
                        const std::optional<Playback::State>& playback);
 
-/// `ok` is false where no frame was composited for 5 s; `grafting` is false where for a minute none had the objects that should
-/// be shown.
+/// `ok` is false where no frame was composited for 5 s; `grafting` is false where for a minute none had the objects
+/// that should be shown.
 struct Health {
   bool ok = false;
   std::string json;
