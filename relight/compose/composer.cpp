@@ -78,7 +78,7 @@ void compose(const CameraUpload& camera, const RoomChange& change, const ObjectL
   const capture::SrgbTable& srgb = capture::srgb_table();
   static const Unchanged unchanged;
   const Simd4 exposure = channels_of(camera.exposure());
-  const bool exact = camera.coded_exactly();
+  const bool exact = camera.coded_exactly(), vignetting = camera.vignetting() != nullptr;
   // By which a change may yet grow: the lens transmits all of the light at most.
   const Simd4 flicker = broadcast(change.proportional && change.radiance ? kCompose.max_flicker : 1);
   const Simd4 grown = flicker * broadcast(camera.exposure().maxCoeff());
@@ -88,19 +88,35 @@ void compose(const CameraUpload& camera, const RoomChange& change, const ObjectL
     const int y = v - objects.top;
     const bool in_rows = y >= 0 && y < objects.coverage.height;
     const int left = in_rows ? objects.left : width, right = in_rows ? objects.left + objects.coverage.width : width;
+    const auto write = [&](Simd4 coded_light, std::uint8_t* codes) {
+      codes[0] = srgb.code(coded_light[0]);
+      codes[1] = srgb.code(coded_light[1]);
+      codes[2] = srgb.code(coded_light[2]);
+    };
+    /// Of kPixels pixels, within the row.
+    const auto any_covered = [&](int u) {
+      if (u + Unchanged::kPixels <= left || u >= right) return false;
+      if (u < left || u + Unchanged::kPixels > right) return true;
+      return reconstruct::any(reconstruct::load(&objects.coverage.at(u - left, y)) != Simd4{});
+    };
     for (int u = 0; u < width; ++u) {
       const std::size_t pixel = row + static_cast<std::size_t>(u);
       const float* of_pixel = &change.delta.data[3 * pixel];
-      if (exact && u + Unchanged::kPixels <= width && (u + Unchanged::kPixels <= left || u >= right) &&
-          unchanged.hold_all(of_pixel, grown)) {
+      if (exact && u + Unchanged::kPixels <= width && !any_covered(u) && unchanged.hold_all(of_pixel, grown)) {
         u += Unchanged::kPixels - 1;
         continue;
       }
       const float coverage = u >= left && u < right ? objects.coverage.at(u - left, y) : 0;
       std::uint8_t* codes = &picture->data[3 * pixel];
+      if (coverage == 1) {  // it hides the room
+        const Simd4 object = finite_or_zero(channels_of(&objects.radiance.at(u - left, y)));
+        const Simd4 light = reconstruct::max(object, Simd4{}) * exposure;
+        write(vignetting ? light * broadcast(camera.transmission(pixel)) : light, codes);
+        continue;
+      }
       Simd4 delta = channels_of(of_pixel);
       // Most of the room changes by less than a pixel value.
-      const Simd4 transmitted = exposure * broadcast(camera.transmission(pixel));
+      const Simd4 transmitted = vignetting ? exposure * broadcast(camera.transmission(pixel)) : exposure;
       if (coverage == 0 && exact && unchanged.holds(codes, flicker * transmitted * delta)) continue;
       delta = finite_or_zero(delta);
       if (coverage == 0 && !reconstruct::any(delta != Simd4{})) continue;
@@ -120,10 +136,7 @@ void compose(const CameraUpload& camera, const RoomChange& change, const ObjectL
         const Simd4 object = finite_or_zero(channels_of(&objects.radiance.at(u - left, y)));
         light = reconstruct::max(composed(light, object, broadcast(coverage)), Simd4{});
       }
-      light *= transmitted;
-      codes[0] = srgb.code(light[0]);
-      codes[1] = srgb.code(light[1]);
-      codes[2] = srgb.code(light[2]);
+      write(light * transmitted, codes);
     }
   });
 }

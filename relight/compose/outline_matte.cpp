@@ -52,11 +52,10 @@ Rgb channels(Simd4 sums) { return {sums[1], sums[2], sums[3]}; }
 
 /// Means of one side; first 1 and 0.
 struct MeansOfSide {
+  Simd4 part;  ///< one over the sum of weights
   Simd4 color, variance;
 
-  MeansOfSide(Simd4 colors, Simd4 squares) {
-    const Simd4 part = broadcast(1 / colors[0]);
-    color = part * colors;
+  MeansOfSide(Simd4 colors, Simd4 squares) : part(broadcast(1 / colors[0])), color(part * colors) {
     variance = reconstruct::max(part * squares - color * color, Simd4{});
   }
 };
@@ -131,6 +130,7 @@ void OutlineMatte::prepare(const std::vector<cv::Point>& pixels) {
   std::vector<cv::Point> nodes;
   cv::Point last(-1, -1);
   for (const cv::Point& pixel : pixels) {
+    if (is_front(pixel.x, pixel.y)) continue;
     const Place at = place_of(pixel.x, pixel.y);
     if (std::exchange(last, cv::Point(at.column, at.row)) == cv::Point(at.column, at.row)) continue;
     for (const cv::Point& place : {last, last + cv::Point(1, 0), last + cv::Point(0, 1), last + cv::Point(1, 1)}) {
@@ -223,10 +223,10 @@ OutlineMatte::Sides OutlineMatte::interpolated(int u, int v) const {
 }
 
 OutlineMatte::Mixture OutlineMatte::at(int u, int v) const {
-  const Rgb own = picture_.radiance(static_cast<std::size_t>(v * width_ + u));
   const bool unknown = !depth_.known(u, v);
   const float outside_px = away_.at(u - corner_.x, v - corner_.y);
-  if (!unknown && outside_px < -static_cast<float>(reach_.matte_px)) return {1, own, own, own, false, true};
+  const Rgb own = picture_.radiance(static_cast<std::size_t>(v * width_ + u));
+  if (is_front(u, v)) return {1, own, own, own, false, true};
   static const NormalCdf normal_cdf;
   const float prior = unknown ? 0.5f : normal_cdf(-outside_px / reach_.sigma_px);
   const Sides sums = interpolated(u, v);
@@ -259,8 +259,8 @@ OutlineMatte::Mixture OutlineMatte::at(int u, int v) const {
           channels(behind.color),
           true,
           outside_px < 0,
-          channels(sums.front.values) / sums.front.colors[0],
-          channels(sums.behind.values) / sums.behind.colors[0]};
+          channels(front.part * sums.front.values),
+          channels(behind.part * sums.behind.values)};
 }
 
 }  // namespace lumigraft::relight

@@ -56,7 +56,7 @@ void RecentlyMoved::add(const MovedPixels& moved, const MovedPixels& fused,
 }
 
 bool RecentlyMoved::contains(const Eigen::Vector3f& p_m) const {
-  return any_around(p_m, [&](const reconstruct::BrickKey& key) { return cells_.contains(key); });
+  return box_.contains(p_m) && any_around(p_m, [&](const reconstruct::BrickKey& key) { return cells_.contains(key); });
 }
 
 bool RecentlyMoved::came_to(const Eigen::Vector3f& p_m) const {
