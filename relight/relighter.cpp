@@ -14,7 +14,6 @@
 #include "relight/compose/motion_blur.h"
 #include "relight/compose/parameters.h"
 #include "relight/compose/sampled_depth.h"
-#include "relight/gather/gone_space.h"
 #include "relight/gather/moved_surfaces.h"
 #include "relight/gather/parameters.h"
 #include "relight/objects/placement.h"

@@ -6,7 +6,6 @@
 #include <memory>
 #include <optional>
 
-#include "relight/gather/gone_space.h"
 #include "relight/gather/moved_surfaces.h"
 #include "relight/gather/recently_moved.h"
 

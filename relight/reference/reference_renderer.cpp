@@ -11,7 +11,6 @@
 #include "relight/compose/soften.h"
 #include "relight/compose/subsample_chroma.h"
 #include "relight/gather/clipped_pixels.h"
-#include "relight/gather/gone_space.h"
 #include "relight/gather/moved_surfaces.h"
 #include "relight/look/camera_look.h"
 #include "relight/quality_warnings.h"
