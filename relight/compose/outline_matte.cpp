@@ -209,11 +209,11 @@ OutlineMatte::Sides OutlineMatte::interpolated(int u, int v) const {
     return nodes_[static_cast<std::size_t>(node_of_[index(at.column + right, at.row + below)])];
   };
   const Sides &a = node(0, 0), &b = node(1, 0), &c = node(0, 1), &d = node(1, 1);
-  const Simd4 right = broadcast(at.right), below = broadcast(at.below);
+  const float right = at.right, below = at.below;
+  const Simd4 of_a = broadcast((1 - right) * (1 - below)), of_b = broadcast(right * (1 - below)),
+              of_c = broadcast((1 - right) * below), of_d = broadcast(right * below);
   const auto between = [&](Side Sides::*side, Simd4 Side::*sum) {
-    const Simd4 top = a.*side.*sum + right * (b.*side.*sum - a.*side.*sum),
-                bottom = c.*side.*sum + right * (d.*side.*sum - c.*side.*sum);
-    return top + below * (bottom - top);
+    return of_a * a.*side.*sum + of_b * b.*side.*sum + of_c * c.*side.*sum + of_d * d.*side.*sum;
   };
   const auto of_side = [&](Side Sides::*side) {
     return Side{between(side, &Side::colors), between(side, &Side::squares),
@@ -253,6 +253,7 @@ OutlineMatte::Mixture OutlineMatte::at(int u, int v) const {
   const float by_depth = 1 / std::max(prior * (1 - prior), 1e-4f);
   const float sum = reconstruct::sum_of(over_noise * (color - behind.color));
   const float alpha = std::clamp((sum + by_depth * prior) / (by_color + by_depth), 0.0f, 1.0f);
+  if (!values_) return {alpha, own, channels(front.color), channels(behind.color), true, outside_px < 0};
   return {alpha,
           own,
           channels(front.color),
