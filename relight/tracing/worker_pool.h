@@ -25,6 +25,7 @@ class WorkerPool {
 
  private:
   struct Job {
+    explicit Job(const std::function<bool()>& of) : part(of) {}
     const std::function<bool()>& part;
     int running = 0;      ///< calls on other threads
     bool closed = false;  ///< nothing is left to do
