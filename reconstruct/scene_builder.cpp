@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <mutex>
@@ -10,6 +11,7 @@
 #include "capture/message_text.h"
 #include "capture/sync/depth_registration.h"
 #include "reconstruct/albedo/kept_albedo.h"
+#include "reconstruct/albedo/parameters.h"
 #include "reconstruct/fusion/fusion.h"
 #include "reconstruct/kept_room/room_check.h"
 #include "reconstruct/lamps/light_from_shading.h"
@@ -85,8 +87,9 @@ constexpr std::int64_t kNever_ns = std::numeric_limits<std::int64_t>::min() / 2;
 /// light of a black room is.
 constexpr float kNoLight = 1e-6f;
 
-/// Ratio of the light at the fish-eye, from which on it may see a lamp that was hidden.
-constexpr float kCompletedLight = 1.5f;
+/// Ratio of the light at the fish-eye, from which on it may see a lamp that was hidden: in the middle between no change
+/// and the least that was missing, on a scale on which errors of both are as large.
+const float kCompletedLight = std::sqrt(kAlbedoParameters.missing_light.max_reflected);
 
 constexpr const char* kKeptRoomUnseen =
     "the room that was kept is not used yet, nor is this one kept: the camera sees too little of its surfaces; if the "

@@ -98,7 +98,7 @@ void CameraView::show_live(const capture::FrameSet& frame, const View& view, con
     live_picture_.read(device_, *screen_, camera_, changed);
   }
   const CurrentDepth depth(pixel_rays_, depth_of(frame, model_), view.params.field.x(), depth_noise_);
-  result->srgb = live_picture_.over(camera_, depth, blur_px());
+  result->srgb = live_picture_.over(camera_, depth, view.motion, blur_px());
   give_look(frame, live_picture_.shown(), &result->srgb);
   shown_ = Shown::live;
   if (view.with_maps) add_maps(depth, live_picture_.objects(), result);
@@ -133,9 +133,11 @@ void CameraView::show_full(const capture::FrameSet& frame, const View& view, con
     read_layers();
   }
   const CurrentDepth depth(pixel_rays_, depth_of(frame, model_), view.params.field.x(), depth_noise_);
-  if (drawn || full_blur_px_ != blur_px()) {
+  if (drawn || full_blur_px_ != blur_px() || full_moving_ != view.motion.any()) {
     full_blur_px_ = blur_px();
-    full_soft_ = softened(full_objects_, full_blur_px_, model_.width, model_.height);
+    full_moving_ = view.motion.any();
+    full_soft_ = full_moving_ ? softened(view.motion.of(full_objects_), full_blur_px_, model_.width, model_.height)
+                              : softened(full_objects_, full_blur_px_, model_.width, model_.height);
     full_picture_ = {};
   }
   const std::optional<ObjectLayer> hidden = behind_foreground(depth, camera_, full_soft_);

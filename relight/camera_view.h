@@ -28,6 +28,7 @@ class CameraView {
   /// `glossy`: real surfaces of known material exist.
   void fit(const Plan& plan, int max_lamps, bool glossy);
   const CameraUpload& camera() const { return camera_; }
+  const PixelRays& pixel_rays() const { return pixel_rays_; }
   /// A new frame. `like_camera`: objects get the camera's noise and sharpness (Plan::look).
   void take(const capture::FrameSet& frame, const reconstruct::Scene& scene, bool like_camera);
   /// The camera pose to render with; see StaticViewCache.
@@ -42,9 +43,10 @@ class CameraView {
     const std::vector<GlossyBounds>& glossy;  ///< bounds of glossy real surfaces of known material
     const gpu::Texture& white;
     const Plan& plan;
-    bool anew;       ///< camera, light or objects changed since the last frame
-    bool with_maps;  ///< also fill the maps of the full view (RelightMaps)
-    bool live;       ///< the light was computed for the live view
+    bool anew;                 ///< camera, light or objects changed since the last frame
+    bool with_maps;            ///< also fill the maps of the full view (RelightMaps)
+    bool live;                 ///< the light was computed for the live view
+    const MotionBlur& motion;  ///< of objects, if they get the camera's look
   };
   struct Light {
     const AmortizedLightUpdate& rounds;
@@ -99,6 +101,7 @@ class CameraView {
   capture::Image<float> full_radiance_;   ///< of real pixels, clipped channels restored; empty: none clips
   ObjectLayer full_objects_, full_soft_;  ///< sharp, and as the camera sees them; without what is in front of them
   float full_blur_px_ = 0;
+  bool full_moving_ = false;      ///< their own motion is part of that
   bool full_foreground_ = false;  ///< something was in front of them
   capture::Image<std::uint8_t> full_picture_;
   Eigen::Array3f full_exposure_ = Eigen::Array3f::Zero();

@@ -42,7 +42,7 @@ void multiply(const float* gain, std::uint8_t* code, int pixels) {
 
 void CpuCompositor::read(gpu::Device& device, const Screen& screen, const CameraUpload& camera,
                          const std::vector<char>& considered) {
-  soft_px_ = 0;
+  soft_.reset();
   width_ = screen.width;
   height_ = screen.height;
   fine_step_ = screen.fine_step;
@@ -104,9 +104,13 @@ void CpuCompositor::spread_fine(int left, int top) {
   }
 }
 
-capture::Image<std::uint8_t> CpuCompositor::over(const CameraUpload& camera, const CurrentDepth& depth, float blur_px) {
-  if (soft_px_ != blur_px) soft_ = softened(objects_, blur_px, width_, height_);
+capture::Image<std::uint8_t> CpuCompositor::over(const CameraUpload& camera, const CurrentDepth& depth,
+                                                 const MotionBlur& motion, float blur_px) {
+  if (soft_px_ != blur_px || moving_ != motion.any()) soft_.reset();
   soft_px_ = blur_px;
+  moving_ = motion.any();
+  if (!soft_ && moving_) soft_ = softened(motion.of(objects_), blur_px, width_, height_);
+  if (!soft_ && blur_px > 0) soft_ = softened(objects_, blur_px, width_, height_);
   hidden_.reset();
   hidden_ = behind_foreground(depth, camera, shown());
   const ObjectLayer& objects = shown();
@@ -118,7 +122,7 @@ capture::Image<std::uint8_t> CpuCompositor::over(const CameraUpload& camera, con
     if (kinds_[i] == Kind::real) over_real(left, top, &picture);
     if (kinds_[i] == Kind::object) over_object(left, top, camera, objects, &picture);
   });
-  if (blur_px > 0) over_outlines(camera, objects, &picture);
+  if (soft_) over_outlines(camera, objects, &picture);
   return picture;
 }
 

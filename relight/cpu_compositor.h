@@ -8,6 +8,7 @@
 
 #include "capture/image.h"
 #include "relight/compose/current_depth.h"
+#include "relight/compose/motion_blur.h"
 #include "relight/compose/object_layer.h"
 #include "relight/gpu/device.h"
 #include "relight/passes/screen/camera_upload.h"
@@ -20,11 +21,12 @@ class CpuCompositor {
   /// Reads back the results of LiveView for those blocks that screen.tiles selected among `considered`; other blocks
   /// keep their values.
   void read(gpu::Device& device, const Screen& screen, const CameraUpload& camera, const std::vector<char>& considered);
-  /// Over the picture of `camera`. `blur_px`: 1σ of the camera's blur, for the objects.
-  capture::Image<std::uint8_t> over(const CameraUpload& camera, const CurrentDepth& depth, float blur_px);
+  /// Over the picture of `camera`. Of the objects: `motion`, and 1σ of the camera's blur.
+  capture::Image<std::uint8_t> over(const CameraUpload& camera, const CurrentDepth& depth, const MotionBlur& motion,
+                                    float blur_px);
   const ObjectLayer& objects() const { return objects_; }  ///< sharp, without what is in front of them
   /// As over() drew them last.
-  const ObjectLayer& shown() const { return hidden_ ? *hidden_ : soft_px_ > 0 ? soft_ : objects_; }
+  const ObjectLayer& shown() const { return hidden_ ? *hidden_ : soft_ ? *soft_ : objects_; }
 
  private:
   enum class Kind : char { untouched, smooth, real, object };
@@ -38,13 +40,14 @@ class CpuCompositor {
   Kind kind_at(int u, int v) const { return kinds_[static_cast<std::size_t>(v / kTile_px * columns_ + u / kTile_px)]; }
 
   int width_ = 0, height_ = 0, columns_ = 0, fine_step_ = 1;
-  std::vector<Kind> kinds_;    ///< per block
-  std::vector<float> smooth_;  ///< gain^(1/2.4), one value per smooth_px × smooth_px pixels
-  std::vector<float> fine_;    ///< gain, one value per fine_step_ × fine_step_ pixels
-  std::vector<float> gain_;    ///< per pixel, interpolated from these
-  ObjectLayer objects_;        ///< of the picture's size
-  ObjectLayer soft_;           ///< the same with a blur of soft_px_, unless that is 0
+  std::vector<Kind> kinds_;          ///< per block
+  std::vector<float> smooth_;        ///< gain^(1/2.4), one value per smooth_px × smooth_px pixels
+  std::vector<float> fine_;          ///< gain, one value per fine_step_ × fine_step_ pixels
+  std::vector<float> gain_;          ///< per pixel, interpolated from these
+  ObjectLayer objects_;              ///< of the picture's size
+  std::optional<ObjectLayer> soft_;  ///< the same with a blur of soft_px_ and, if `moving_`, that of their motion
   float soft_px_ = 0;
+  bool moving_ = false;
   std::optional<ObjectLayer> hidden_;  ///< behind something
 };
 

@@ -11,6 +11,7 @@
 #include "relight/amortized_light_update.h"
 #include "relight/camera_view.h"
 #include "relight/compose/gone_surfaces.h"
+#include "relight/compose/motion_blur.h"
 #include "relight/compose/parameters.h"
 #include "relight/compose/sampled_depth.h"
 #include "relight/gather/moved_surfaces.h"
@@ -101,8 +102,9 @@ struct Relighter::State {
   int illumination_lights = -1;
   LightSet lights;
   std::vector<ReferenceMesh> traced_objects;  ///< of `traced`
-  std::unique_ptr<const Meshes> traced;       ///< the objects, in which what moved ends; null: nothing moved yet
+  std::unique_ptr<const Meshes> traced;       ///< the objects, for rays; null: none was needed yet
   std::optional<SampledDepth> sampled_depth;  ///< in which what moved or is gone is found
+  RecentlyMoved recent;
   GoneSurfaces gone;
   GoneCells gone_cells;
   int max_lamps = 1;  ///< for which there is room: a power of two, so that it rarely changes
@@ -216,17 +218,45 @@ struct Relighter::State {
     const auto may_matter = [&](const Eigen::Vector3f& p_m) { return LampMaps::may_occlude(params, p_m); };
     // Shadow cones find the volumes' surfaces to half a voxel.
     const float cell_m = params.cascade[shader::kCascades - 1].w() / 2;
-    gone_cells.take(*device, gone.find(*room.field(), FreeSpace(eye.camera, depth), cell_m, may_matter), params);
-    const std::shared_ptr<const Model> moved =
-        moved_shell(eye, depth, *scene.field, may_matter, [&]() -> const Meshes& {
-          std::vector<ReferenceMesh> now = reference_objects_of(exhibit, 1e-9 * static_cast<double>(frame.time_ns));
-          if (!traced || !same_meshes(traced_objects, now)) {
-            traced_objects = std::move(now);
-            traced = std::make_unique<const Meshes>(traced_objects, nullptr);
-          }
-          return *traced;
-        });
-    lamp_maps->choose(*device, params, moved.get());
+    const ArrivedSurface arrived(recent, scene.field, session.depth_noise());
+    const GoneSpace gone_now(eye.camera, depth, arrived);
+    gone_cells.take(
+        *device,
+        gone.find(
+            *room.field(), [&](const Eigen::Vector3f& p_m) { return gone_now.contains(p_m); }, cell_m, may_matter),
+        params);
+    const MovedInField moved = moved_in_field(eye, depth, *scene.field, arrived, may_matter,
+                                              [&]() -> const Meshes& { return traced_at(exhibit, frame.time_ns); });
+    const auto settled = [&](const GBufferPixel& p) {
+      return ArrivedSurface::is_settled(*scene.field, session.depth_noise(), p.surface.position_m, p.depth_m);
+    };
+    recent.add(moved.now, moved.fused, settled, frame.time_ns);
+    lamp_maps->choose(*device, params, moved.shell.get());
+  }
+
+  const Meshes& traced_at(const Exhibit& exhibit, std::int64_t time_ns) {
+    std::vector<ReferenceMesh> now = reference_objects_of(exhibit, 1e-9 * static_cast<double>(time_ns));
+    if (!traced || !same_meshes(traced_objects, now)) {
+      traced_objects = std::move(now);
+      traced = std::make_unique<const Meshes>(traced_objects, nullptr);
+    }
+    return *traced;
+  }
+
+  MotionBlur motion_blur(const Exhibit& exhibit, const std::vector<PlacedObject>& objects,
+                         const shader::FrameParams& params, std::int64_t time_ns) {
+    std::vector<ObjectMotion> motions = motions_while_exposed(session.color, exhibit, time_ns);
+    if (motions.empty()) return {};
+    std::vector<Eigen::Vector4f> spheres;
+    for (const PlacedObject& object : objects) {
+      const BoundingSphere& around = object.bounds.sphere;
+      spheres.emplace_back(around.centre_m.x(), around.centre_m.y(), around.centre_m.z(), around.radius_m);
+    }
+    return {std::move(motions),
+            {view.pixel_rays(),
+             {session.color.model, Eigen::Isometry3f(params.T_tag_camera)},
+             std::move(spheres),
+             [this, &exhibit, time_ns]() -> const Meshes& { return traced_at(exhibit, time_ns); }}};
   }
 
   shader::FrameParams frame_params(const capture::FrameSet& frame, const reconstruct::Scene& scene,
@@ -474,9 +504,11 @@ RelitPicture Relighter::relight(const capture::FrameSet& frame, const reconstruc
   const bool shadows_anew = (lit_anew || s.gone_cells.changed()) && !shadows_wait;
   if (lit_anew || occluded_anew) s.light_directly(*list, params, key, objects_anew || occluded_anew, shadows_anew);
   s.shadows_due = shadows_wait;
+  const MotionBlur motion =
+      asked.look == "camera" ? s.motion_blur(exhibit, objects, params, frame.time_ns) : MotionBlur();
   const CameraView::View view{
-      params,    objects, s.known_surfaces, s.glossy, s.store.white(), plan, moved || lit_anew || occluded_anew,
-      with_maps, live};
+      params, objects, s.known_surfaces, s.glossy, s.store.white(), plan, moved || lit_anew || occluded_anew, with_maps,
+      live,   motion};
   const CameraView::Light shown{s.light, *s.lamp_maps, s.bricks};
   s.drawn_live = live;
   if (!live) {

@@ -8,6 +8,7 @@
 #endif
 
 #include "reconstruct/math/simd4.h"
+#include "reconstruct/math/simd_target.h"
 
 namespace lumigraft::reconstruct {
 
@@ -46,14 +47,5 @@ using Simd8Int = std::int32_t __attribute__((vector_size(32)));  ///< comparison
 #endif
 }
 [[gnu::always_inline]] inline bool any(Simd8Int where) { return lane_mask(where) != 0; }
-
-/// Attribute of a function that uses registers of eight floats; call it only if simd8_supported().
-#if defined(__x86_64__)
-#define LUMIGRAFT_SIMD8_TARGET [[gnu::target("avx2")]]
-inline bool simd8_supported() { return __builtin_cpu_supports("avx2"); }
-#else
-#define LUMIGRAFT_SIMD8_TARGET
-inline bool simd8_supported() { return false; }
-#endif
 
 }  // namespace lumigraft::reconstruct

@@ -79,9 +79,12 @@ void add_noise(const NoiseModel& noise, const capture::Image<std::uint8_t>& came
       }
       const float covered = in_window ? objects.coverage.at(u - left, y) : 0;
       if (covered == 0 && out[0] == seen[0] && out[1] == seen[1] && out[2] == seen[2]) continue;
-      const Simd4 factor =
-          covered > 0 ? reconstruct::broadcast(1 - covered) : looked_up(linear, out) * looked_up(of.inverse, seen);
-      const Simd4 missing = looked_up(of.variance, out) - factor * factor * looked_up(of.variance, seen);
+      Simd4 missing = looked_up(of.variance, out);
+      if (covered < 1) {  // the picture's own noise remains in part
+        const Simd4 factor =
+            covered > 0 ? reconstruct::broadcast(1 - covered) : looked_up(linear, out) * looked_up(of.inverse, seen);
+        missing -= factor * factor * looked_up(of.variance, seen);
+      }
       if (!reconstruct::any(missing > 0)) continue;
       const float* sample = noise.tile->at(u + du, v + dv);
       const Simd4 added = looked_up(of.slope, out) * reconstruct::sqrt(reconstruct::max(missing, Simd4{})) *

@@ -4,15 +4,17 @@
 #include <limits>
 #include <opencv2/imgproc.hpp>
 #include <optional>
-#include <utility>
 #include <vector>
 
+#include "reconstruct/math/simd4.h"
 #include "relight/compose/outline_matte.h"
 #include "relight/compose/parameters.h"
 #include "relight/tracing/parallel_for.h"
 
 namespace lumigraft::relight {
 namespace {
+
+using reconstruct::Simd4;
 
 constexpr int kPixelBlock = 256;  // per thread at a time
 
@@ -28,56 +30,64 @@ cv::Rect with_margin_px(const cv::Rect& bounds, int by_px) {
 /// Of the change in the neighbourhood of a pixel, its span, W/sr/m²: where it is small a pixel's own change is right.
 class ChangeSpan {
  public:
-  /// The neighbourhood reaches `reach_px` or farther to all sides.
-  ChangeSpan(const capture::Image<float>& change, int reach_px)
-      : change_(change),
-        edge_(reach_px),
-        columns_((change.width - 1) / edge_ + 1),
-        rows_((change.height - 1) / edge_ + 1),
-        squares_(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_)),
-        spans_(squares_.size(), -1.0f) {}
-
-  float at(int u, int v) {
-    const int x = u / edge_, y = v / edge_;
-    float& span = spans_[index(x, y)];
-    if (span >= 0) return span;
-    Rgb least = Rgb::Constant(std::numeric_limits<float>::max()), most = -least;
-    for (int j = std::max(y - 1, 0); j <= std::min(y + 1, rows_ - 1); ++j) {
-      for (int i = std::max(x - 1, 0); i <= std::min(x + 1, columns_ - 1); ++i) {
-        const Range& of = square(i, j);
-        least = least.min(of.least);
-        most = most.max(of.most);
+  /// Of the pixels of `window` in the image. The neighbourhood reaches `reach_px` or farther to all sides.
+  ChangeSpan(const capture::Image<float>& change, int reach_px, const cv::Rect& window)
+      : change_(change), edge_(reach_px) {
+    const cv::Point first = square_of(window.x, window.y), last = square_of(window.br().x - 1, window.br().y - 1);
+    squares_ = cv::Rect(first, last + cv::Point(1, 1));
+    const cv::Rect around = with_margin_px(squares_, 1);
+    std::vector<Range> ranges(static_cast<std::size_t>(around.area()));
+    const auto range_at = [&](int x, int y) -> Range& {
+      return ranges[static_cast<std::size_t>((y - around.y) * around.width + x - around.x)];
+    };
+    for_each_pixel(around.width, around.height, 2,
+                   [&](int x, int y) { range_at(x + around.x, y + around.y) = square(x + around.x, y + around.y); });
+    spans_.resize(static_cast<std::size_t>(squares_.area()));
+    for (int y = squares_.y; y < squares_.br().y; ++y) {
+      for (int x = squares_.x; x < squares_.br().x; ++x) {
+        Range all;
+        for (int k = 0; k < 9; ++k) {
+          const Range& near = range_at(x + k % 3 - 1, y + k / 3 - 1);
+          all.least = reconstruct::min(all.least, near.least);
+          all.most = reconstruct::max(all.most, near.most);
+        }
+        const Simd4 span = all.most - all.least;
+        spans_[index(x, y)] = std::max({span[0], span[1], span[2]});
       }
     }
-    return span = (most - least).maxCoeff();
+  }
+
+  float at(int u, int v) const {
+    const cv::Point square = square_of(u, v);
+    return spans_[index(square.x, square.y)];
   }
 
  private:
   struct Range {
-    Rgb least = Rgb::Constant(std::numeric_limits<float>::max()), most = -least;
-    bool found = false;
+    Simd4 least = reconstruct::broadcast(std::numeric_limits<float>::max()), most = -least;
   };
 
+  cv::Point square_of(int u, int v) const { return {u / edge_, v / edge_}; }
   std::size_t index(int x, int y) const {
-    return static_cast<std::size_t>(y) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(x);
+    return static_cast<std::size_t>((y - squares_.y) * squares_.width + x - squares_.x);
   }
-  const Range& square(int x, int y) {
-    Range& range = squares_[index(x, y)];
-    if (std::exchange(range.found, true)) return range;
-    for (int v = y * edge_; v < std::min((y + 1) * edge_, change_.height); ++v) {
-      for (int u = x * edge_; u < std::min((x + 1) * edge_, change_.width); ++u) {
-        const Rgb value = radiance_at(change_, static_cast<std::size_t>(v * change_.width + u));
-        range.least = range.least.min(value);
-        range.most = range.most.max(value);
+  Range square(int x, int y) const {
+    Range range;
+    for (int v = std::max(y * edge_, 0); v < std::min((y + 1) * edge_, change_.height); ++v) {
+      for (int u = std::max(x * edge_, 0); u < std::min((x + 1) * edge_, change_.width); ++u) {
+        const float* of_pixel = &change_.data[3 * static_cast<std::size_t>(v * change_.width + u)];
+        const Simd4 value{of_pixel[0], of_pixel[1], of_pixel[2], 0};
+        range.least = reconstruct::min(value, range.least);  // what is not a number changes neither
+        range.most = reconstruct::max(value, range.most);
       }
     }
     return range;
   }
 
   const capture::Image<float>& change_;
-  int edge_, columns_, rows_;
-  std::vector<Range> squares_;
-  std::vector<float> spans_;  ///< by square; negative: not known
+  int edge_;
+  cv::Rect squares_;          ///< that have pixels
+  std::vector<float> spans_;  ///< by square
 };
 
 /// What the composer adds to a pixel's radiance, from the changes on both sides.
@@ -109,14 +119,18 @@ void divide_change(const CurrentDepth& depth, const CameraUpload& picture, const
   const cv::Rect window = with_margin_px(outlines, 2 * reach.samples_px) & cv::Rect(0, 0, width, height);
   const OutlineDistance away(all(window), reach.samples_px);
   OutlineMatte matte({depth}, picture, window.tl(), away, &change);
-  ChangeSpan span(change, reach.matte_px);
-  std::vector<cv::Point> pixels;
-  away.for_each_near([&](int x, int y, float away_px) {
-    const int u = x + window.x, v = y + window.y;
-    if (!matte.reaches(u, v, away_px)) return;
-    const Rgb own = picture.radiance(static_cast<std::size_t>(v * width + u));
-    if (span.at(u, v) >= kCompose.matte_change * own.maxCoeff()) pixels.emplace_back(u, v);
-  });
+  const ChangeSpan span(change, reach.matte_px, window);
+  const std::vector<cv::Point> pixels =
+      found_in_rows<cv::Point>(window.height, [&](int y, std::vector<cv::Point>& found) {
+        away.for_each_near(y, [&](int x, float away_px) {
+          const int u = x + window.x, v = y + window.y;
+          if (!matte.reaches(u, v, away_px)) return;
+          const float apart = span.at(u, v);
+          if (apart > 0 &&
+              apart >= kCompose.matte_change * picture.radiance(static_cast<std::size_t>(v * width + u)).maxCoeff())
+            found.emplace_back(u, v);
+        });
+      });
   matte.prepare(pixels);
   std::vector<std::optional<Rgb>> found(pixels.size());
   for_each_index(pixels.size(), kPixelBlock, [&](std::size_t k) {

@@ -6,6 +6,7 @@
 
 #include "capture/camera/srgb.h"
 #include "reconstruct/math/simd4.h"
+#include "reconstruct/math/simd_target.h"
 #include "relight/compose/parameters.h"
 #include "relight/tracing/parallel_for.h"
 
@@ -71,61 +72,106 @@ class Unchanged {
   float least_;                    ///< of any
 };
 
+const Unchanged& unchanged() {
+  static const Unchanged one;
+  return one;
+}
+
+/// Rows of a picture, for processors with and without wide registers.
+class RowComposer {
+ public:
+  RowComposer(const CameraUpload& camera, const RoomChange& change, const ObjectLayer& objects,
+              capture::Image<std::uint8_t>& picture)
+      : camera_(camera),
+        change_(change),
+        objects_(objects),
+        picture_(picture),
+        exposure_(channels_of(camera.exposure())),
+        // By which a change may yet grow: the lens transmits all of the light at most.
+        flicker_(broadcast(change.proportional && change.radiance ? kCompose.max_flicker : 1)),
+        grown_(flicker_ * broadcast(camera.exposure().maxCoeff())),
+        exact_(camera.coded_exactly()),
+        vignetting_(camera.vignetting() != nullptr) {}
+
+  void compose(int v) const { compose_row(v); }
+  LUMIGRAFT_SIMD8_TARGET void compose_wide(int v) const { compose_row(v); }
+
+ private:
+  [[gnu::always_inline]] inline void compose_row(int v) const;
+  [[gnu::always_inline]] inline void write(Simd4 coded_light, std::uint8_t* codes) const {
+    codes[0] = srgb_.code(coded_light[0]);
+    codes[1] = srgb_.code(coded_light[1]);
+    codes[2] = srgb_.code(coded_light[2]);
+  }
+
+  const CameraUpload& camera_;
+  const RoomChange& change_;
+  const ObjectLayer& objects_;
+  capture::Image<std::uint8_t>& picture_;
+  Simd4 exposure_, flicker_, grown_;
+  bool exact_, vignetting_;
+  const capture::SrgbTable& srgb_ = capture::srgb_table();
+  const Unchanged& unchanged_ = unchanged();
+};
+
+void RowComposer::compose_row(int v) const {
+  const int width = picture_.width, y = v - objects_.top;
+  const std::size_t row = static_cast<std::size_t>(v) * static_cast<std::size_t>(width);
+  const bool in_rows = y >= 0 && y < objects_.coverage.height;
+  const int left = in_rows ? objects_.left : width, right = in_rows ? objects_.left + objects_.coverage.width : width;
+  for (int u = 0; u < width; ++u) {
+    const std::size_t pixel = row + static_cast<std::size_t>(u);
+    const float* of_pixel = &change_.delta.data[3 * pixel];
+    const int end = u + Unchanged::kPixels;
+    if (exact_ && end <= width) {
+      const bool covered = end > left && u < right &&
+                           (u < left || end > right ||
+                            reconstruct::any(reconstruct::load(&objects_.coverage.at(u - left, y)) != Simd4{}));
+      if (!covered && unchanged_.hold_all(of_pixel, grown_)) {
+        u = end - 1;
+        continue;
+      }
+    }
+    const float coverage = u >= left && u < right ? objects_.coverage.at(u - left, y) : 0;
+    std::uint8_t* codes = &picture_.data[3 * pixel];
+    const Simd4 transmitted = vignetting_ ? exposure_ * broadcast(camera_.transmission(pixel)) : exposure_;
+    if (coverage == 1) {  // it hides the room
+      const Simd4 object = finite_or_zero(channels_of(&objects_.radiance.at(u - left, y)));
+      write(reconstruct::max(object, Simd4{}) * transmitted, codes);
+      continue;
+    }
+    Simd4 delta = channels_of(of_pixel);
+    // Most of the room changes by less than a pixel value.
+    if (coverage == 0 && exact_ && unchanged_.holds(codes, flicker_ * transmitted * delta)) continue;
+    delta = finite_or_zero(delta);
+    if (coverage == 0 && !reconstruct::any(delta != Simd4{})) continue;
+    Simd4 light = channels_of(camera_.radiance(pixel));
+    if (change_.radiance) {
+      const Simd4 then = channels_of(&change_.radiance->data[3 * pixel]);
+      if (camera_.clipped(pixel)) {
+        const reconstruct::Simd4Int clips{-camera_.clipped(pixel, 0), -camera_.clipped(pixel, 1),
+                                          -camera_.clipped(pixel, 2), 0};
+        light = reconstruct::select(clips, reconstruct::max(light, then), light);
+      }
+      if (change_.proportional) delta *= now_over(light, then);
+    }
+    if (coverage == 0 && exact_ && unchanged_.holds(codes, transmitted * delta)) continue;
+    light = reconstruct::max(light + delta, Simd4{});
+    if (coverage != 0) {
+      const Simd4 object = finite_or_zero(channels_of(&objects_.radiance.at(u - left, y)));
+      light = reconstruct::max(composed(light, object, broadcast(coverage)), Simd4{});
+    }
+    write(light * transmitted, codes);
+  }
+}
+
 }  // namespace
 
 void compose(const CameraUpload& camera, const RoomChange& change, const ObjectLayer& objects,
              capture::Image<std::uint8_t>* picture) {
-  const capture::SrgbTable& srgb = capture::srgb_table();
-  static const Unchanged unchanged;
-  const Simd4 exposure = channels_of(camera.exposure());
-  const bool exact = camera.coded_exactly();
-  // By which a change may yet grow: the lens transmits all of the light at most.
-  const Simd4 flicker = broadcast(change.proportional && change.radiance ? kCompose.max_flicker : 1);
-  const Simd4 grown = flicker * broadcast(camera.exposure().maxCoeff());
-  const int width = picture->width;
-  for_each_index(picture->height, kRows, [&](int v) {
-    const std::size_t row = static_cast<std::size_t>(v) * static_cast<std::size_t>(width);
-    const int y = v - objects.top;
-    const bool in_rows = y >= 0 && y < objects.coverage.height;
-    const int left = in_rows ? objects.left : width, right = in_rows ? objects.left + objects.coverage.width : width;
-    for (int u = 0; u < width; ++u) {
-      const std::size_t pixel = row + static_cast<std::size_t>(u);
-      const float* of_pixel = &change.delta.data[3 * pixel];
-      if (exact && u + Unchanged::kPixels <= width && (u + Unchanged::kPixels <= left || u >= right) &&
-          unchanged.hold_all(of_pixel, grown)) {
-        u += Unchanged::kPixels - 1;
-        continue;
-      }
-      const float coverage = u >= left && u < right ? objects.coverage.at(u - left, y) : 0;
-      std::uint8_t* codes = &picture->data[3 * pixel];
-      Simd4 delta = channels_of(of_pixel);
-      // Most of the room changes by less than a pixel value.
-      const Simd4 transmitted = exposure * broadcast(camera.transmission(pixel));
-      if (coverage == 0 && exact && unchanged.holds(codes, flicker * transmitted * delta)) continue;
-      delta = finite_or_zero(delta);
-      if (coverage == 0 && !reconstruct::any(delta != Simd4{})) continue;
-      Simd4 light = channels_of(camera.radiance(pixel));
-      if (change.radiance) {
-        const Simd4 then = channels_of(&change.radiance->data[3 * pixel]);
-        if (camera.clipped(pixel)) {
-          const auto clipped = [&](std::size_t channel) { return camera.clipped(pixel, channel) ? -1 : 0; };
-          const reconstruct::Simd4Int clips{clipped(0), clipped(1), clipped(2), 0};
-          light = reconstruct::select(clips, reconstruct::max(light, then), light);
-        }
-        if (change.proportional) delta *= now_over(light, then);
-      }
-      if (coverage == 0 && exact && unchanged.holds(codes, transmitted * delta)) continue;
-      light = reconstruct::max(light + delta, Simd4{});
-      if (coverage != 0) {
-        const Simd4 object = finite_or_zero(channels_of(&objects.radiance.at(u - left, y)));
-        light = reconstruct::max(composed(light, object, broadcast(coverage)), Simd4{});
-      }
-      light *= transmitted;
-      codes[0] = srgb.code(light[0]);
-      codes[1] = srgb.code(light[1]);
-      codes[2] = srgb.code(light[2]);
-    }
-  });
+  const RowComposer rows(camera, change, objects, *picture);
+  static const bool wide = reconstruct::simd8_supported();
+  for_each_index(picture->height, kRows, [&](int v) { wide ? rows.compose_wide(v) : rows.compose(v); });
 }
 
 }  // namespace lumigraft::relight

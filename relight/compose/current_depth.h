@@ -35,7 +35,7 @@ class CurrentDepth {
   /// Distance along the ray through the pixel's centre, metres; 0: unknown.
   float at(int u, int v) const {
     if (!depth_m_) return 0;
-    const float z = depth_m_->at(u, v), cosine = rays_.at(u, v).z();
+    const float z = depth_m_->at(u, v), cosine = rays_.cosine(u, v);
     return z > 0 && cosine > 0 ? z / cosine : 0;
   }
   /// Whether depth is clearly before or behind a surface at this distance along the ray, metres: then it decides what

@@ -94,14 +94,14 @@ class Foreground {
     depth_.by = outline_displacement(*picture.coded(), window_.tl(), *away_);
     if (depth_.by != cv::Point() && !find()) return;
     matte_.emplace(depth_, picture, window_.tl(), *away_);
-    for (int y = 0; y < window_.height; ++y) {
+    pixels_ = found_in_rows<cv::Point>(window_.height, [&](int y, std::vector<cv::Point>& found) {
       core_->for_each_within(static_cast<float>(reach_.samples_px), y, window_.width, [&](int x, float from_core_px) {
         const int u = x + window_.x, v = y + window_.y;
         const auto i = objects_.index(u, v);
         if (!i || !(objects_.coverage.data[*i] > 0) || !(objects_.distance_m.data[*i] > 0)) return;
-        if (from_core_px <= static_cast<float>(reach_.matte_px) || !depth_.known(u, v)) pixels_.emplace_back(u, v);
+        if (from_core_px <= static_cast<float>(reach_.matte_px) || !depth_.known(u, v)) found.emplace_back(u, v);
       });
-    }
+    });
     matte_->prepare(pixels_);
   }
 
@@ -109,28 +109,27 @@ class Foreground {
   /// Those of objects that are within reach of a surface in front of them.
   const std::vector<cv::Point>& pixels() const { return pixels_; }
   OutlineMatte::Mixture at(const cv::Point& pixel) const { return matte_->at(pixel.x, pixel.y); }
+  /// Whether the pixel is no mixture but inside of what is in front.
+  bool hides(const cv::Point& pixel) const { return matte_->is_front(pixel.x, pixel.y); }
 
  private:
   /// Finds what is in front, and the outline's distances. False: nothing is.
   bool find() {
     const cv::Size size(picture_.coded()->width, picture_.coded()->height);
-    std::vector<cv::Point> core;  // in front of an object, at its pixels
-    cv::Rect hiding;
-    for (int v = bounds_.y; v < bounds_.y + bounds_.height; ++v) {
-      int first = -1, last = -1;
-      const float* row_m = &objects_.distance_m.at(bounds_.x - objects_.left, v - objects_.top);
-      for (int u = bounds_.x; u < bounds_.x + bounds_.width; ++u) {
-        const float object_m = row_m[u - bounds_.x];
-        if (!(object_m > 0) || !depth_.maybe_nearer(u, v, object_m)) continue;
-        const float depth_m = depth_.at(u, v);
-        if (depth_m >= object_m - depth_.depth.allowed_m(depth_m)) continue;
-        core.emplace_back(u, v);
-        if (first < 0) first = u;
-        last = u;
-      }
-      if (first >= 0) hiding |= cv::Rect(first, v, last + 1 - first, 1);
-    }
+    // In front of an object, at its pixels.
+    const std::vector<cv::Point> core =
+        found_in_rows<cv::Point>(bounds_.height, [&](int y, std::vector<cv::Point>& found) {
+          const int v = y + bounds_.y;
+          const float* row_m = &objects_.distance_m.at(bounds_.x - objects_.left, v - objects_.top);
+          for (int u = bounds_.x; u < bounds_.x + bounds_.width; ++u) {
+            const float object_m = row_m[u - bounds_.x];
+            if (!(object_m > 0) || !depth_.maybe_nearer(u, v, object_m)) continue;
+            const float depth_m = depth_.at(u, v);
+            if (depth_m < object_m - depth_.depth.allowed_m(depth_m)) found.emplace_back(u, v);
+          }
+        });
     if (core.empty()) return false;
+    const cv::Rect hiding = cv::boundingRect(core);
     // Pixels up to samples_px away are mixtures, with colours from as far again.
     window_ = grown(hiding, 2 * reach_.samples_px) & grown(bounds_, reach_.samples_px) & cv::Rect({}, size);
     mark_front(core);
@@ -184,6 +183,12 @@ std::unique_ptr<const Foreground> foreground_of(const CurrentDepth& depth, const
 void hide(const Foreground& front, ObjectLayer& objects) {
   for_each_index(front.pixels().size(), kMatteBlock, [&](std::size_t k) {
     const cv::Point& pixel = front.pixels()[k];
+    if (front.hides(pixel)) {
+      const std::size_t i = *objects.index(pixel.x, pixel.y);
+      objects.coverage.data[i] = 0;
+      set_at(objects.radiance, i, Rgb::Zero());
+      return;
+    }
     const OutlineMatte::Mixture mixture = front.at(pixel);
     const float kept = 1 - mixture.foreground;
     const std::size_t i = *objects.index(pixel.x, pixel.y);

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "relight/compose/parameters.h"
+
 namespace lumigraft::relight {
 namespace {
 
@@ -60,8 +62,8 @@ GoneGrid grid_around(const std::vector<Vector3f>& points_m, float cell_m) {
 
 }  // namespace
 
-GoneGrid GoneSurfaces::find(const reconstruct::DistanceField& field, const FreeSpace& free, float min_cell_m,
-                            const std::function<bool(const Vector3f&)>& may_matter) {
+GoneGrid GoneSurfaces::find(const reconstruct::DistanceField& field, const Of& is_gone, float min_cell_m,
+                            const Of& may_matter) {
   if (std::exchange(voxel_m_, field.voxel_m) != field.voxel_m) surfaces_.clear();
   ++calls_;
   std::vector<Vector3f> gone_m;
@@ -74,7 +76,7 @@ GoneGrid GoneSurfaces::find(const reconstruct::DistanceField& field, const FreeS
     surface.used = calls_;
     const std::size_t before = gone_m.size();
     for (const Vector3f& p_m : surface.points_m)
-      if (free.contains(p_m)) gone_m.push_back(p_m);
+      if (is_gone(p_m)) gone_m.push_back(p_m);
     if (gone_m.size() == before || static_cast<float>(gone_m.size() - before) <
                                        kCompose.gone_fraction * static_cast<float>(surface.points_m.size())) {
       gone_m.resize(before);
@@ -82,7 +84,7 @@ GoneGrid GoneSurfaces::find(const reconstruct::DistanceField& field, const FreeS
     }
     for (int i = 0; i < reconstruct::kBrickVoxels; ++i) {
       const Vector3f p_m = field.voxel_m * reconstruct::voxel_in(key, i).cast<float>();
-      if (brick->distance_m[static_cast<std::size_t>(i)] <= 0 && free.contains(p_m)) gone_m.push_back(p_m);
+      if (brick->distance_m[static_cast<std::size_t>(i)] <= 0 && is_gone(p_m)) gone_m.push_back(p_m);
     }
   }
   std::erase_if(surfaces_, [&](const auto& entry) { return entry.second.used != calls_; });

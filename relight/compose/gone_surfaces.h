@@ -9,18 +9,18 @@
 #include <vector>
 
 #include "reconstruct/field/distance_field.h"
-#include "relight/compose/free_space.h"
 #include "relight/passes/volume/gone_cells.h"
 
 namespace lumigraft::relight {
 
 class GoneSurfaces {
  public:
-  /// Cells with surface of `field`, or with what is behind it, that is in `free`. Of bricks most of whose surface is:
-  /// noise shows a little of any surface as gone. `may_matter`: of a point, tag frame; called for one of each brick.
-  /// `min_cell_m`: edge of cells.
-  GoneGrid find(const reconstruct::DistanceField& field, const FreeSpace& free, float min_cell_m,
-                const std::function<bool(const Eigen::Vector3f&)>& may_matter);
+  using Of = std::function<bool(const Eigen::Vector3f& p_m)>;  ///< a point, tag frame
+
+  /// Cells with surface of `field`, or with what is behind it, that `is_gone`. Of bricks most of whose surface is:
+  /// noise shows a little of any surface as gone. `may_matter`: called for one point of each brick. `min_cell_m`: edge
+  /// of cells.
+  GoneGrid find(const reconstruct::DistanceField& field, const Of& is_gone, float min_cell_m, const Of& may_matter);
 
  private:
   /// Points on a brick's surface, kept as bricks are immutable.

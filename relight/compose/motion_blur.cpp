@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <opencv2/imgproc.hpp>
 
 #include "relight/compose/parameters.h"
@@ -39,20 +40,23 @@ Sample sample_at(const ObjectLayer& objects, const Vector2f& at) {
 /// Of every pixel of the window `grown`, that of the nearest pixel of the layer with an object.
 class NearestShift {
  public:
-  NearestShift(const ObjectLayer& objects, const capture::Image<float>& shift_px, const cv::Rect& grown)
+  /// `part`: of the layer, with all of its objects.
+  NearestShift(const ObjectLayer& objects, const capture::Image<float>& shift_px, const cv::Rect& part,
+               const cv::Rect& grown)
       : shift_px_(shift_px) {
+    const cv::Point to_grown = cv::Point(objects.left, objects.top) - grown.tl();
     cv::Mat1b none(grown.size(), std::uint8_t{255});
-    for (int y = 0; y < shift_px.height; ++y) {
-      for (int x = 0; x < shift_px.width; ++x) {
-        if (objects.distance_m.at(x, y) > 0) none(y + objects.top - grown.y, x + objects.left - grown.x) = 0;
+    for (int y = part.y; y < part.y + part.height; ++y) {
+      for (int x = part.x; x < part.x + part.width; ++x) {
+        if (objects.distance_m.at(x, y) > 0) none(cv::Point(x, y) + to_grown) = 0;
       }
     }
     cv::Mat1f distance;
     cv::distanceTransform(none, distance, nearest_, cv::DIST_L2, cv::DIST_MASK_5, cv::DIST_LABEL_PIXEL);
     pixels_.resize(static_cast<std::size_t>(cv::countNonZero(none == 0)) + 1);
-    for (int y = 0; y < shift_px.height; ++y) {
-      for (int x = 0; x < shift_px.width; ++x) {
-        const cv::Point at(x + objects.left - grown.x, y + objects.top - grown.y);
+    for (int y = part.y; y < part.y + part.height; ++y) {
+      for (int x = part.x; x < part.x + part.width; ++x) {
+        const cv::Point at = cv::Point(x, y) + to_grown;
         if (none(at) == 0) pixels_[static_cast<std::size_t>(nearest_(at))] = {x, y};
       }
     }
@@ -106,13 +110,14 @@ std::vector<ObjectMotion> motions_over(const Exhibit& exhibit, double time_s, do
 // The gathering filter of McGuire et al. 2012 for one moving layer: objects that pass each other are blurred as one.
 ObjectLayer motion_blurred(const ObjectLayer& objects, const capture::Image<float>& shift_px, int width, int height) {
   const cv::Size margin = margin_of(shift_px);
-  const bool any_object = std::ranges::any_of(objects.distance_m.data, [](float m) { return m > 0; });
-  if (!any_object || margin == cv::Size(0, 0)) return objects;
-  const cv::Rect window =
-      cv::Rect(objects.left - margin.width, objects.top - margin.height, objects.coverage.width + 2 * margin.width,
-               objects.coverage.height + 2 * margin.height) &
-      cv::Rect(0, 0, width, height);
-  const NearestShift shifts(objects, shift_px, window);
+  const cv::Mat1f distance_m(objects.distance_m.height, objects.distance_m.width,
+                             const_cast<float*>(objects.distance_m.data.data()));
+  const cv::Rect part = cv::boundingRect(cv::Mat1b(distance_m > 0));
+  if (part.empty() || margin == cv::Size(0, 0)) return objects;
+  const cv::Rect window = cv::Rect(objects.left + part.x - margin.width, objects.top + part.y - margin.height,
+                                   part.width + 2 * margin.width, part.height + 2 * margin.height) &
+                          cv::Rect(0, 0, width, height);
+  const NearestShift shifts(objects, shift_px, part, window);
   const capture::Image<float> empty(window.width, window.height, 1);
   ObjectLayer blurred{window.x, window.y, capture::Image<float>(window.width, window.height, 3), empty, empty};
   for_each_pixel(window.width, window.height, kRows, [&](int x, int y) {
@@ -134,6 +139,65 @@ ObjectLayer motion_blurred(const ObjectLayer& objects, const capture::Image<floa
     blurred.distance_m.data[i] = own_m > 0 ? own_m : sum.distance_m;
   });
   return blurred;
+}
+
+ObjectLayer MotionBlur::of(const ObjectLayer& objects) const {
+  if (!any() || objects.distance_m.empty()) return objects;
+  const capture::CameraModel& camera = view_->camera.model;
+  return motion_blurred(objects, shift_px(objects), camera.width, camera.height);
+}
+
+capture::Image<float> MotionBlur::shift_px(const ObjectLayer& objects) const {
+  capture::Image<float> shift(objects.coverage.width, objects.coverage.height, 2);
+  const Eigen::Isometry3f& T_tag_camera = view_->camera.T_tag_camera;
+  const auto within = [&](std::size_t k, const Eigen::Vector3f& at_m) {
+    const Eigen::Vector4f& sphere = view_->spheres[k];
+    return (at_m - sphere.head<3>()).norm() / sphere.w();  // 1 on its surface
+  };
+  // Of what lies in spheres of several objects a ray decides, in a second pass: the tree is not always needed.
+  constexpr float kNear = 1.05f;  // of blurred outlines and flattened objects
+  const auto of_object = [&](std::size_t i, std::size_t k, const Eigen::Vector3f& at_m) {
+    if (!motions_[k].any) return;
+    if (const auto by_px = motions_[k].shift_px(view_->camera, at_m)) std::copy_n(by_px->data(), 2, &shift.data[2 * i]);
+  };
+  const auto ray_at = [&](std::size_t i) {
+    const auto x = static_cast<int>(i) % shift.width, y = static_cast<int>(i) / shift.width;
+    return Eigen::Vector3f(T_tag_camera.linear() * view_->rays.at(x + objects.left, y + objects.top));
+  };
+  std::vector<std::uint8_t> decided(objects.coverage.data.size(), 1);
+  for_each_index(decided.size(), kRows * std::max(shift.width, 1), [&](std::size_t i) {
+    const float distance_m = objects.distance_m.data[i];
+    if (!(distance_m > 0)) return;
+    const Eigen::Vector3f at_m = T_tag_camera.translation() + distance_m * ray_at(i);
+    std::size_t nearest = 0, around = 0;
+    for (std::size_t k = 0; k < motions_.size(); ++k) {
+      if (within(k, at_m) < within(nearest, at_m)) nearest = k;
+      if (within(k, at_m) < kNear) ++around;
+    }
+    if (around > 1) {
+      decided[i] = 0;
+    } else {
+      of_object(i, nearest, at_m);
+    }
+  });
+  if (std::ranges::find(decided, 0) == decided.end()) return shift;
+  const Meshes& meshes = view_->meshes();
+  for_each_index(decided.size(), kRows * std::max(shift.width, 1), [&](std::size_t i) {
+    if (decided[i]) return;
+    const Eigen::Vector3f w = ray_at(i), eye_m = T_tag_camera.translation();
+    if (const auto hit = meshes.hit(eye_m, w, std::numeric_limits<float>::infinity()))
+      of_object(i, hit->mesh, eye_m + hit->t_m * w);
+  });
+  return shift;
+}
+
+std::vector<ObjectMotion> motions_while_exposed(const capture::ColorCamera& camera, const Exhibit& exhibit,
+                                                std::int64_t time_ns) {
+  if (!camera.settings.exposure_us) return {};
+  std::vector<ObjectMotion> found =
+      motions_over(exhibit, 1e-9 * static_cast<double>(time_ns), 1e-6 * *camera.settings.exposure_us);
+  if (std::ranges::none_of(found, &ObjectMotion::any)) found.clear();
+  return found;
 }
 
 }  // namespace lumigraft::relight

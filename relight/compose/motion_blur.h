@@ -2,13 +2,16 @@
 // Blur of objects by their own motion while the camera exposes. That by the camera's motion is part of what soften.h
 // takes from the picture.
 #include <Eigen/Geometry>
+#include <functional>
 #include <optional>
 #include <vector>
 
 #include "capture/image.h"
+#include "capture/session/session.h"
 #include "relight/compose/object_layer.h"
+#include "relight/compose/pixel_rays.h"
 #include "relight/exhibit/exhibit.h"
-#include "relight/tracing/trace_scene.h"
+#include "relight/tracing/meshes.h"
 
 namespace lumigraft::relight {
 
@@ -28,7 +31,36 @@ std::vector<ObjectMotion> motions_over(const Exhibit& exhibit, double time_s, do
 
 /// Each pixel becomes the mean along the way of what is there, weighted by coverage. `shift_px`: two channels, of the
 /// layer's window: ObjectMotion::shift_px of the surface at a pixel, 0 where there is none; beside the object that of
-/// the nearest pixel counts. The window grows within the image of `width` × `height` pixels.
+/// the nearest pixel counts. The window is that of the objects, grown within the image of `width` × `height` pixels.
 ObjectLayer motion_blurred(const ObjectLayer& objects, const capture::Image<float>& shift_px, int width, int height);
+
+/// Objects as a camera sees them while it exposes a frame.
+class MotionBlur {
+ public:
+  /// Where the objects are, in the order of the motions.
+  struct View {
+    const PixelRays& rays;
+    PosedCamera camera;
+    std::vector<Eigen::Vector4f> spheres;   ///< around each: x, y, z, radius; tag frame
+    std::function<const Meshes&()> meshes;  ///< called if spheres of objects that move differently overlap
+  };
+
+  MotionBlur() = default;  ///< all are at rest
+  MotionBlur(std::vector<ObjectMotion> motions, View view) : motions_(std::move(motions)), view_(std::move(view)) {}
+
+  bool any() const { return !motions_.empty(); }
+  /// A layer whose distances are not known stays as it is.
+  ObjectLayer of(const ObjectLayer& objects) const;
+
+ private:
+  capture::Image<float> shift_px(const ObjectLayer& objects) const;
+
+  std::vector<ObjectMotion> motions_;
+  std::optional<View> view_;
+};
+
+/// Of the objects that are drawn; empty if all are at rest, or the session does not state how long the camera exposes.
+std::vector<ObjectMotion> motions_while_exposed(const capture::ColorCamera& camera, const Exhibit& exhibit,
+                                                std::int64_t time_ns);
 
 }  // namespace lumigraft::relight

@@ -4,12 +4,15 @@
 #include <cmath>
 #include <cstring>
 
+#include "relight/tracing/parallel_for.h"
+
 namespace lumigraft::relight {
 namespace {
 
 constexpr int kMaxReach_px = 120;      // sums of two squares are below 2^15
 constexpr std::int16_t kFar = 15'000;  // beyond any reach, squared
 
+constexpr int kBand = 16;  // rows per thread at a time
 constexpr int kLanes = 8;
 using Lanes = std::int16_t __attribute__((vector_size(2 * kLanes)));
 using Bytes = std::uint8_t __attribute__((vector_size(kLanes)));
@@ -147,14 +150,16 @@ OutlineDistance::OutlineDistance(const cv::Mat1b& front, int reach_px)
   for (int square = 0; square <= beyond_; ++square) roots_.push_back(std::sqrt(static_cast<float>(square)));
   PaddedRows sides = sides_of(front_);
   PaddedRows along_column = along_columns(sides, front_.size(), static_cast<std::int16_t>(reach_px_ + 1));
-  RowSearch search(front_.cols, reach_px_);
-  for (int y = 0; y < front_.rows; ++y) {
-    if (!search.take(sides.row(y), along_column.row(y))) continue;
-    search.for_each_near([&](int x, Lanes squares) {
-      const Lanes bounded = least(squares, beyond_ - Lanes{});
-      std::memcpy(&squares_[index(x, y)], &bounded, sizeof(bounded));
-    });
-  }
+  for_each_block(front_.rows, kBand, [&](int first, int last) {
+    RowSearch search(front_.cols, reach_px_);
+    for (int y = first; y < last; ++y) {
+      if (!search.take(sides.row(y), along_column.row(y))) continue;
+      search.for_each_near([&](int x, Lanes squares) {
+        const Lanes bounded = least(squares, beyond_ - Lanes{});
+        std::memcpy(&squares_[index(x, y)], &bounded, sizeof(bounded));
+      });
+    }
+  });
 }
 
 bool OutlineDistance::any_near(int left, int y) const { return any(loaded(&squares_[index(left, y)]) < beyond_); }

@@ -22,17 +22,15 @@ class OutlineDistance {
   }
   cv::Size size() const { return front_.size(); }
 
-  /// Calls act(x, y, distance) for each pixel that is within the reach of the outline, row by row.
+  /// Calls act(x, distance) for each pixel of a row that is within the reach of the outline.
   template <typename Act>
-  void for_each_near(Act act) const {
+  void for_each_near(int y, Act act) const {
     const auto reach_px = static_cast<float>(reach_px_);
-    for (int y = 0; y < front_.rows; ++y) {
-      for (int left = 0; left < front_.cols; left += kLanes) {
-        if (!any_near(left, y)) continue;
-        for (int x = left; x < std::min(left + kLanes, front_.cols); ++x) {
-          const float px = at(x, y);
-          if (std::abs(px) <= reach_px) act(x, y, px);
-        }
+    for (int left = 0; left < front_.cols; left += kLanes) {
+      if (!any_near(left, y)) continue;
+      for (int x = left; x < std::min(left + kLanes, front_.cols); ++x) {
+        const float px = at(x, y);
+        if (std::abs(px) <= reach_px) act(x, px);
       }
     }
   }

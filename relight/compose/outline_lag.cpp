@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "relight/compose/parameters.h"
+#include "relight/tracing/parallel_for.h"
 
 namespace lumigraft::relight {
 namespace {
@@ -33,10 +34,12 @@ class Profiles {
 
   std::vector<Step> steps() const {
     const cv::Size size = away_.size();
-    std::vector<std::array<int, 2>> outline;
-    away_.for_each_near([&](int x, int y, float away_px) {
-      const bool within = x > 0 && y > 0 && x + 1 < size.width && y + 1 < size.height;
-      if (within && away_px < 0 && away_px > -kOutline_px) outline.push_back({x, y});
+    using Place = std::array<int, 2>;
+    const std::vector<Place> outline = found_in_rows<Place>(size.height, [&](int y, std::vector<Place>& found) {
+      away_.for_each_near(y, [&](int x, float away_px) {
+        const bool within = x > 0 && y > 0 && x + 1 < size.width && y + 1 < size.height;
+        if (within && away_px < 0 && away_px > -kOutline_px) found.push_back({x, y});
+      });
     });
     const std::size_t stride = outline.size() / kCompose.lag_points + 1;
     std::vector<Step> steps;

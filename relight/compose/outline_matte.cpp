@@ -52,11 +52,10 @@ Rgb channels(Simd4 sums) { return {sums[1], sums[2], sums[3]}; }
 
 /// Means of one side; first 1 and 0.
 struct MeansOfSide {
+  Simd4 part;  ///< one over the sum of weights
   Simd4 color, variance;
 
-  MeansOfSide(Simd4 colors, Simd4 squares) {
-    const Simd4 part = broadcast(1 / colors[0]);
-    color = part * colors;
+  MeansOfSide(Simd4 colors, Simd4 squares) : part(broadcast(1 / colors[0])), color(part * colors) {
     variance = reconstruct::max(part * squares - color * color, Simd4{});
   }
 };
@@ -131,6 +130,7 @@ void OutlineMatte::prepare(const std::vector<cv::Point>& pixels) {
   std::vector<cv::Point> nodes;
   cv::Point last(-1, -1);
   for (const cv::Point& pixel : pixels) {
+    if (is_front(pixel.x, pixel.y)) continue;
     const Place at = place_of(pixel.x, pixel.y);
     if (std::exchange(last, cv::Point(at.column, at.row)) == cv::Point(at.column, at.row)) continue;
     for (const cv::Point& place : {last, last + cv::Point(1, 0), last + cv::Point(0, 1), last + cv::Point(1, 1)}) {
@@ -209,11 +209,11 @@ OutlineMatte::Sides OutlineMatte::interpolated(int u, int v) const {
     return nodes_[static_cast<std::size_t>(node_of_[index(at.column + right, at.row + below)])];
   };
   const Sides &a = node(0, 0), &b = node(1, 0), &c = node(0, 1), &d = node(1, 1);
-  const Simd4 right = broadcast(at.right), below = broadcast(at.below);
+  const float right = at.right, below = at.below;
+  const Simd4 of_a = broadcast((1 - right) * (1 - below)), of_b = broadcast(right * (1 - below)),
+              of_c = broadcast((1 - right) * below), of_d = broadcast(right * below);
   const auto between = [&](Side Sides::*side, Simd4 Side::*sum) {
-    const Simd4 top = a.*side.*sum + right * (b.*side.*sum - a.*side.*sum),
-                bottom = c.*side.*sum + right * (d.*side.*sum - c.*side.*sum);
-    return top + below * (bottom - top);
+    return of_a * a.*side.*sum + of_b * b.*side.*sum + of_c * c.*side.*sum + of_d * d.*side.*sum;
   };
   const auto of_side = [&](Side Sides::*side) {
     return Side{between(side, &Side::colors), between(side, &Side::squares),
@@ -223,10 +223,10 @@ OutlineMatte::Sides OutlineMatte::interpolated(int u, int v) const {
 }
 
 OutlineMatte::Mixture OutlineMatte::at(int u, int v) const {
-  const Rgb own = picture_.radiance(static_cast<std::size_t>(v * width_ + u));
   const bool unknown = !depth_.known(u, v);
   const float outside_px = away_.at(u - corner_.x, v - corner_.y);
-  if (!unknown && outside_px < -static_cast<float>(reach_.matte_px)) return {1, own, own, own, false, true};
+  const Rgb own = picture_.radiance(static_cast<std::size_t>(v * width_ + u));
+  if (is_front(u, v)) return {1, own, own, own, false, true};
   static const NormalCdf normal_cdf;
   const float prior = unknown ? 0.5f : normal_cdf(-outside_px / reach_.sigma_px);
   const Sides sums = interpolated(u, v);
@@ -253,14 +253,15 @@ OutlineMatte::Mixture OutlineMatte::at(int u, int v) const {
   const float by_depth = 1 / std::max(prior * (1 - prior), 1e-4f);
   const float sum = reconstruct::sum_of(over_noise * (color - behind.color));
   const float alpha = std::clamp((sum + by_depth * prior) / (by_color + by_depth), 0.0f, 1.0f);
+  if (!values_) return {alpha, own, channels(front.color), channels(behind.color), true, outside_px < 0};
   return {alpha,
           own,
           channels(front.color),
           channels(behind.color),
           true,
           outside_px < 0,
-          channels(sums.front.values) / sums.front.colors[0],
-          channels(sums.behind.values) / sums.behind.colors[0]};
+          channels(front.part * sums.front.values),
+          channels(behind.part * sums.behind.values)};
 }
 
 }  // namespace lumigraft::relight

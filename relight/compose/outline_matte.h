@@ -34,6 +34,11 @@ class OutlineMatte {
     return std::abs(away_px) <= static_cast<float>(depth_.known(u, v) ? reach_.matte_px : reach_.samples_px);
   }
 
+  /// Whether depth shows the foreground at a pixel that is not near its outline.
+  bool is_front(int u, int v) const {
+    return away_.at(u - corner_.x, v - corner_.y) < -static_cast<float>(reach_.matte_px) && depth_.known(u, v);
+  }
+
   /// Finds the colours of both sides around these pixels of the image, before at() for them.
   void prepare(const std::vector<cv::Point>& pixels);
 

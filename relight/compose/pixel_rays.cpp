@@ -15,6 +15,10 @@ PixelRays::PixelRays(const capture::CameraModel& camera) : across_(camera.width 
                            : Vector3f::Constant(std::numeric_limits<float>::quiet_NaN()).eval());
     }
   }
+  cosines_.reserve(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height));
+  for (int v = 0; v < camera.height; ++v) {
+    for (int u = 0; u < camera.width; ++u) cosines_.push_back(at(u, v).z());
+  }
 }
 
 Vector3f PixelRays::at(int u, int v, const Eigen::Vector2f& within) const {

@@ -1,5 +1,6 @@
 #pragma once
 // View directions of a camera's pixels.
+#include <cstddef>
 #include <vector>
 
 #include "relight/tracing/trace_scene.h"
@@ -12,10 +13,15 @@ class PixelRays {
   explicit PixelRays(const capture::CameraModel& camera);
   /// Unit, camera frame; `within`: position in the pixel, [0, 1)². Zero if the camera has no ray there.
   Eigen::Vector3f at(int u, int v, const Eigen::Vector2f& within = {0.5f, 0.5f}) const;
+  /// Of the ray through the pixel's centre to the camera's axis: z of at().
+  float cosine(int u, int v) const {
+    return cosines_[static_cast<std::size_t>(v) * static_cast<std::size_t>(across_ - 1) + static_cast<std::size_t>(u)];
+  }
 
  private:
   int across_;
   std::vector<Eigen::Vector3f> corners_;  ///< unit; NaN if there is no ray
+  std::vector<float> cosines_;            ///< by pixel
 };
 
 }  // namespace lumigraft::relight

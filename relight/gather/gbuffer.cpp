@@ -65,4 +65,20 @@ void trace_room(const RayRoom& room, const CameraRays& eye, const capture::Image
   });
 }
 
+std::optional<GBufferPixel> room_behind(const RayRoom& room, const CameraRays& eye, const CurrentDepth& depth, int u,
+                                        int v, float front_m, const Rgb& radiance) {
+  const float depth_m = depth.at(u, v), limit_m = depth_m + depth.allowed_m(depth_m, 0);
+  const Vector3f w = eye.ray(u, v), eye_m = eye.camera.T_tag_camera.translation();
+  float passed_m = front_m;
+  for (int surfaces = 0; surfaces < kGather.gone_surfaces; ++surfaces) {
+    passed_m += kGather.lift_m;
+    auto hit = room.meshes().hit(eye_m + passed_m * w, w, limit_m - passed_m);
+    if (!hit) return std::nullopt;
+    passed_m = hit->t_m += passed_m;
+    const float cosine = -room.meshes().surface(*hit, w).normal.dot(w);
+    if (std::abs(passed_m - depth_m) <= depth.allowed_m(depth_m, cosine)) return pixel_of(room, w, &*hit, radiance);
+  }
+  return std::nullopt;
+}
+
 }  // namespace lumigraft::relight

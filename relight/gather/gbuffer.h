@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "capture/image.h"
-#include "relight/compose/pixel_rays.h"
+#include "relight/compose/current_depth.h"
 #include "relight/compose/rgb_image.h"
 #include "relight/gather/ray_room.h"
 #include "relight/tracing/parallel_for.h"
@@ -42,6 +42,11 @@ struct CameraRays {
 /// W/sr/m².
 void trace_room(const RayRoom& room, const CameraRays& eye, const capture::Image<float>& radiance,
                 std::vector<GBufferPixel>& seen);
+
+/// The room's surface along a pixel's ray behind surface at `front_m` that the camera sees through, if `depth` does not
+/// differ from it; empty: there is none.
+std::optional<GBufferPixel> room_behind(const RayRoom& room, const CameraRays& eye, const CurrentDepth& depth, int u,
+                                        int v, float front_m, const Rgb& radiance);
 
 /// The pixel nearest to the centre of the square (x, y) of `edge` × `edge` pixels among those that count; -1: none.
 template <typename Counts>

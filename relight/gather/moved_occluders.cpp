@@ -9,33 +9,24 @@
 #include "relight/gather/parameters.h"
 
 namespace lumigraft::relight {
-namespace {
-
 using Eigen::Vector3f;
 
-}  // namespace
-
 MovedOccluders::MovedOccluders(const CameraRays& eye, const CurrentDepth& depth, const MovedPixels& moved,
-                               const MovedPixels& fused, const Meshes& objects, ArrivedSurface arrived)
-    : arrived_(std::move(arrived)) {
+                               const MovedPixels& fused, const Meshes& objects, ArrivedSurface arrived) {
   ReferenceMesh mesh;
   mesh.model = moved_shell(eye, depth, moved, fused, objects, false);
   if (mesh.model) surfaces_ = std::make_unique<Meshes>(std::vector{mesh}, nullptr);
   for (std::size_t i = 0; i < moved.size(); ++i) {
     const GBufferPixel& before = fused[i].second;
-    if (before.known && before.depth_m < moved[i].second.depth_m) gone_.extend(before.surface.position_m);
+    if (before.known && before.depth_m < moved[i].second.depth_m) gone_box_.extend(before.surface.position_m);
   }
-  if (!gone_.isEmpty()) {
+  if (!gone_box_.isEmpty()) {
     // The sides that the camera does not see are within a hand's thickness.
-    gone_.extend(gone_.min() - Vector3f::Constant(kGather.gone_margin_m));
-    gone_.extend(gone_.max() + Vector3f::Constant(kGather.gone_margin_m));
+    gone_box_.extend(gone_box_.min() - Vector3f::Constant(kGather.gone_margin_m));
+    gone_box_.extend(gone_box_.max() + Vector3f::Constant(kGather.gone_margin_m));
   }
-  gone_.extend(arrived_.recent().box());
-  if (gone_.isEmpty()) return;
-  free_z_m_ = hidden_z_m_ = depth.along_z_m();
-  free_.emplace(eye.camera, depth);
-  for (float& z : free_z_m_.data) z = z > 0 ? std::max(z - depth.allowed_m(z), 0.0f) : 0;
-  for (float& z : hidden_z_m_.data) z = z > 0 ? z + kGather.thickness_m : 0;
+  gone_box_.extend(arrived.recent().box());
+  if (!gone_box_.isEmpty()) gone_.emplace(eye.camera, depth, std::move(arrived));
 }
 
 bool MovedOccluders::blocked(const Meshes& room, const Vector3f& from_m, const Vector3f& w, float limit_m,
@@ -48,7 +39,7 @@ std::uint32_t MovedOccluders::blocked(const Meshes& room, const RayFan& fan, std
   RayFan open = fan;
   open.some &= ~by_room;
   std::uint32_t all = by_room | (surfaces_ ? surfaces_->blocked(open) : 0);
-  for (std::uint32_t rest = gone_.isEmpty() ? 0 : by_room; rest != 0; rest &= rest - 1) {
+  for (std::uint32_t rest = gone_box_.isEmpty() ? 0 : by_room; rest != 0; rest &= rest - 1) {
     const auto k = static_cast<std::size_t>(std::countr_zero(rest));
     if (!blocked(room, fan.from_m, fan.w[k], fan.limit_m[k], true)) all &= ~(1u << k);
   }
@@ -56,9 +47,9 @@ std::uint32_t MovedOccluders::blocked(const Meshes& room, const RayFan& fan, std
 }
 
 bool MovedOccluders::passes_gone(const Vector3f& from_m, const Vector3f& w, float limit_m) const {
-  if (gone_.isEmpty()) return false;
-  const Eigen::Array3f one = (gone_.min() - from_m).array() / w.array(),
-                       two = (gone_.max() - from_m).array() / w.array();
+  if (gone_box_.isEmpty()) return false;
+  const Eigen::Array3f one = (gone_box_.min() - from_m).array() / w.array(),
+                       two = (gone_box_.max() - from_m).array() / w.array();
   const float enters = one.min(two).maxCoeff(), leaves = one.max(two).minCoeff();
   return leaves >= std::max(enters, 0.0f) && enters < limit_m;
 }
@@ -70,19 +61,10 @@ bool MovedOccluders::remains(const Meshes& room, const Vector3f& from_m, const V
     const auto hit = room.hit(from_m + passed_m * w, w, limit_m - passed_m);
     if (!hit) return false;
     passed_m += hit->t_m;
-    if (room.hides(*hit) && !is_gone(from_m + passed_m * w)) return true;
+    if (room.hides(*hit) && !gone_->contains(from_m + passed_m * w)) return true;
     passed_m += kGather.lift_m;
   }
   return true;
-}
-
-bool MovedOccluders::is_gone(const Vector3f& p_m) const {
-  const std::optional<FreeSpace::Place> at = free_->place(p_m);
-  if (!at) return false;
-  if (free_->contains(*at) || (arrived_.any() && arrived_.contains(p_m, at->z_m))) return true;
-  const float hidden_m = hidden_z_m_.at(at->u, at->v);
-  return (at->z_m < free_z_m_.at(at->u, at->v) || (hidden_m > 0 && at->z_m > hidden_m)) &&
-         arrived_.recent().contains(p_m);
 }
 
 }  // namespace lumigraft::relight

@@ -6,7 +6,6 @@
 #include <memory>
 #include <optional>
 
-#include "relight/compose/free_space.h"
 #include "relight/gather/moved_surfaces.h"
 #include "relight/gather/recently_moved.h"
 
@@ -29,15 +28,10 @@ class MovedOccluders {
  private:
   bool passes_gone(const Eigen::Vector3f& from_m, const Eigen::Vector3f& w, float limit_m) const;
   bool remains(const Meshes& room, const Eigen::Vector3f& from_m, const Eigen::Vector3f& w, float limit_m) const;
-  bool is_gone(const Eigen::Vector3f& p_m) const;
 
-  ArrivedSurface arrived_;
   std::unique_ptr<Meshes> surfaces_;  ///< of this frame's depth; null: none
-  Eigen::AlignedBox3f gone_;          ///< encloses fused surface that is gone; empty: none is
-  std::optional<FreeSpace> free_;     ///< if any is gone
-  /// If any is: nothing is nearer than the first of these depths along z, and nothing behind the second is seen; 0:
-  /// unknown.
-  capture::Image<float> free_z_m_, hidden_z_m_;
+  Eigen::AlignedBox3f gone_box_;      ///< encloses fused surface that is gone; empty: none is
+  std::optional<GoneSpace> gone_;     ///< if any is
 };
 
 }  // namespace lumigraft::relight

@@ -109,12 +109,14 @@ class FieldView {
   FieldView(const CameraRays& eye, const CurrentDepth& depth, const reconstruct::DistanceField& field)
       : eye_(eye), depth_(depth), field_(field) {}
 
-  /// Whether depth may differ somewhere that matters.
-  bool any_moved(const std::function<bool(const Vector3f&)>& may_matter) const {
+  /// Whether depth may differ somewhere that matters, or shows there what has arrived.
+  bool any_moved(const std::function<bool(const Vector3f&)>& may_matter, const ArrivedSurface& arrived) const {
     std::atomic<bool> any = false;
+    const bool any_arrived = arrived.any();
     for_each_tile([&](int left, int top) {
       for_each_sample(left, top, [&](int u, int v) {
-        if (!any && depth_.known(u, v) && may_matter(point(u, v)) && differs(u, v)) any = true;
+        if (any || !depth_.known(u, v) || !may_matter(point(u, v))) return;
+        if (differs(u, v) || (any_arrived && arrived.contains(point(u, v), depth_.at(u, v)))) any = true;
       });
     });
     return any;
@@ -286,32 +288,44 @@ std::shared_ptr<const Model> moved_shell(const CameraRays& eye, const CurrentDep
                      kGather.moved_vertices);
 }
 
-std::shared_ptr<const Model> moved_shell(const CameraRays& eye, const CurrentDepth& depth,
-                                         const reconstruct::DistanceField& field,
-                                         const std::function<bool(const Vector3f&)>& may_matter,
-                                         const std::function<const Meshes&()>& objects) {
+MovedInField moved_in_field(const CameraRays& eye, const CurrentDepth& depth, const reconstruct::DistanceField& field,
+                            const ArrivedSurface& arrived,
+                            const std::function<bool(const Eigen::Vector3f&)>& may_matter,
+                            const std::function<const Meshes&()>& objects) {
   const FieldView view(eye, depth, field);
-  if (!depth.any() || !view.any_moved(may_matter)) return nullptr;
+  if (!depth.any() || !view.any_moved(may_matter, arrived)) return {};
   const std::vector<FusedPixel> fused = view.pixels();
-  const cv::Mat1b differs = moved_mask(field.voxel_m, eye, depth, fused);
-  MovedPixels moved, before;
+  cv::Mat1b moved = moved_mask(field.voxel_m, eye, depth, fused);
+  const Vector3f eye_m = eye.camera.T_tag_camera.translation();
+  const auto pixel_at = [&](int u, int v, float depth_m) {
+    GBufferPixel pixel;
+    pixel.w = eye.ray(u, v);
+    pixel.known = depth_m > 0;
+    pixel.depth_m = depth_m;
+    pixel.surface.position_m = eye_m + depth_m * pixel.w;
+    return pixel;
+  };
+  if (arrived.any()) {
+    for_each_pixel(moved.cols, moved.rows, kRows, [&](int u, int v) {
+      const FusedPixel& p = fused[static_cast<std::size_t>(v * moved.cols + u)];
+      if (moved(v, u) || !(p.depth_m > 0) || depth.differs(u, v, p.depth_m)) return;
+      if (arrived.contains(eye_m + p.depth_m * eye.ray(u, v), p.depth_m)) moved(v, u) = 255;
+    });
+  }
+  MovedInField found;
   bool matters = false;
-  for (int v = 0; v < differs.rows; ++v) {
-    for (int u = 0; u < differs.cols; ++u) {
-      if (!differs(v, u)) continue;
-      const auto i = static_cast<std::size_t>(v * differs.cols + u);
-      GBufferPixel pixel;
-      pixel.w = eye.ray(u, v);
-      pixel.known = fused[i].depth_m > 0;
-      pixel.depth_m = fused[i].depth_m;
-      before.emplace_back(i, pixel);
-      pixel.known = true;
-      pixel.depth_m = depth.at(u, v);
-      moved.emplace_back(i, pixel);
-      matters = matters || may_matter(eye.camera.T_tag_camera.translation() + pixel.depth_m * pixel.w);
+  for (int v = 0; v < moved.rows; ++v) {
+    for (int u = 0; u < moved.cols; ++u) {
+      if (!moved(v, u)) continue;
+      const auto i = static_cast<std::size_t>(v * moved.cols + u);
+      found.fused.emplace_back(i, pixel_at(u, v, fused[i].depth_m));
+      found.now.emplace_back(i, pixel_at(u, v, depth.known(u, v) ? depth.at(u, v) : fused[i].depth_m));
+      matters = matters || may_matter(found.now.back().second.surface.position_m);
     }
   }
-  return matters ? moved_shell(eye, depth, moved, before, objects(), false) : nullptr;
+  if (!matters) return {};
+  found.shell = moved_shell(eye, depth, found.now, found.fused, objects(), false);
+  return found;
 }
 
 }  // namespace lumigraft::relight

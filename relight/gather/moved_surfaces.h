@@ -30,11 +30,15 @@ MovedPixels moved_surfaces(const reconstruct::Illumination& light, const std::ve
 std::shared_ptr<const Model> moved_shell(const CameraRays& eye, const CurrentDepth& depth, const MovedPixels& moved,
                                          const MovedPixels& fused, const Meshes& objects, bool colored);
 
-/// The same without colours, found in the field alone, for methods without a mesh of the room. Null unless something of
-/// it is where it matters; `may_matter`: of a point, tag frame. `objects` is called if so.
-std::shared_ptr<const Model> moved_shell(const CameraRays& eye, const CurrentDepth& depth,
-                                         const reconstruct::DistanceField& field,
-                                         const std::function<bool(const Eigen::Vector3f&)>& may_matter,
-                                         const std::function<const Meshes&()>& objects);
+/// The same without colours, found in the field alone, for methods without a mesh of the room.
+struct MovedInField {
+  MovedPixels now, fused;              ///< depths and positions alone; none unless something is where it matters
+  std::shared_ptr<const Model> shell;  ///< null likewise
+};
+/// `may_matter`: of a point, tag frame; `objects` is called if something of what moved is there.
+MovedInField moved_in_field(const CameraRays& eye, const CurrentDepth& depth, const reconstruct::DistanceField& field,
+                            const ArrivedSurface& arrived,
+                            const std::function<bool(const Eigen::Vector3f&)>& may_matter,
+                            const std::function<const Meshes&()>& objects);
 
 }  // namespace lumigraft::relight

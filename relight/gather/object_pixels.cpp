@@ -55,7 +55,6 @@ class ObjectView {
         first_(std::move(memory)),
         rows_(static_cast<std::size_t>(window_.height)) {
     first_.resize(static_cast<std::size_t>(window_.width) * static_cast<std::size_t>(window_.height));
-    meshes_.resize(first_.size());
     model_.width = window_.width;
     model_.height = window_.height;
     for (std::uint32_t k = 0; k < within_.size(); ++k)
@@ -70,13 +69,12 @@ class ObjectView {
     open_ = open_to_lamps(light_, sources_, blocks_ ? blocks_->seen() : first_, blocks_ ? blocks_->camera() : model_,
                           detail_);
     const capture::Image<float> empty(window_.width, window_.height, 1);
-    ObjectPixels out{
-        {window_.left, window_.top, capture::Image<float>(window_.width, window_.height, 3), empty, empty}, {}, {}};
+    ObjectPixels out{{window_.left, window_.top, capture::Image<float>(window_.width, window_.height, 3), empty, empty},
+                     {}};
     for_each_index(window_.height, 1, [&](int v) {
       for (const Found& found : rows_[static_cast<std::size_t>(v)]) shade(v, found, out);
     });
     out.surfaces = std::move(first_);
-    out.meshes = std::move(meshes_);
     return out;
   }
 
@@ -184,7 +182,6 @@ class ObjectView {
   void keep(int v, const Found& found) {
     const auto k = static_cast<std::size_t>(std::countr_zero(found.some));
     first_[index(found.u, v)] = seen_by(found.w[k], found.hits[k]);
-    meshes_[index(found.u, v)] = found.hits[k].mesh;
     rows_[static_cast<std::size_t>(v)].push_back(found);
   }
 
@@ -355,7 +352,6 @@ class ObjectView {
   capture::CameraModel model_;                         ///< of the window; only its size and focal lengths are valid
   std::array<Eigen::Vector2f, 16 * kMaxRays> within_;  ///< positions of the rays in each of 4 × 4 pixels
   std::vector<GBufferPixel> first_;                    ///< the first hit among a pixel's rays
-  std::vector<std::uint32_t> meshes_;                  ///< and its mesh
   std::vector<std::vector<Found>> rows_;
   std::optional<LowResView> blocks_;
   std::vector<std::vector<LampVisibility>> open_;  ///< by source, then pixel or block

@@ -9,8 +9,7 @@ namespace lumigraft::relight {
 
 /// In the smallest window that contains all pixels showing objects. `radiance` is L_ρ.
 struct ObjectPixels : ObjectLayer {
-  std::vector<GBufferPixel> surfaces;  ///< object surface at each pixel's first ray,
-  std::vector<std::uint32_t> meshes;   ///< and of which mesh it is, unless it is unknown
+  std::vector<GBufferPixel> surfaces;  ///< object surface at each pixel's first ray
 };
 
 /// `sources`: see light_sources. `room`: the room's G-buffer of the same camera, full image. Where `depth` is clearly

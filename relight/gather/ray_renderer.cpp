@@ -86,8 +86,8 @@ struct RayRenderer::State {
   ObjectPixels objects;
   ObjectLayer shown;  ///< objects as the camera sees them, behind what is in front of them
   CameraLook camera_look;
-  float blur_px = 0;                  ///< of `shown`, and the objects' own motion
-  std::vector<ObjectMotion> motions;  ///< none: they are at rest, or how long the camera exposes is not known
+  float blur_px = 0;     ///< of `shown`,
+  bool blurred = false;  ///< and whether the objects' own motion blurs it
 
   State(const capture::Session& s, Rooms the_rooms, std::shared_ptr<const RayModels> models)
       : session(s),
@@ -159,6 +159,15 @@ struct RayRenderer::State {
     const ArrivedSurface arrived(recent, room->field(), session.depth_noise());
     if (depth.any()) {
       moved = moved_surfaces(*room->illumination(), lamps, room->voxel_m(), eye, depth, camera, seen, &arrived);
+      // Where depth sees through fused surface to other fused surface, that is what the pixel shows: a point of noisy
+      // depth would be behind it for half of the pixels, and in its shadow.
+      for_each_index(moved.size(), kRows * eye.camera.model.width, [&](std::size_t k) {
+        auto& [i, pixel] = moved[k];
+        const auto u = static_cast<int>(i) % eye.camera.model.width, v = static_cast<int>(i) / eye.camera.model.width;
+        if (!seen[i].known || !(seen[i].depth_m < pixel.depth_m) || !depth.differs(u, v, seen[i].depth_m)) return;
+        if (auto behind = room_behind(*room, eye, depth, u, v, seen[i].depth_m, camera.radiance(i)))
+          pixel = std::move(*behind);
+      });
       for (const auto& [i, pixel] : moved) {
         covered.emplace_back(i, std::exchange(seen[i], pixel));
         set_at(radiance, i, camera.radiance(i));
@@ -241,34 +250,25 @@ struct RayRenderer::State {
   }
 
   /// From `objects` to `shown`, and with a new `change` that at outlines. Neither needs the other.
-  void finish(const CurrentDepth& depth, bool changed, Clock& clock) {
+  void finish(const CurrentDepth& depth, const MotionBlur& motion, bool changed, Clock& clock) {
     const bool divided = changed && !covered.empty();
-    for_each_index(divided ? 2 : 1, 1, [&](int k) { k == 0 ? show_objects(depth) : divide_at_outlines(depth); });
+    for_each_index(divided ? 2 : 1, 1,
+                   [&](int k) { k == 0 ? show_objects(depth, motion) : divide_at_outlines(depth); });
     if (changed) new_view = false;
     clock.done("soften and mattes");
   }
-  /// While the camera exposes; none if all are at rest.
-  std::vector<ObjectMotion> motions_of(const Exhibit& exhibit, double time_s) const {
-    if (!session.color.settings.exposure_us) return {};
-    std::vector<ObjectMotion> found = motions_over(exhibit, time_s, 1e-6 * *session.color.settings.exposure_us);
-    if (std::ranges::none_of(found, &ObjectMotion::any)) found.clear();
-    return found;
+  MotionBlur motion_blur(const Exhibit& exhibit, std::int64_t time_ns) const {
+    const Meshes& meshes = light.light().objects().meshes();
+    return {
+        motions_while_exposed(session.color, exhibit, time_ns),
+        {pixel_rays, {session.color.model, Eigen::Isometry3f(T_tag_camera)}, meshes.spheres(), [&]() -> const Meshes& {
+           return meshes;
+         }}};
   }
-  /// Of the objects' surfaces over the exposure, in their window.
-  capture::Image<float> shift_px() const {
-    capture::Image<float> shift(objects.coverage.width, objects.coverage.height, 2);
-    const PosedCamera from{session.color.model, Eigen::Isometry3f(T_tag_camera)};
-    for_each_index(objects.surfaces.size(), kRows * std::max(shift.width, 1), [&](std::size_t i) {
-      if (!objects.surfaces[i].known || !motions[objects.meshes[i]].any) return;
-      const auto by_px = motions[objects.meshes[i]].shift_px(from, objects.surfaces[i].surface.position_m);
-      if (by_px) std::copy_n(by_px->data(), 2, &shift.data[2 * i]);
-    });
-    return shift;
-  }
-  void show_objects(const CurrentDepth& depth) {
+  void show_objects(const CurrentDepth& depth, const MotionBlur& motion) {
     const int width = session.color.model.width, height = session.color.model.height;
-    shown = motions.empty() ? softened(objects, blur_px, width, height)
-                            : softened(motion_blurred(objects, shift_px(), width, height), blur_px, width, height);
+    shown =
+        motion.any() ? softened(motion.of(objects), blur_px, width, height) : softened(objects, blur_px, width, height);
     hide_behind_foreground(depth, camera, shown);
   }
 
@@ -376,12 +376,11 @@ RelitPicture RayRenderer::relight(const capture::FrameSet& frame, const reconstr
   const bool lit_anew = s.light.gather(plan, done), seen_anew = lit_anew || s.new_view;
   if (seen_anew) s.see(eye, depth, plan.rays, clock);
   const float blur_px = like_camera ? s.camera_look.blur_px() : 0;
-  std::vector<ObjectMotion> motions;
-  if (like_camera) motions = s.motions_of(exhibit, static_cast<double>(frame.time_ns) * 1e-9);
-  if (seen_anew || s.blur_px != blur_px || motions.empty() != s.motions.empty()) {
+  const MotionBlur motion = like_camera ? s.motion_blur(exhibit, frame.time_ns) : MotionBlur();
+  if (seen_anew || s.blur_px != blur_px || s.blurred != motion.any()) {
     s.blur_px = blur_px;
-    s.motions = std::move(motions);
-    s.finish(depth, seen_anew, clock);
+    s.blurred = motion.any();
+    s.finish(depth, motion, seen_anew, clock);
   }
   compose(s.camera, {s.change, &s.radiance, like_camera}, s.shown, &result.srgb);
   if (like_camera && frame.color->original)

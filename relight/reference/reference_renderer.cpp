@@ -1,10 +1,12 @@
 #include "relight/reference/reference_renderer.h"
 
+#include <algorithm>
 #include <limits>
 
 #include "relight/compose/add_noise.h"
 #include "relight/compose/composer.h"
 #include "relight/compose/foreground_matte.h"
+#include "relight/compose/motion_blur.h"
 #include "relight/compose/rgb_image.h"
 #include "relight/compose/soften.h"
 #include "relight/compose/subsample_chroma.h"
@@ -17,6 +19,8 @@
 
 namespace lumigraft::relight {
 namespace {
+
+constexpr int kTriangleBlock = 1024;  ///< per thread at a time
 
 /// From the change of whole pixels to that of their part that shows the room.
 void divide_by_share_of_room(ReferencePicture& traced) {
@@ -42,6 +46,23 @@ ObjectLayer shown_by(const CurrentDepth& depth, const ReferencePicture& traced) 
   return objects;
 }
 
+/// The model without triangles that are gone: their area becomes zero, as the others keep their numbers.
+std::shared_ptr<const Model> without(const GoneSpace& gone, const std::shared_ptr<const Model>& model) {
+  std::vector<std::uint8_t> is_gone(model->indices.size() / 3);
+  for_each_index(is_gone.size(), kTriangleBlock, [&](std::size_t t) {
+    const std::uint32_t* corner = &model->indices[3 * t];
+    const Eigen::Vector3f middle_m =
+        (model->positions_m[corner[0]] + model->positions_m[corner[1]] + model->positions_m[corner[2]]) / 3;
+    is_gone[t] = gone.contains(middle_m);
+  });
+  if (std::ranges::find(is_gone, 1) == is_gone.end()) return model;
+  auto rest = std::make_shared<Model>(*model);
+  for (std::size_t t = 0; t < is_gone.size(); ++t) {
+    if (is_gone[t]) rest->indices[3 * t + 1] = rest->indices[3 * t + 2] = rest->indices[3 * t];
+  }
+  return rest;
+}
+
 }  // namespace
 
 struct ReferenceRenderer::State {
@@ -62,9 +83,11 @@ struct ReferenceRenderer::State {
     std::vector<ReferenceMesh> objects;
     Eigen::Matrix4f T_tag_camera;
     int samples = 0;
-    ReferencePicture picture;  ///< its change is that of the part that shows the room
+    ReferencePicture picture;              ///< its change is that of the part that shows the room
+    std::unique_ptr<const Meshes> meshes;  ///< of the objects; null: not needed yet
   };
   std::optional<Traced> last;
+  RecentlyMoved recent;
 
   State(const capture::Session& s, Room r)
       : session(s),
@@ -105,21 +128,40 @@ struct ReferenceRenderer::State {
     return seen;
   }
 
-  /// The reconstructed room and what this frame's depth shows in front of it, with the albedo that explains its
-  /// radiance. Pixels of the latter become unknown in `seen`.
+  /// The reconstructed room without what is gone of it, and what this frame's depth shows in front of it, with the
+  /// albedo that explains its radiance. Pixels of the latter become unknown in `seen`.
   std::shared_ptr<const ReferenceScene> with_moved(const CurrentDepth& depth, const CameraRays& eye,
-                                                   std::vector<GBufferPixel>& seen,
-                                                   const std::vector<ReferenceMesh>& objects) const {
-    const MovedPixels moved = moved_surfaces(*of.illumination, lamps, of.field->voxel_m, eye, depth, camera, seen);
+                                                   std::int64_t time_ns, std::vector<GBufferPixel>& seen,
+                                                   const std::vector<ReferenceMesh>& objects) {
+    const ArrivedSurface arrived(recent, of.field, session.depth_noise());
+    const MovedPixels moved =
+        moved_surfaces(*of.illumination, lamps, of.field->voxel_m, eye, depth, camera, seen, &arrived);
     MovedPixels fused;
     for (const auto& [i, pixel] : moved) fused.emplace_back(i, seen[i]);
-    ReferenceMesh moved_mesh;
-    if (!moved.empty()) moved_mesh.model = moved_shell(eye, depth, moved, fused, Meshes(objects, nullptr), true);
+    recent.add(
+        moved, fused,
+        [&](const GBufferPixel& p) {
+          return ArrivedSurface::is_settled(*of.field, session.depth_noise(), p.surface.position_m, p.depth_m);
+        },
+        time_ns);
+    if (moved.empty()) return reconstructed;
     for (const auto& [i, pixel] : moved) seen[i].known = false;
-    if (!moved_mesh.model) return reconstructed;
     auto room_of_now = std::make_shared<ReferenceScene>(*reconstructed);
-    room_of_now->real.push_back(std::move(moved_mesh));
+    // The first mesh is the fused surface.
+    room_of_now->real.front().model = without(GoneSpace(eye.camera, depth, arrived), room_of_now->real.front().model);
+    ReferenceMesh moved_mesh;
+    moved_mesh.model = moved_shell(eye, depth, moved, fused, Meshes(objects, nullptr), true);
+    if (moved_mesh.model) room_of_now->real.push_back(std::move(moved_mesh));
     return room_of_now;
+  }
+
+  /// After traced(): of its objects.
+  MotionBlur motion_blur(const Exhibit& exhibit, const PosedCamera& from, std::int64_t time_ns) {
+    std::vector<ObjectMotion> motions = motions_while_exposed(session.color, exhibit, time_ns);
+    if (motions.empty()) return {};
+    if (!last->meshes) last->meshes = std::make_unique<const Meshes>(last->objects, nullptr);
+    return {std::move(motions),
+            {pixel_rays, from, last->meshes->spheres(), [this]() -> const Meshes& { return *last->meshes; }}};
   }
 
   const ReferencePicture& traced(const std::shared_ptr<const ReferenceScene>& now,
@@ -133,8 +175,12 @@ struct ReferenceRenderer::State {
       ReferenceSamples how;
       how.per_pixel = samples;
       how.unhidden = !room;
-      last = Traced{now, std::move(objects), T_tag_camera.matrix(), samples,
-                    tracer.change({session.color.model, T_tag_camera}, how)};
+      last = Traced{now,
+                    std::move(objects),
+                    T_tag_camera.matrix(),
+                    samples,
+                    tracer.change({session.color.model, T_tag_camera}, how),
+                    nullptr};
       divide_by_share_of_room(last->picture);
     }
     return last->picture;
@@ -170,7 +216,7 @@ RelitPicture ReferenceRenderer::relight(const capture::FrameSet& frame, const re
   std::optional<capture::Image<float>> radiance;  // if any clips
   if (!s.room && (depth.any() || s.camera.any_clipped())) {
     std::vector<GBufferPixel> seen = s.seen_room(eye);
-    if (depth.any()) room = s.with_moved(depth, eye, seen, objects);
+    if (depth.any()) room = s.with_moved(depth, eye, frame.time_ns, seen, objects);
     if (s.camera.any_clipped()) {
       radiance = s.camera.radiance();
       restore_clipped(*scene.illumination, s.lamps, s.camera, seen, *radiance);
@@ -184,7 +230,11 @@ RelitPicture ReferenceRenderer::relight(const capture::FrameSet& frame, const re
   const ReferencePicture& traced = s.traced(room, eye.camera.T_tag_camera, std::move(objects), plan.samples);
   ObjectLayer shown{0, 0, traced.object, traced.coverage, {}};
   if (!s.room) shown = shown_by(depth, traced);
-  if (like_camera) shown = softened(shown, s.camera_look.blur_px(), traced.coverage.width, traced.coverage.height);
+  if (like_camera) {
+    const MotionBlur motion = s.motion_blur(exhibit, eye.camera, frame.time_ns);
+    if (motion.any()) shown = motion.of(shown);
+    shown = softened(shown, s.camera_look.blur_px(), traced.coverage.width, traced.coverage.height);
+  }
   if (!s.room) hide_behind_foreground(depth, s.camera, shown);
   compose(s.camera, {traced.change, radiance ? &*radiance : nullptr}, shown, &result.srgb);
   if (like_camera && frame.color->original)

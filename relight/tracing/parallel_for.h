@@ -4,39 +4,34 @@
 #include <atomic>
 #include <exception>
 #include <mutex>
-#include <thread>
 #include <vector>
+
+#include "relight/tracing/worker_pool.h"
 
 namespace lumigraft::relight {
 
 constexpr int kRows = 4;  ///< of pixels per thread and block
 
 /// Calls `work(first, last)` for blocks of [0, count), once each. If `work` throws, no further block starts, and the
-/// first exception is rethrown after all threads have ended.
+/// first exception is rethrown after all calls have ended.
 template <typename Work>
 void for_each_block(int count, int block, Work work) {
   std::atomic<int> next = 0;
   std::mutex mutex;
   std::exception_ptr failure;
-  const auto run = [&] {
+  const auto one_block = [&] {
+    const int first = next.fetch_add(block);
+    if (first >= count) return false;
     try {
-      for (int first = next.fetch_add(block); first < count; first = next.fetch_add(block)) {
-        work(first, std::min(first + block, count));
-      }
+      work(first, std::min(first + block, count));
     } catch (...) {
       next = count;
       const std::lock_guard lock(mutex);
       if (!failure) failure = std::current_exception();
     }
+    return true;
   };
-  const int blocks = (count + block - 1) / block;
-  {
-    std::vector<std::jthread> others;
-    for (int i = 1; i < std::min(static_cast<int>(std::thread::hardware_concurrency()), blocks); ++i) {
-      others.emplace_back(run);
-    }
-    run();
-  }
+  WorkerPool::shared().run((count + block - 1) / block, one_block);
   if (failure) std::rethrow_exception(failure);
 }
 
@@ -46,6 +41,23 @@ void for_each_index(Index count, int block, Work work) {
   for_each_block(static_cast<int>(count), block, [&](int first, int last) {
     for (auto i = static_cast<Index>(first); i < static_cast<Index>(last); ++i) work(i);
   });
+}
+
+/// What `add(row, found)` appends to a list for each row, in their order.
+template <typename Item, typename Add>
+std::vector<Item> found_in_rows(int rows, Add add) {
+  constexpr int kBand = 4 * kRows;
+  std::vector<std::vector<Item>> bands(static_cast<std::size_t>((std::max(rows, 0) + kBand - 1) / kBand));
+  for_each_index(bands.size(), 1, [&](std::size_t k) {
+    const int first = kBand * static_cast<int>(k);
+    for (int row = first; row < std::min(first + kBand, rows); ++row) add(row, bands[k]);
+  });
+  std::size_t count = 0;
+  for (const std::vector<Item>& band : bands) count += band.size();
+  std::vector<Item> all;
+  all.reserve(count);
+  for (const std::vector<Item>& band : bands) all.insert(all.end(), band.begin(), band.end());
+  return all;
 }
 
 /// Calls `work(u, v)` for each pixel of an image, `rows` rows at a time on a thread.

@@ -90,20 +90,21 @@ float map_hidden(LampMap m, vec3 p, float before_m) {
   return map_place(m, p, before_m, at, z, depth) ? map_nearer(m, at, depth) : 0.0;
 }
 
-// Whether what moved in the room since it was fused occludes p from a map's point.
-float moved_hidden(LampMap m, vec3 p) {
+// Whether what moved in the room since it was fused occludes p from a map's point, by more than before_m in front of it.
+float moved_hidden(LampMap m, vec3 p, float before_m) {
   vec2 at;
   float z, depth;
-  if (m.x.w <= 0.0 || !map_place(m, p, kBefore_m, at, z, depth)) return 0.0;
+  if (m.x.w <= 0.0 || !map_place(m, p, before_m, at, z, depth)) return 0.0;
   LampMap below = m;
   below.place.y += m.y.w;
-  return map_nearer(below, at, 1.0 - m.x.w / (z - kBefore_m));
+  return map_nearer(below, at, 1.0 - m.x.w / (z - before_m));
 }
 
 // Fraction of a lamp's light that it lets pass to p.
-float moved_open(int first, int count, vec3 p) {
+float moved_open(int first, int count, vec3 p, float before_m) {
   float hidden = 0.0;
-  for (int i = first; i < first + count && lamp_views[i].x.w > 0.0; ++i) hidden += moved_hidden(lamp_views[i], p);
+  for (int i = first; i < first + count && lamp_views[i].x.w > 0.0; ++i)
+    hidden += moved_hidden(lamp_views[i], p, before_m);
   return 1.0 - hidden / max(float(count), 1.0);
 }
 
@@ -154,7 +155,7 @@ float map_open(int first, int count, vec3 p, vec3 n) {
   float open = 0.0, all = 1e-6;
   for (int i = first; i < first + count; ++i) {
     float cosine = max(dot(n, normalize(lamp_views[i].from.xyz - p)), 0.0);
-    open += cosine * (1.0 - map_hidden(lamp_views[i], off, kBefore_m)) * (1.0 - moved_hidden(lamp_views[i], off));
+    open += cosine * (1.0 - map_hidden(lamp_views[i], off, kBefore_m)) * (1.0 - moved_hidden(lamp_views[i], off, kBefore_m));
     all += cosine;
   }
   return open / all;

@@ -18,8 +18,12 @@ float lamp_hidden(int lamp, vec3 p, float slack) {
   return inside * s.x * clamp(2.0 - (z - view.z_far.w - s.y) / slack, 0.0, 1.0);
 }
 
+// How far what moved is in front of a surface to occlude it: not what is that surface itself.
+float moved_before(LiveReal r) { return r.came ? r.slack : kBefore_m; }
+
 // Irradiance of lamps that a real surface loses to the objects: where what moved occludes a lamp it is lost already.
-vec3 lamps_lost(vec3 p, vec3 n, float slack) {
+vec3 lamps_lost(LiveReal r) {
+  vec3 p = r.p, n = r.n;
   vec3 lost = vec3(0);
   for (int i = 0, map = 0; i < frame.counts.x; ++i) {
     Lamp lamp = frame.lamps[i];
@@ -28,8 +32,11 @@ vec3 lamps_lost(vec3 p, vec3 n, float slack) {
     vec3 to = lamp.position_radius.xyz - p;
     float far2 = dot(to, to);
     vec3 w = to * inversesqrt(far2);
-    float hidden = lamp_hidden(i, p, slack);
-    if (hidden > 0.0) hidden *= moved_open(first, maps, p) * shadow_open(i, p);
+    // What came is no receiver, and may be between the lamp and the objects.
+    float hidden = r.came ? 0.0 : lamp_hidden(i, p, r.slack);
+    for (int k = first; k < (r.came ? map : first); ++k)
+      hidden += disc_hidden(lamp_views[k], p, kBefore_m) / float(maps);
+    if (hidden > 0.0) hidden *= moved_open(first, maps, p, moved_before(r)) * shadow_open(i, p);
     lost += lamp.intensity.rgb * (emission(lamp, -w) * max(dot(n, w), 0.0) * hidden / far2);
   }
   return frame.blocked.rgb * lost;

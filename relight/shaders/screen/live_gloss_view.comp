@@ -32,7 +32,7 @@ void main() {
     float paper = paper_coverage(known);
     vec3 under = mix(through_evenly(bsdf) * through_evenly(bsdf), vec3(1), paper);
     vec3 brdf = mix(bsdf.diffuse / kPi, r.response * texelFetch(radiance, at, 0).rgb, paper);
-    diffuse = brdf * under * (r.indirect - lamps_lost(r.p, r.n, r.slack));
+    diffuse = brdf * under * (r.indirect - lamps_lost(r));
     Cone k = cone_from_real(r.p, r.n);
     vec3 v = normalize(frame.T_tag_camera[3].xyz - r.p);
     for (int l = 0, map = 0; l < frame.counts.x; ++l) {
@@ -45,7 +45,7 @@ void main() {
         vec3 f = q.irradiance * max(dot(r.n, q.w), 0.0) * ggx_wide(bsdf, r.n, v, q.w, q.tan_half);
         float hidden = mostly;
         for (int j = 0; j < (maps > 0 && mostly > 0.0 ? 1 : 0); ++j) {
-          hidden = disc_hidden(lamp_views[map + i], r.p, kBefore_m) * (1.0 - moved_hidden(lamp_views[map + i], r.p));
+          hidden = disc_hidden(lamp_views[map + i], r.p, kBefore_m) * (1.0 - moved_hidden(lamp_views[map + i], r.p, moved_before(r)));
         }
         sent += f;
         gone += hidden * f;

@@ -21,6 +21,7 @@ struct LivePlace {
   float z;      // in the camera frame, 0: unknown
   int cascade;
   bool inside;  // inside the volumes
+  bool came;    // since these were filled
 };
 
 LivePlace live_place(ivec2 at) {
@@ -40,12 +41,13 @@ LivePlace live_place(ivec2 at) {
   } else {
     n = z > 0.0 && measured ? depth_normal(at) : vec3(0);
   }
-  return LivePlace(p, n, z, c, inside);
+  return LivePlace(p, n, z, c, inside, measured && l <= 0.5 && came(p));
 }
 
 struct LiveReal {
   vec3 p, n;      // tag frame; n 0: unknown
   float slack;    // uncertainty of its position, m
+  bool came;      // since the volumes were filled
   vec3 response;  // 0: unknown
   vec3 indirect;  // change of irradiance, fading out at the edge of the influence mask
 };
@@ -55,7 +57,7 @@ LiveReal live_real(ivec2 at, vec3 code) {
   vec4 k = real_at(real_response, q.cascade, q.p);
   vec3 like = q.p;  // where known colour and change of light are looked up
   bool measured = texelFetch(depth, at, 0).x > 0.0;
-  Plane plane = similar_plane(at, !measured || q.n == vec3(0) || q.inside && k.a <= 1e-3);
+  Plane plane = similar_plane(at, !measured || q.n == vec3(0) || q.inside && !q.came && k.a <= 1e-3);
   // Distances next to unknown space are unreliable: a surface traced behind the plane is moved to the plane.
   vec3 w = mat3(frame.T_tag_camera) * vec3(texelFetch(rays, at, 0).xy, 1.0);
   float there = measured ? 0.0 : on_plane(plane, w);
@@ -68,13 +70,14 @@ LiveReal live_real(ivec2 at, vec3 code) {
     k = real_at(real_response, q.cascade, like);
   }
   vec4 e = textureLod(real_irradiance, cascade_place(q.cascade, like, 1.0), 0.0);
-  // Outside the volumes the response is estimated from the light as 1 / E, blended to the known value inside.
-  float within = edge_fade(q.p);
+  // Outside the volumes, and of what came, the response is estimated from the light as 1 / E, blended to the known value
+  // inside.
+  float within = q.came ? 0.0 : edge_fade(q.p);
   vec3 response = k.a > 1e-3 ? within / k.a * k.rgb : vec3(0);
   if (within < 1.0) response += (1.0 - within) / max(open_irradiance(q.p, q.n), vec3(1e-6));
   float root = (max(max(code.x, code.y), code.z) + 0.055) / 1.055;
   float footprint = indirect_footprint_of(q.p, q.n, root, false);
-  return LiveReal(q.p, q.n, 2.0 * frame.cascade[q.cascade].w, dot(q.n, q.n) > 0.0 ? response : vec3(0),
+  return LiveReal(q.p, q.n, 2.0 * frame.cascade[q.cascade].w, q.came, dot(q.n, q.n) > 0.0 ? response : vec3(0),
                   footprint * with_emission_beyond(e.a > 1e-3 ? e.rgb / e.a : vec3(0), q.p, q.n));
 }
 

@@ -11,6 +11,6 @@ void main() {
   ivec2 cell = tile_texel(), at = frame.pass_i.x * cell;
   if (any(greaterThanEqual(at, frame.picture.xy))) return;
   LiveReal r = live_real(at, texelFetch(codes, at, 0).rgb);
-  vec3 gain = bounded_gain(1.0 + r.response * (r.indirect - lamps_lost(r.p, r.n, r.slack)));
+  vec3 gain = bounded_gain(1.0 + r.response * (r.indirect - lamps_lost(r)));
   imageStore(out_gain, cell, to_half(vec4(gain, 1.0)));
 }

@@ -29,6 +29,9 @@ vec3 surface_normal(sampler3D normals, ivec2 at, vec3 p) {
   return in_cascade(1, p, 1.0) && l > 0.5 ? n / l : depth_normal(at);
 }
 
+// Whether a measured point is in space that the volumes know as free: it is of what came since, as a hand.
+bool came(vec3 p) { return in_cascade(1, p, 1.0) && real_distance(p) > 0.8 * frame.field.y; }
+
 // The surface along the ray where depth has a hole, inside the volumes; in units of |w|, 0: none.
 float trace_volume(vec3 eye, vec3 w) {
   float l = length(w), min_step = 0.5 * frame.cascade[0].w;

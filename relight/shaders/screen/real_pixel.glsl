@@ -37,7 +37,7 @@ RealPixel real_pixel(ivec2 at) {
   float footprint = 0.0;
   vec3 indirect = vec3(0);
   int c = in_cascade(0, p, 1.0) ? 0 : 1;
-  bool inside = in_cascade(1, p, 1.0);
+  bool inside = in_cascade(1, p, 1.0), new = false;
   if (z > 0.0) {
     n = real_at(real_normal_volume, c, p).xyz;
     float l = length(n);
@@ -47,11 +47,12 @@ RealPixel real_pixel(ivec2 at) {
       if (measured) move_to_surface(d, dot(n, w), w, z, p);
     } else {
       n = measured ? depth_normal(at) : vec3(0);
+      new = measured && came(p);
     }
     albedo = real_at(real_albedo_volume, c, p);
   }
   vec3 like = p;  // where known colour and change of light are looked up
-  Plane plane = similar_plane(at, !measured || n == vec3(0) || inside && albedo.a <= 1e-3);
+  Plane plane = similar_plane(at, !measured || n == vec3(0) || inside && !new && albedo.a <= 1e-3);
   // Distances next to unknown space are unreliable: a surface traced behind the plane is moved to the plane.
   float there = measured ? 0.0 : on_plane(plane, w);
   bool guessed = there > 0.0 && (z == 0.0 || n == vec3(0) || there < z);
@@ -75,8 +76,8 @@ RealPixel real_pixel(ivec2 at) {
     } else {
       albedo = vec4(0);
     }
-    // Outside the volumes estimated from the light.
-    float within = edge_fade(p);
+    // Outside the volumes, and of what came, estimated from the light.
+    float within = new ? 0.0 : edge_fade(p);
     if (within < 1.0 && dot(n, n) > 0.0) {
       albedo = vec4(mix(albedo_by_light(p, n, b), albedo.rgb, albedo.a > 0.0 ? within : 0.0), 1.0);
     }

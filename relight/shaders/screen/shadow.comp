@@ -32,7 +32,7 @@ vec3 lost_by_maps(Cone k, Lamp lamp, int first, int count, vec3 n) {
   for (int i = first; i < first + count; ++i) {
     LampSample s = map_sample(lamp, lamp_views[i], p, count);
     float hidden = disc_hidden(lamp_views[i], p, kBefore_m);
-    if (hidden > 0.0) lost += s.irradiance * (max(dot(n, s.w), 0.0) * hidden * (1.0 - moved_hidden(lamp_views[i], p)));
+    if (hidden > 0.0) lost += s.irradiance * (max(dot(n, s.w), 0.0) * hidden * (1.0 - moved_hidden(lamp_views[i], p, kBefore_m)));
   }
   if (lost == vec3(0)) return lost;
   return lost * lamp_open(k, lamp, true);

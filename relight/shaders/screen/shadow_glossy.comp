@@ -35,7 +35,7 @@ void main() {
         k.tan_half = s.tan_half;
         float hidden = maps > 0 ? disc_hidden(lamp_views[map + i], p, kBefore_m) : virtual_shadow(k, s.distance);
         if (hidden == 0.0 && !glossy) continue;
-        if (hidden > 0.0 && maps > 0) hidden *= 1.0 - moved_hidden(lamp_views[map + i], p);
+        if (hidden > 0.0 && maps > 0) hidden *= 1.0 - moved_hidden(lamp_views[map + i], p, kBefore_m);
         // Light passes the layer on its way to the body and back.
         vec3 under = glossy ? through(bsdf, cosine) * through(bsdf, dot(n, v)) : vec3(1);
         gone += s.irradiance * under * (cosine * hidden);

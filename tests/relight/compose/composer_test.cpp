@@ -4,9 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <utility>
 
 #include "capture/camera/srgb.h"
+#include "relight/compose/parameters.h"
 #include "relight/compose/read_tiles.h"
+#include "relight/compose/rgb_image.h"
 #include "relight/passes/screen/layers.h"
 #include "relight/tracing/bsdf.h"
 #include "tests/relight/gpu/device_fixture.h"
@@ -204,6 +207,98 @@ TEST(ComposerOfOne, ASmallChangeGrowsWithThePixel) {
   out = *camera.coded();
   compose(camera, {delta, &then, false}, {}, &out);
   for (const std::uint8_t code : out.data) EXPECT_EQ(code, kCode);
+}
+
+/// compose() as it is described, pixel by pixel.
+capture::Image<std::uint8_t> composed_slowly(const CameraUpload& camera, const RoomChange& change,
+                                             const ObjectLayer& objects) {
+  capture::Image<std::uint8_t> picture = *camera.coded();
+  for (int v = 0; v < picture.height; ++v) {
+    for (int u = 0; u < picture.width; ++u) {
+      const auto i = static_cast<std::size_t>(v * picture.width + u);
+      const auto finite = [](const Rgb& light) { return light.allFinite() ? light : Rgb::Zero(); };
+      const auto window = objects.index(u, v);
+      const float coverage = window ? objects.coverage.data[*window] : 0;
+      Rgb delta = finite(radiance_at(change.delta, i));
+      if (coverage == 0 && (delta == 0).all()) continue;
+      Rgb light = camera.radiance(i);
+      if (change.radiance) {
+        const Rgb then = radiance_at(*change.radiance, i);
+        for (int c = 0; c < 3; ++c) {
+          if (camera.clipped(i, static_cast<std::size_t>(c))) light[c] = std::max(light[c], then[c]);
+          if (change.proportional && then[c] > 0)
+            delta[c] *= std::clamp(light[c] / std::max(then[c], 1e-6f), 1 / kCompose.max_flicker, kCompose.max_flicker);
+        }
+      }
+      light = (light + delta).max(0.0f);
+      if (coverage > 0)
+        light = composed(light, finite(radiance_at(objects.radiance, *window)), Rgb(Rgb::Constant(coverage)));
+      light = light.max(0.0f) * camera.exposure() * camera.transmission(i);
+      for (int c = 0; c < 3; ++c) picture.at(u, v, c) = capture::srgb_table().code(light[c]);
+    }
+  }
+  return picture;
+}
+
+/// What is skipped or computed for several pixels at once changes nothing.
+TEST(ComposerOfOne, IsEqualToComposingPixelByPixel) {
+  constexpr int kWide = 83, kHigh = 40, kLeft = 9, kTop = 5, kAcross = 47, kDown = 30;
+  std::mt19937 random(5);
+  std::uniform_real_distribution<float> part(0, 1);
+  for (const bool vignetted : {false, true}) {
+    capture::ColorCamera of_camera;
+    of_camera.model.width = kWide;
+    of_camera.model.height = kHigh;
+    CameraUpload camera(of_camera);
+    capture::FrameSet frame;
+    auto picture = std::make_shared<capture::Frame>();
+    picture->exposure = 0.7;
+    picture->encoded = capture::Image<std::uint8_t>(kWide, kHigh, 3);
+    // What clips is white, which stays as it is where it does not change.
+    for (std::uint8_t& code : picture->encoded.data) {
+      code = static_cast<std::uint8_t>(random());
+      if (code >= capture::kFullScale) code = 255;
+    }
+    frame.color = picture;
+    frame.color_gain = {0.8f, 1, 1.3f};
+    if (vignetted) {
+      auto falls = std::make_shared<capture::Image<float>>(kWide, kHigh, 1);
+      for (int i = 0; i < kWide * kHigh; ++i)
+        falls->data[static_cast<std::size_t>(i)] = 1 + static_cast<float>(i % kWide) / kWide;
+      frame.color_vignetting = falls;
+    }
+    camera.take(frame);
+    capture::Image<float> delta(kWide, kHigh, 3), then(kWide, kHigh, 3);
+    const capture::Image<float> empty(kAcross, kDown, 1);
+    ObjectLayer objects{kLeft, kTop, capture::Image<float>(kAcross, kDown, 3), empty, empty};
+    // Runs of pixels alike, of any length.
+    float scale = 0, covered = 0;
+    for (std::size_t i = 0; i < delta.data.size() / 3; ++i) {
+      if (part(random) < 0.2f) scale = part(random) < 0.3f ? 0 : std::pow(10.0f, -5 * part(random));
+      for (std::size_t c = 0; c < 3; ++c) {
+        delta.data[3 * i + c] = scale * (2 * part(random) - 1);
+        then.data[3 * i + c] = part(random) < 0.05f ? 0 : 1.5f * part(random);
+      }
+      if (part(random) < 0.01f) delta.data[3 * i] = NAN;
+    }
+    for (std::size_t i = 0; i < objects.coverage.data.size(); ++i) {
+      if (part(random) < 0.2f) covered = std::clamp(3 * part(random) - 1, 0.0f, 1.0f);
+      objects.coverage.data[i] = covered;
+      for (std::size_t c = 0; c < 3; ++c) objects.radiance.data[3 * i + c] = covered * 2 * (part(random) - 0.2f);
+      if (part(random) < 0.01f) objects.radiance.data[3 * i + 1] = INFINITY;
+    }
+    for (const bool proportional : {false, true}) {
+      for (const capture::Image<float>* radiance :
+           {static_cast<const capture::Image<float>*>(nullptr), &std::as_const(then)}) {
+        capture::Image<std::uint8_t> fast = *camera.coded();
+        compose(camera, {delta, radiance, proportional}, objects, &fast);
+        const capture::Image<std::uint8_t> slow = composed_slowly(camera, {delta, radiance, proportional}, objects);
+        int differing = 0;
+        for (std::size_t i = 0; i < fast.data.size(); ++i) differing += fast.data[i] != slow.data[i];
+        EXPECT_EQ(differing, 0) << vignetted << proportional << (radiance != nullptr);
+      }
+    }
+  }
 }
 
 /// A pixel is left alone only where its change is below the next pixel value.

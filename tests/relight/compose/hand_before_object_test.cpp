@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "relight/gather/ray_renderer.h"
 #include "relight/reference/reference_renderer.h"
 #include "tests/relight/closed_form/closed_scene.h"
 
@@ -166,6 +167,56 @@ void stays_cut_at_the_floor(relight::Renderer& renderer, const relight::Plan& pl
   EXPECT_NEAR(on_floor.covered_px(kOff_m), covered, 0.02 * covered);
   EXPECT_NEAR(below.covered_px(0), covered, 0.04 * covered);
   EXPECT_NEAR(below.covered_px(kOff_m), covered, 0.02 * covered);
+}
+
+/// What a hand loses of its light by the box, W/sr/m², sum over the pixels of its top. It is not in the room.
+double lost_by_hand(relight::Renderer& renderer, const relight::Plan& plan, const ClosedScene& scene,
+                    const Eigen::AlignedBox3f& hand) {
+  ClosedScene now = scene;
+  now.distance = [floor = scene.distance, hand](const Eigen::Vector3f& p) {
+    return std::min(floor(p), box_distance(hand, p));
+  };
+  now.extent.extend(hand);
+  now.radiance = [](const Eigen::Vector3f& p) { return p.z() > 0.02f ? 0.15f : 0.25f; };
+  const capture::FrameSet frame = now.frame();
+  const RelitPicture picture = renderer.relight(frame, scene.scene(), scene.exhibit, plan, true);
+  const Eigen::AlignedBox3f inside(hand.min() + Eigen::Vector3f::Constant(0.02f),
+                                   hand.max() - Eigen::Vector3f::Constant(0.02f));
+  double lost = 0;
+  for (int v = 0; v < scene.height; ++v) {
+    for (int u = 0; u < scene.width; ++u) {
+      const Eigen::Vector3f p = scene.on_plane(u, v, hand.max().z());
+      if ((p.head<2>().array() < inside.min().head<2>().array()).any() ||
+          (p.head<2>().array() > inside.max().head<2>().array()).any() || picture.maps->mask.at(u, v) > 0)
+        continue;
+      lost += static_cast<double>(frame.color->radiance.at(u, v, 0) - picture_radiance(picture, u, v));
+    }
+  }
+  return lost;
+}
+
+TEST_P(HandBeforeObjectOn, TakesTheObjectsShadowAtOnce) {
+  ClosedScene scene = box_on_floor();
+  using Eigen::Vector3f;
+  const Eigen::AlignedBox3f low(Vector3f(-0.32f, -0.1f, -0.01f), Vector3f(-0.13f, 0.08f, 0.08f)),
+      between(Vector3f(0.06f, 0, 0.3f), Vector3f(0.2f, 0.12f, 0.34f));  // the lamp and the box
+  relight::RayRenderer rays(scene.session());
+  const double expected = lost_by_hand(rays, rays_plan(), scene, low);
+  ASSERT_GT(expected, 1);
+  const auto check = [&](const relight::Plan& plan, double times) {
+    SCOPED_TRACE(plan.method + " at 1/" + std::to_string(plan.trace_scale));
+    relight::Relighter relighter(device_, scene.session());
+    EXPECT_NEAR(lost_by_hand(relighter, plan, scene, low) / (times * expected), 1, 0.25);
+    EXPECT_NEAR(lost_by_hand(relighter, plan, scene, between) / (times * expected), 0, 0.05);
+  };
+  for (const relight::Plan& plan : plans()) {
+    if (plan.trace_scale < 4) check(plan, 1);
+  }
+  // Normals of the live setting are those of depth over eight pixels: of one surface in finer pictures.
+  scene.width *= 3;
+  scene.height *= 3;
+  scene.focal_px *= 3;
+  check(live_plan(), 9);
 }
 
 TEST_P(HandBeforeObjectOn, LeavesContactToTheFusedFloor) {

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "relight/gather/ray_renderer.h"
+#include "relight/reference/reference_renderer.h"
 #include "tests/relight/closed_form/closed_scene.h"
 
 namespace lumigraft::test {
@@ -36,21 +37,22 @@ TEST(MotionBlur, ABarThatPassesIsATrapezoid) {
   capture::Image<float> shift(50, 3, 2);
   for (int x = kFrom; x < kTo; ++x) shift.at(x, 1, 0) = shift.at(x, 0, 0) = shift.at(x, 2, 0) = kShift_px;
   const ObjectLayer blurred = relight::motion_blurred(bar, shift, 50, 3);
-  ASSERT_EQ(blurred.left, 0);
   float sum = 0;
   for (int x = 0; x < 50; ++x) {
     // The pixel's area is covered for a part of the exposure.
     const auto covered_until = [](float edge_px, float at_px) {
       return std::clamp((at_px - edge_px) / kShift_px + 0.5f, 0.0f, 1.0f);
     };
-    const auto at_px = static_cast<float>(x) + 0.5f;
+    const auto i = blurred.index(x, 1);
+    const float coverage = i ? blurred.coverage.data[*i] : 0, at_px = static_cast<float>(x) + 0.5f;
     const float expected = covered_until(kFrom, at_px) - covered_until(kTo, at_px);
-    EXPECT_NEAR(blurred.coverage.at(x, 1), expected, 0.03f) << x;
-    EXPECT_NEAR(blurred.radiance.at(x, 1, 0), 0.4f * blurred.coverage.at(x, 1), 1e-5f) << x;
-    if (blurred.coverage.at(x, 1) > 0) {
-      EXPECT_EQ(blurred.distance_m.at(x, 1), 1) << x;
+    EXPECT_NEAR(coverage, expected, 0.03f) << x;
+    if (!i) continue;
+    EXPECT_NEAR(blurred.radiance.data[3 * *i], 0.4f * coverage, 1e-5f) << x;
+    if (coverage > 0) {
+      EXPECT_EQ(blurred.distance_m.data[*i], 1) << x;
     }
-    sum += blurred.coverage.at(x, 1);
+    sum += coverage;
   }
   EXPECT_NEAR(sum, kTo - kFrom, 0.01f);
 }
@@ -92,58 +94,146 @@ TEST(MotionBlur, NothingChangesAtRest) {
   EXPECT_EQ(relight::motion_blurred(bar, capture::Image<float>(20, 3, 2), 20, 3).coverage.data, bar.coverage.data);
 }
 
-/// A box that passes before the camera at 1 m/s.
-class PassingBox : public testing::Test {
- protected:
+/// A box that passes before the camera at 1 m/s, to the right.
+class PassingBox {
+ public:
   PassingBox() : scene_(box_on_floor()) {
     relight::VirtualObject& box = scene_.exhibit.objects[0];
     for (const double time_s : {-1.0, 1.0})
       box.motion.push_back({time_s, box.position_m + time_s * Eigen::Vector3d::UnitX(), box.rotation});
   }
-  relight::RelitPicture picture(std::optional<double> exposure_us, const std::string& look) const {
+  /// A second box that rests beside it.
+  void add_neighbour() {
+    scene_.exhibit.objects.push_back(box_object({0.12f, -0.05f, 0.01f}, {0.32f, 0.05f, 0.2f}, 0.9f));
+  }
+  capture::Session session(std::optional<double> exposure_us) const {
     capture::Session session = scene_.session();
     session.color.settings.exposure_us = exposure_us;
-    relight::Plan plan = rays_plan(8, 4);
+    return session;
+  }
+  relight::RelitPicture picture(relight::Renderer& renderer, relight::Plan plan, const std::string& look) const {
     plan.look = look;
     capture::FrameSet frame = scene_.frame();
     frame.time_ns = 0;
-    return relight::RayRenderer(session).relight(frame, scene_.scene(), scene_.exhibit, plan, true);
+    return renderer.relight(frame, scene_.scene(), scene_.exhibit, plan, true);
+  }
+
+  /// `make(session)` creates a renderer.
+  template <typename Make>
+  void is_blurred_along_its_way(const Make& make, const relight::Plan& plan) const {
+    const auto of = [&](std::optional<double> exposure_us, const char* look) {
+      return picture(*make(session(exposure_us)), plan, look);
+    };
+    const relight::RelitPicture sharp = of(std::nullopt, "camera"), blurred = of(kExposure_s * 1e6, "camera"),
+                                again = of(kExposure_s * 1e6, "camera"), plain = of(kExposure_s * 1e6, "plain");
+    EXPECT_EQ(blurred.srgb.data, again.srgb.data);
+    EXPECT_EQ(plain.srgb.data, sharp.srgb.data) << "no noise or blur was measured";
+    // In the rows of the box's front the light next to its left edge, which the box covers for a part of the exposure:
+    // linear over the way, from the floor's to the box's.
+    const int row = row_of_front();
+    const auto light = [&](const relight::RelitPicture& of_picture, int u) {
+      double sum = 0;
+      for (int v = row - 2; v <= row + 2; ++v) sum += static_cast<double>(picture_radiance(of_picture, u, v)) / 5;
+      return sum;
+    };
+    int edge = 0;
+    while (sharp.maps->mask.at(edge, row) < 0.5f) ++edge;
+    const double way_px = scene_.focal_px * kExposure_s / static_cast<double>(depth_of_front_m());
+    ASSERT_GT(way_px, 5);
+    for (int off = -6; off <= 6; ++off) {
+      const double covered = std::clamp(0.5 + (off + 0.5) / way_px, 0.0, 1.0);
+      const double expected = (1 - covered) * light(sharp, std::min(edge + off, edge - 2)) +
+                              covered * light(sharp, std::max(edge + off, edge + 1));
+      EXPECT_NEAR(light(blurred, edge + off), expected, 0.02) << plan.method << ", " << off << " px from the edge";
+    }
+  }
+
+  /// What moves is blurred, and what rests beside it is not, though their bounding spheres overlap.
+  template <typename Make>
+  void leaves_what_rests(const Make& make, const relight::Plan& plan) const {
+    const relight::RelitPicture sharp = picture(*make(session(std::nullopt)), plan, "camera"),
+                                blurred = picture(*make(session(kExposure_s * 1e6)), plan, "camera");
+    const int row = row_of_front();
+    int last = scene_.width - 1;
+    while (sharp.maps->mask.at(last, row) < 0.5f) --last;
+    for (int v = row - 2; v <= row + 2; ++v) {
+      for (int u = last - 4; u <= last + 4; ++u)
+        EXPECT_NEAR(blurred.srgb.at(u, v, 0), sharp.srgb.at(u, v, 0), 2) << plan.method << ", " << u << ", " << v;
+    }
+    double change = 0;
+    for (std::size_t i = 0; i < sharp.srgb.data.size(); ++i)
+      change = std::max(change, std::abs(double{1} * sharp.srgb.data[i] - blurred.srgb.data[i]));
+    EXPECT_GT(change, 20) << plan.method << ": the other is";
   }
 
   ClosedScene scene_;
+
+ private:
+  static constexpr double kExposure_s = 0.06;
+  static constexpr float kFront_y = -0.05f, kMiddle_z = 0.1f;
+  float depth_of_front_m() const {
+    return (scene_.T_tag_camera().inverse().cast<float>() * Vector3f(-0.1f, kFront_y, kMiddle_z)).z();
+  }
+  int row_of_front() const {
+    const auto pixel =
+        scene_.session().color.model.project(scene_.T_tag_camera().inverse() * Eigen::Vector3d(0, kFront_y, kMiddle_z));
+    return static_cast<int>(std::lround(pixel->y()));
+  }
 };
 
-TEST_F(PassingBox, MovesByItsSpeedTimesTheExposure) {
+TEST(PassingBoxMotion, MovesByItsSpeedTimesTheExposure) {
+  const PassingBox passing;
   constexpr double kExposure_s = 0.04;
-  const auto motions = relight::motions_over(scene_.exhibit, 0, kExposure_s);
+  const auto motions = relight::motions_over(passing.scene_.exhibit, 0, kExposure_s);
   ASSERT_EQ(motions.size(), 1u);
   EXPECT_TRUE(motions[0].any);
-  relight::PosedCamera camera{scene_.session().color.model};
+  relight::PosedCamera camera{passing.scene_.session().color.model};
   camera.T_tag_camera.translation() = Vector3f(0, 0, -0.8f);
   const auto shift = motions[0].shift_px(camera, Vector3f(0.02f, 0.1f, 0));
   ASSERT_TRUE(shift);
-  EXPECT_NEAR(shift->x(), scene_.focal_px * 1 * kExposure_s / 0.8, 1e-3);
+  EXPECT_NEAR(shift->x(), passing.scene_.focal_px * 1 * kExposure_s / 0.8, 1e-3);
   EXPECT_NEAR(shift->y(), 0, 1e-4);
-  EXPECT_FALSE(relight::motions_over(scene_.exhibit, 5, kExposure_s)[0].any) << "it has arrived";
+  EXPECT_FALSE(relight::motions_over(passing.scene_.exhibit, 5, kExposure_s)[0].any) << "it has arrived";
 }
 
-TEST_F(PassingBox, IsBlurredAlongItsWay) {
-  const relight::RelitPicture sharp = picture(std::nullopt, "camera"), blurred = picture(40'000, "camera"),
-                              again = picture(40'000, "camera"), plain = picture(40'000, "plain");
-  EXPECT_EQ(blurred.srgb.data, again.srgb.data);
-  EXPECT_EQ(plain.maps->mask.data, sharp.maps->mask.data);
-  const auto sums = [](const capture::Image<float>& mask) {
-    float all = 0, mixed = 0;
-    for (const float covered : mask.data) {
-      all += covered;
-      mixed += covered > 0.02f && covered < 0.98f ? 1.0f : 0.0f;
-    }
-    return std::pair{all, mixed};
-  };
-  const auto [all, mixed] = sums(sharp.maps->mask);
-  const auto [all_now, mixed_now] = sums(blurred.maps->mask);
-  EXPECT_NEAR(all_now, all, 0.02f * all) << "it covers as much as at rest";
-  EXPECT_GT(mixed_now, 2 * mixed);
+/// Both checks by one method.
+template <typename Make>
+void check_passing(const Make& make, const relight::Plan& plan) {
+  PassingBox passing;
+  passing.is_blurred_along_its_way(make, plan);
+  passing.add_neighbour();
+  passing.leaves_what_rests(make, plan);
+}
+
+TEST(PassingBoxBy, Rays) {
+  check_passing([](const capture::Session& session) { return std::make_unique<relight::RayRenderer>(session); },
+                rays_plan(8, 8));
+}
+
+TEST(PassingBoxBy, Reference) {
+  relight::Plan plan;
+  plan.method = "reference";
+  plan.samples = 16;
+  check_passing([](const capture::Session& session) { return std::make_unique<relight::ReferenceRenderer>(session); },
+                plan);
+}
+
+class PassingBoxByDevices : public ClosedTest {
+ protected:
+  void check(const relight::Plan& plan) const {
+    check_passing(
+        [&](const capture::Session& session) { return std::make_unique<relight::Relighter>(device_, session); }, plan);
+  }
+};
+// The blur is computed on the processor.
+INSTANTIATE_TEST_SUITE_P(On, PassingBoxByDevices, testing::Values(relight::gpu::Backend::vulkan));
+
+TEST_P(PassingBoxByDevices, Live) { check(live_plan()); }
+TEST_P(PassingBoxByDevices, Full) { check(coarse_plan()); }
+TEST_P(PassingBoxByDevices, Propagated) {
+  relight::Plan plan = live_plan();
+  plan.method = "dlpv";
+  check(plan);
 }
 
 }  // namespace

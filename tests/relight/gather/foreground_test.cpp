@@ -2,8 +2,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <random>
 
 #include "relight/gather/ray_renderer.h"
+#include "relight/reference/reference_renderer.h"
 #include "tests/relight/closed_form/closed_scene.h"
 
 namespace lumigraft::test {
@@ -131,6 +133,102 @@ TEST_F(HandBeforeBox, FusedSurfaceThatTheCameraSeesThroughHidesNothing) {
     EXPECT_NEAR(ghost.maps->mask.data[i], without.maps->mask.data[i], 0.01f);
   }
   EXPECT_LT(std::sqrt(sum / static_cast<double>(without.srgb.data.size())), 1.5) << "nor does it hide lamps";
+}
+
+/// A person who has just left the view of the box's shadow is still fused, and depth is noisy: half of its points are
+/// below the fused floor.
+TEST_F(HandBeforeBox, TheFloorThatItUncoversIsTheFusedOneAndNotInItsOwnShadow) {
+  const Eigen::Vector3f dark_m(-0.22f, -0.08f, 0);
+  const Eigen::Vector3f middle_m = dark_m + 0.5f * (scene_.eye_m - dark_m);
+  const Eigen::AlignedBox3f person(middle_m - Eigen::Vector3f::Constant(0.05f),
+                                   middle_m + Eigen::Vector3f::Constant(0.05f));
+  ClosedScene held = scene_;
+  held.distance = [floor = scene_.distance, person](const Eigen::Vector3f& p) {
+    return std::min(floor(p), box_distance(person, p));
+  };
+  held.extent.extend(person.max() + Eigen::Vector3f::Constant(0.05f));
+  capture::FrameSet frame = scene_.frame();
+  const capture::FrameSet covered = held.frame();
+  auto depth = std::make_shared<capture::DepthFrame>(*frame.depth);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> off_m(-0.006f, 0.006f);
+  for (float& z : depth->depth_m.data) z += z > 0 ? off_m(random) : 0;
+  frame.depth = depth;
+  const relight::RelitPicture expected = relit(frame, scene_.scene());
+  relight::RayRenderer other(scene_.session());
+  const relight::RelitPicture found = other.relight(frame, held.scene(), scene_.exhibit, rays_plan(), true);
+  double shadow = 0, shadow_found = 0, off = 0;
+  for (std::size_t i = 0; i < depth->depth_m.data.size(); ++i) {
+    if (covered.depth->depth_m.data[i] > depth->depth_m.data[i] - 0.1f) continue;  // it was not hidden
+    shadow += static_cast<double>(expected.maps->delta.data[3 * i]);
+    shadow_found += static_cast<double>(found.maps->delta.data[3 * i]);
+    off += std::abs(static_cast<double>(expected.maps->delta.data[3 * i] - found.maps->delta.data[3 * i]));
+  }
+  ASSERT_LT(shadow, -5);
+  EXPECT_NEAR(shadow_found / shadow, 1, 0.05);
+  EXPECT_LT(off, -0.1 * shadow);
+}
+
+/// A hand that came to rest in the box's shadow. Fusion holds half of it, a few millimetres off and in the floor's
+/// colour: as long as that is so it has the surface and colour that the frame shows.
+void is_as_the_frame_shows_it_while_half_fused(relight::Renderer& renderer, const relight::Plan& plan) {
+  const ClosedScene scene = box_on_floor();
+  const auto with_hand = [&](float top_m) {
+    const Eigen::AlignedBox3f hand(Eigen::Vector3f(-0.34f, -0.1f, -0.01f), Eigen::Vector3f(-0.14f, 0.08f, top_m));
+    ClosedScene held = scene;
+    held.distance = [floor = scene.distance, hand](const Eigen::Vector3f& p) {
+      return std::min(floor(p), box_distance(hand, p));
+    };
+    return held;
+  };
+  constexpr float kTop_m = 0.05f;
+  ClosedScene now = with_hand(kTop_m);
+  now.radiance = [](const Eigen::Vector3f& p) { return p.z() > 0.02f ? 0.35f : 0.25f; };
+  const auto room_of = [&](const ClosedScene& held) {
+    reconstruct::Scene room = held.scene();
+    auto field = std::make_shared<reconstruct::DistanceField>(*room.field);
+    for (const auto& [key, brick] : room.field->bricks) {
+      auto weighted = std::make_shared<reconstruct::FieldBrick>(*brick);
+      for (int i = 0; i < reconstruct::kBrickVoxels; ++i) {
+        const Eigen::Vector3f p = field->voxel_m * reconstruct::voxel_in(key, i).cast<float>();
+        float& weight = weighted->weight[static_cast<std::size_t>(i)];
+        const bool of_floor = held.distance(p) >= scene.distance(p) - 1e-4f;
+        weight *= of_floor ? 64 : 0.3f;
+      }
+      field->bricks[key] = weighted;
+    }
+    room.field = field;
+    return room;
+  };
+  const capture::FrameSet frame = now.frame();
+  const relight::RelitPicture unfused = renderer.relight(frame, room_of(scene), scene.exhibit, plan, true),
+                              half = renderer.relight(frame, room_of(with_hand(kTop_m + 0.004f)), scene.exhibit, plan,
+                                                      true);
+  double on_hand = 0, on_hand_half = 0;
+  for (int v = 0; v < scene.height; ++v) {
+    for (int u = 0; u < scene.width; ++u) {
+      const Eigen::Vector3f p = scene.on_plane(u, v, kTop_m);
+      if (p.x() < -0.32f || p.x() > -0.16f || p.y() < -0.08f || p.y() > 0.06f || unfused.maps->mask.at(u, v) > 0)
+        continue;
+      on_hand += static_cast<double>(unfused.maps->delta.at(u, v, 0));
+      on_hand_half += static_cast<double>(half.maps->delta.at(u, v, 0));
+    }
+  }
+  ASSERT_LT(on_hand, -4) << plan.method;
+  EXPECT_NEAR(on_hand_half / on_hand, 1, 0.1) << plan.method;
+}
+
+TEST(HalfFusedHand, IsAsTheFrameShowsItByRays) {
+  relight::RayRenderer renderer(box_on_floor().session());
+  is_as_the_frame_shows_it_while_half_fused(renderer, rays_plan());
+}
+
+TEST(HalfFusedHand, IsAsTheFrameShowsItByTheReference) {
+  relight::ReferenceRenderer renderer(box_on_floor().session());
+  relight::Plan plan;
+  plan.method = "reference";
+  plan.samples = 16;
+  is_as_the_frame_shows_it_while_half_fused(renderer, plan);
 }
 
 /// A shadow that covers everything: `open` of the lamp's light arrives.

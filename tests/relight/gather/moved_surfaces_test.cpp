@@ -162,6 +162,25 @@ TEST_F(ArrivedBoard, IsMovedAsAWholeUntilFusionHoldsItInFull) {
   }
 }
 
+TEST_F(ArrivedBoard, IsMovedAsAWholeForMethodsThatHaveTheFieldAlone) {
+  const auto all = [](const Eigen::Vector3f&) { return true; };
+  const Meshes none({}, nullptr);
+  const CurrentDepth depth(rays_, &depth_m_, 0.01f);
+  for (const float updates : {2.0f, 8.0f, 10.0f}) {
+    const auto field = fused(updates);
+    const ArrivedSurface arrived(moved_before(board_of(1), board_of(2.04f), *field), field, {});
+    const MovedInField found =
+        moved_in_field(eye(), depth, *field, arrived, all, [&]() -> const Meshes& { return none; });
+    std::size_t of_board = 0;  // the wall at 2 m is not where the field has it
+    for (const auto& [i, p] : found.now) of_board += p.surface.position_m.z() < 1.5f;
+    EXPECT_EQ(of_board, updates < 9 ? kBoard : 0) << updates;
+    EXPECT_EQ(moved_in_field(eye(), depth, *field, ArrivedSurface({}, field, {}), all,
+                             [&]() -> const Meshes& { return none; })
+                  .now.size(),
+              found.now.size() - of_board);
+  }
+}
+
 TEST_F(ArrivedBoard, IsOfTheRoomWhereNothingMoved) {
   const auto field = fused(2);
   EXPECT_TRUE(found(ArrivedSurface({}, field, {})).empty());

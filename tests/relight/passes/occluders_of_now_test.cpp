@@ -120,16 +120,23 @@ TEST_P(OccludersOfNow, SurfaceThatDepthSeesThroughOccludesNoLamp) {
   };
   held.extent.extend(hand.max() + Eigen::Vector3f::Constant(0.05f));
   const reconstruct::Scene open = scene_.scene(), with_hand = held.scene();
-  relight::Relighter relighter(device_, scene_.session());
-  for (const relight::Plan& plan : plans()) {
-    SCOPED_TRACE("at 1/" + std::to_string(plan.trace_scale));
-    const RelitPicture before = relit(relighter, open, plan);
-    const RelitPicture hidden = relighter.relight(held.frame(), with_hand, scene_.exhibit, plan, true),
-                       gone = relit(relighter, with_hand, plan);
+  const auto check = [&](relight::Renderer& renderer, const relight::Plan& plan) {
+    SCOPED_TRACE(plan.method + " at 1/" + std::to_string(plan.trace_scale));
+    const RelitPicture before = relit(renderer, open, plan);
+    const RelitPicture hidden = renderer.relight(held.frame(), with_hand, scene_.exhibit, plan, true),
+                       gone = relit(renderer, with_hand, plan);
     ASSERT_GT(lost_by_top(before, hidden), 0.3f) << "it was between them";
     EXPECT_NEAR(lost_by_top(before, gone), 0, 0.1f) << "but for the light that the hand's surface still reflects";
     EXPECT_NEAR(left_of_shadow(before, gone), 1, 0.1f);
-  }
+  };
+  relight::Relighter relighter(device_, scene_.session());
+  for (const relight::Plan& plan : plans()) check(relighter, plan);
+  if (GetParam() != relight::gpu::Backend::vulkan) return;  // the reference uses none
+  relight::Plan plan = rays_plan();
+  plan.method = "reference";
+  plan.samples = 32;
+  relight::ReferenceRenderer reference(scene_.session());
+  check(reference, plan);
 }
 
 TEST_P(OccludersOfNow, TheReferenceHasShadowsThatTheCameraSees) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <stdexcept>
@@ -53,6 +54,51 @@ TEST(ForEachBlock, NoBlockBeginsAfterAnException) {
                               }),
                std::runtime_error);
   EXPECT_LE(calls, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+TEST(ForEachBlock, BlocksMayHaveBlocks) {
+  std::atomic<int> calls = 0;
+  for_each_block(20, 1, [&](int, int) {
+    for_each_block(20, 1, [&](int, int) { for_each_block(20, 1, [&](int, int) { ++calls; }); });
+  });
+  EXPECT_EQ(calls, 20 * 20 * 20);
+}
+
+TEST(FoundInRows, IsInTheirOrder) {
+  const std::vector<int> found = found_in_rows<int>(1000, [](int row, std::vector<int>& of_row) {
+    for (int k = 0; k < row % 3; ++k) of_row.push_back(row);
+  });
+  EXPECT_EQ(found.size(), 999u);
+  EXPECT_TRUE(std::ranges::is_sorted(found));
+  EXPECT_TRUE((found_in_rows<int>(0, [](int, std::vector<int>& of_row) { of_row.push_back(1); }).empty()));
+}
+
+/// Another thread helps with a long job, and with a short one as soon as its part of that is done.
+TEST(WorkerPool, HelpsWhoAskedLastFirst) {
+  WorkerPool pool(1);
+  std::atomic<int> long_parts = 0;
+  std::atomic<bool> helped = false, stop = false;
+  const auto slow = [&] {
+    ++long_parts;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    return !stop;
+  };
+  std::jthread first([&] { pool.run(1000, slow); });
+  while (long_parts < 4) std::this_thread::yield();
+  const auto here = std::this_thread::get_id();
+  pool.run(2, [&] {
+    if (std::this_thread::get_id() != here) helped = true;
+    return !helped;
+  });
+  EXPECT_TRUE(helped);
+  stop = true;
+}
+
+TEST(WorkerPool, WithoutThreadsTheCallerDoesAll) {
+  WorkerPool pool(0);
+  int parts = 0;
+  pool.run(5, [&] { return ++parts < 5; });
+  EXPECT_EQ(parts, 5);
 }
 
 }  // namespace
