@@ -183,19 +183,33 @@ class ObjectView {
 
   void keep(int v, const Found& found) {
     const auto k = static_cast<std::size_t>(std::countr_zero(found.some));
-    first_[index(found.u, v)] = seen_by(found.w[k], found.hits[k]);
+    first_[index(found.u, v)] = seen_by(found.u, v, static_cast<int>(k), found.w[k], found.hits[k]);
     meshes_[index(found.u, v)] = found.hits[k].mesh;
     rows_[static_cast<std::size_t>(v)].push_back(found);
   }
 
-  /// At one of so many rays of a pixel.
-  SurfaceHit surface_at(const MeshHit& hit, const Vector3f& w, int rays) const {
-    const float pixel_rad = 1 / static_cast<float>(eye_.camera.model.fx * std::sqrt(rays));
-    return light_.objects().meshes().surface(hit, w, pixel_rad);
+  /// At one of so many rays of a pixel, over the part of the pixel in which no other of them is.
+  SurfaceHit surface_at(int u, int v, int ray, int rays, const Vector3f& w, const MeshHit& hit) const {
+    const Meshes& meshes = light_.objects().meshes();
+    if (!meshes.textured(hit)) return meshes.surface(hit, w);
+    const int across = 1 << (std::bit_width(static_cast<unsigned>(rays)) - 1) / 2;
+    const Eigen::Vector2f parts(across, rays / across);
+    const auto at = [&](float x, float y) { return eye_.ray(u + window_.left, v + window_.top, {x, y}); };
+    const Eigen::Vector2f centre =
+        rays == 1 ? Eigen::Vector2f(0.5f, 0.5f)
+                  : Eigen::Vector2f((within_[pattern(u, v) + static_cast<std::size_t>(ray)].cwiseProduct(parts).array().floor() + 0.5f) / parts.array());
+    RayCell cell;
+    cell.to_centre = at(centre.x(), centre.y()) - w;
+    cell.edges.col(0) = (at(1, 0.5f) - at(0, 0.5f)) / parts.x();
+    cell.edges.col(1) = (at(0.5f, 1) - at(0.5f, 0)) / parts.y();
+    return meshes.surface(hit, w, cell);
   }
 
-  GBufferPixel seen_by(const Vector3f& w, const MeshHit& hit) const {
-    GBufferPixel pixel{.known = true, .surface = surface_at(hit, w, detail_.inside), .w = w, .depth_m = hit.t_m};
+  GBufferPixel seen_by(int u, int v, int ray, const Vector3f& w, const MeshHit& hit) const {
+    GBufferPixel pixel{.known = true,
+                       .surface = surface_at(u, v, ray, detail_.inside, w, hit),
+                       .w = w,
+                       .depth_m = hit.t_m};
     pixel.albedo = pixel.surface.bsdf.diffuse;
     return pixel;
   }
@@ -231,7 +245,7 @@ class ObjectView {
       traced.hits[k] = found.hits[k];
       traced.surfaces[k] = k == static_cast<std::size_t>(std::countr_zero(found.some))
                                ? first.surface
-                               : surface_at(found.hits[k], found.w[k], detail_.inside);
+                               : surface_at(found.u, v, static_cast<int>(k), detail_.inside, found.w[k], found.hits[k]);
       edge |= !goes_on(first, traced.surfaces[k]);
     }
     int rays = detail_.inside;
@@ -242,8 +256,8 @@ class ObjectView {
               traced.some |= 1u << ray;
               traced.w[k] = w;
               traced.hits[k] = hit;
-              traced.surfaces[k] = surface_at(hit, w, detail_.at_edges);
-              if (!first.known) first = seen_by(w, hit);
+              traced.surfaces[k] = surface_at(found.u, v, ray, detail_.at_edges, w, hit);
+              if (!first.known) first = seen_by(found.u, v, 0, w, hit);
             });
       rays = detail_.at_edges;
     }

@@ -5,6 +5,7 @@
 
 #include "capture/camera/srgb.h"
 #include "relight/exhibit/texture_wrap.h"
+#include "relight/objects/parameters.h"
 
 namespace lumigraft::relight {
 namespace {
@@ -138,6 +139,30 @@ Vector3f Texture::at(const Eigen::Vector2f& uv, float texels_across, Wrap wrap_u
   const float coarser_weight = level_from_0 - static_cast<float>(finer);
   const Vector3f fine = level(finer, uv, wrap_u, wrap_v);
   return coarser_weight > 0 ? Vector3f(fine + coarser_weight * (level(finer + 1, uv, wrap_u, wrap_v) - fine)) : fine;
+}
+
+Vector3f Texture::mean(const Eigen::Vector2f& uv, const Eigen::Matrix2f& edges, Wrap wrap_u, Wrap wrap_v) const {
+  const Eigen::Matrix2f texels = Eigen::Vector2f(picture_->width, picture_->height).asDiagonal() * edges;
+  if (!texels.allFinite()) return at(uv, 1, wrap_u, wrap_v);
+  const float longest = std::max(texels.col(0).norm(), texels.col(1).norm()),
+              width = std::abs(texels.determinant()) / std::max(longest, 1e-30f);
+  const float wanted = std::log2(std::max({1.0f, width / kObjects.texels_of_width, longest / kObjects.texels_of_length}));
+  const std::size_t level_of_mean = std::min(static_cast<std::size_t>(wanted), mips_.size());
+  const float taps_per_texel = std::ldexp(kObjects.taps_per_texel, -static_cast<int>(level_of_mean));
+  const auto taps_along = [&](int axis) {
+    const float wanted_taps = std::ceil(taps_per_texel * texels.col(axis).norm());
+    return static_cast<int>(std::clamp(wanted_taps, 1.0f, kObjects.taps_per_texel * kObjects.texels_of_length));
+  };
+  const int first = taps_along(0), second = taps_along(1);
+  Vector3f sum = Vector3f::Zero();
+  for (int j = 0; j < second; ++j) {
+    const float y = (static_cast<float>(j) + 0.5f) / static_cast<float>(second) - 0.5f;
+    for (int i = 0; i < first; ++i) {
+      const float x = (static_cast<float>(i) + 0.5f) / static_cast<float>(first) - 0.5f;
+      sum += level(level_of_mean, uv + edges * Eigen::Vector2f(x, y), wrap_u, wrap_v);
+    }
+  }
+  return sum / static_cast<float>(first * second);
 }
 
 }  // namespace lumigraft::relight

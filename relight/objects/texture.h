@@ -69,6 +69,10 @@ class Texture {
   /// what they differ within the footprint.
   Eigen::Vector3f at(const Eigen::Vector2f& uv, float texels_across, Wrap wrap_u = Wrap::repeat,
                      Wrap wrap_v = Wrap::repeat) const;
+  /// The mean over a parallelogram around `uv`, whose edges are the columns, in texture coordinates: of taps half a texel
+  /// apart, in the coarsest level of which a texel is a small part of the parallelogram's width.
+  Eigen::Vector3f mean(const Eigen::Vector2f& uv, const Eigen::Matrix2f& edges, Wrap wrap_u = Wrap::repeat,
+                       Wrap wrap_v = Wrap::repeat) const;
 
  private:
   Eigen::Vector3f level(std::size_t number, const Eigen::Vector2f& uv, Wrap wrap_u, Wrap wrap_v) const;
