@@ -18,6 +18,7 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr int kMaxRays = RayFan::kMaxRays, kMaxInside = 4;  // rays per pixel
+constexpr float kNoNoise = -1;
 constexpr std::uint32_t kCameraSeed = 21, kLightSeed = 22;
 
 /// Object hits of a pixel's interior rays.
@@ -41,7 +42,8 @@ class ObjectView {
  public:
   ObjectView(const DeltaLight& light, const std::vector<const LightSource*>& sources,
              const std::vector<GBufferPixel>& room, const CameraRays& eye, const CurrentDepth& depth,
-             const SeenRadiance& seen, const GatherQuality& detail, std::vector<GBufferPixel> memory)
+             const SeenRadiance& seen, const GatherQuality& detail, float step_radiance,
+             std::vector<GBufferPixel> memory)
       : light_(light),
         sources_(sources),
         room_(room),
@@ -49,6 +51,7 @@ class ObjectView {
         depth_(depth),
         seen_(seen),
         detail_(detail),
+        step_radiance_(step_radiance),
         eye_m_(eye.camera.T_tag_camera.translation()),
         window_(window_of(light.objects().meshes().spheres(), eye)),
         model_(eye.camera.model),
@@ -56,6 +59,7 @@ class ObjectView {
         rows_(static_cast<std::size_t>(window_.height)) {
     first_.resize(static_cast<std::size_t>(window_.width) * static_cast<std::size_t>(window_.height));
     meshes_.resize(first_.size());
+    variance_.assign(first_.size(), kNoNoise);
     model_.width = window_.width;
     model_.height = window_.height;
     for (std::uint32_t k = 0; k < within_.size(); ++k)
@@ -73,8 +77,9 @@ class ObjectView {
     ObjectPixels out{
         {window_.left, window_.top, capture::Image<float>(window_.width, window_.height, 3), empty, empty}, {}, {}};
     for_each_index(window_.height, 1, [&](int v) {
-      for (const Found& found : rows_[static_cast<std::size_t>(v)]) shade(v, found, out);
+      for (const Found& found : rows_[static_cast<std::size_t>(v)]) shade(v, found, 1, out);
     });
+    if (detail_.mirror_rounds > 1) add_mirrored(out);
     out.surfaces = std::move(first_);
     out.meshes = std::move(meshes_);
     return out;
@@ -196,8 +201,11 @@ class ObjectView {
     const Eigen::Vector2f parts(across, rays / across);
     const auto at = [&](float x, float y) { return eye_.ray(u + window_.left, v + window_.top, {x, y}); };
     const Eigen::Vector2f centre =
-        rays == 1 ? Eigen::Vector2f(0.5f, 0.5f)
-                  : Eigen::Vector2f((within_[pattern(u, v) + static_cast<std::size_t>(ray)].cwiseProduct(parts).array().floor() + 0.5f) / parts.array());
+        rays == 1
+            ? Eigen::Vector2f(0.5f, 0.5f)
+            : Eigen::Vector2f(
+                  (within_[pattern(u, v) + static_cast<std::size_t>(ray)].cwiseProduct(parts).array().floor() + 0.5f) /
+                  parts.array());
     RayCell cell;
     cell.to_centre = at(centre.x(), centre.y()) - w;
     cell.edges.col(0) = (at(1, 0.5f) - at(0, 0.5f)) / parts.x();
@@ -206,10 +214,8 @@ class ObjectView {
   }
 
   GBufferPixel seen_by(int u, int v, int ray, const Vector3f& w, const MeshHit& hit) const {
-    GBufferPixel pixel{.known = true,
-                       .surface = surface_at(u, v, ray, detail_.inside, w, hit),
-                       .w = w,
-                       .depth_m = hit.t_m};
+    GBufferPixel pixel{
+        .known = true, .surface = surface_at(u, v, ray, detail_.inside, w, hit), .w = w, .depth_m = hit.t_m};
     pixel.albedo = pixel.surface.bsdf.diffuse;
     return pixel;
   }
@@ -234,7 +240,47 @@ class ObjectView {
     return ends(u - 1, v) || ends(u + 1, v) || ends(u, v - 1) || ends(u, v + 1);
   }
 
-  void shade(int v, const Found& found, ObjectPixels& out) const {
+  /// More reflected rays where those of a pixel and its neighbours were too few: what one pixel's happen to miss,
+  /// others' find.
+  void add_mirrored(ObjectPixels& out) {
+    const std::vector<float> variance = variance_;
+    for_each_index(window_.height, 1, [&](int v) {
+      for (const Found& found : rows_[static_cast<std::size_t>(v)]) {
+        if (variance[index(found.u, v)] == kNoNoise) continue;
+        float sum = 0;
+        int count = 0;
+        for (int y = std::max(v - 1, 0); y <= std::min(v + 1, window_.height - 1); ++y) {
+          for (int x = std::max(found.u - 1, 0); x <= std::min(found.u + 1, window_.width - 1); ++x) {
+            const float near = variance[index(x, y)];
+            if (near == kNoNoise) continue;
+            sum += near;
+            ++count;
+          }
+        }
+        const float times = sum / (static_cast<float>(count) * step_radiance_ * step_radiance_);
+        const int rounds = static_cast<int>(std::ceil(std::min(times, static_cast<float>(detail_.mirror_rounds))));
+        if (rounds > 1) shade(v, found, rounds, out);
+      }
+    });
+  }
+
+  /// Samples of what a pixel's surfaces mirror and transmit.
+  struct MirroredSamples {
+    Rgb sum = Rgb::Zero(), squares = Rgb::Zero();
+    float count = 0;
+
+    void add(const Rgb& sample) {
+      sum += sample;
+      squares += sample.square();
+      ++count;
+    }
+    float variance_of_mean() const {
+      return count > 1 ? (squares / count - (sum / count).square()).maxCoeff() / (count - 1) : kNoNoise;
+    }
+  };
+
+  /// `rounds`: times as many rays are mirrored as at first.
+  void shade(int v, const Found& found, int rounds, ObjectPixels& out) {
     TracedRays traced;
     traced.some = found.some;
     GBufferPixel first = first_[index(found.u, v)];
@@ -262,6 +308,7 @@ class ObjectView {
       rays = detail_.at_edges;
     }
     Rgb sum = Rgb::Zero();
+    MirroredSamples samples;
     for (int k = 0; k < rays; ++k) {
       if (!(traced.some >> k & 1)) continue;
       const auto i = static_cast<std::size_t>(k);
@@ -272,8 +319,9 @@ class ObjectView {
       }
       sum += radiance(traced.w[i], traced.hits[i], traced.surfaces[i],
                       lit(traced.surfaces[i], found.u, v, k, goes_on(first, traced.surfaces[i])), sampler,
-                      edge ? 1 : detail_.mirrored);
+                      (edge ? 1 : detail_.mirrored) * rounds, samples);
     }
+    variance_[index(found.u, v)] = samples.variance_of_mean();
     set_at(out.radiance, index(found.u, v), sum / static_cast<float>(rays));
     out.coverage.data[index(found.u, v)] = static_cast<float>(std::popcount(traced.some)) / static_cast<float>(rays);
     if (first.known) out.distance_m.data[index(found.u, v)] = first.depth_m;
@@ -326,21 +374,26 @@ class ObjectView {
   }
 
   Rgb radiance(const Vector3f& w, const MeshHit& hit, const SurfaceHit& surface, const Rgb& lamps, Sampler& sampler,
-               int mirror_rays) const {
+               int mirror_rays, MirroredSamples& samples) const {
     const Rgb arriving =
         (light_.objects().irradiance(hit, surface.face).indirect + light_.caustic(surface.position_m, surface.face)) /
         kPi;
     const Rgb sum = surface.emission + diffuse_under(surface, w) * (arriving + lamps);
     if (!surface.bsdf.mirrors()) return sum;
-    if (surface.bsdf.transmits()) return sum + by_interface(w, surface, sampler, mirror_rays);
+    if (surface.bsdf.transmits()) return sum + by_interface(w, surface, sampler, mirror_rays, samples);
     const PathVertex lobe(mirror_of(surface), w);
     Rgb mirrored = Rgb::Zero();
-    for (int k = 0; k < mirror_rays; ++k) mirrored += light_.mirrored_by_object(lobe, sampler, kGather.mirrors, true);
+    for (int k = 0; k < mirror_rays; ++k) {
+      const Rgb sample = light_.mirrored_by_object(lobe, sampler, kGather.mirrors, true);
+      samples.add(sample);
+      mirrored += sample;
+    }
     return sum + mirrored / static_cast<float>(mirror_rays);
   }
 
   /// Reflection and transmission, each by so many rays: chosen at random, the rare one were noisy.
-  Rgb by_interface(const Vector3f& w, const SurfaceHit& surface, Sampler& sampler, int rays) const {
+  Rgb by_interface(const Vector3f& w, const SurfaceHit& surface, Sampler& sampler, int rays,
+                   MirroredSamples& samples) const {
     SampledRay ray;
     ray.from_m = eye_m_;
     ray.w = w;
@@ -351,8 +404,11 @@ class ObjectView {
     if (surface.bsdf.alpha < kGather.narrow_alpha) rays = std::min(rays, kMaxInside / detail_.inside);
     Rgb sum = Rgb::Zero();
     for (int k = 0; k < rays; ++k) {
+      Rgb sample = Rgb::Zero();
       for (const Lobes lobe : {Lobes::reflection, Lobes::transmission})
-        sum += light_.by_interface(ray, surface, lobe, sampler, kGather.mirrors);
+        sample += light_.by_interface(ray, surface, lobe, sampler, kGather.mirrors);
+      samples.add(sample);
+      sum += sample;
     }
     return sum / static_cast<float>(rays);
   }
@@ -364,12 +420,14 @@ class ObjectView {
   const CurrentDepth& depth_;
   const SeenRadiance& seen_;
   GatherQuality detail_;
+  float step_radiance_;
   Vector3f eye_m_;
   PixelWindow window_;
   capture::CameraModel model_;                         ///< of the window; only its size and focal lengths are valid
   std::array<Eigen::Vector2f, 16 * kMaxRays> within_;  ///< positions of the rays in each of 4 × 4 pixels
   std::vector<GBufferPixel> first_;                    ///< the first hit among a pixel's rays
   std::vector<std::uint32_t> meshes_;                  ///< and its mesh
+  std::vector<float> variance_;  ///< of the mean of what is mirrored, in the noisiest channel; kNoNoise: nothing is
   std::vector<std::vector<Found>> rows_;
   std::optional<LowResView> blocks_;
   std::vector<std::vector<LampVisibility>> open_;  ///< by source, then pixel or block
@@ -379,8 +437,9 @@ class ObjectView {
 
 ObjectPixels trace_objects(const DeltaLight& light, const std::vector<const LightSource*>& sources,
                            const std::vector<GBufferPixel>& room, const CameraRays& eye, const CurrentDepth& depth,
-                           const SeenRadiance& seen, const GatherQuality& detail, ObjectPixels last) {
-  return ObjectView(light, sources, room, eye, depth, seen, detail, std::move(last.surfaces)).see();
+                           const SeenRadiance& seen, const GatherQuality& detail, float step_radiance,
+                           ObjectPixels last) {
+  return ObjectView(light, sources, room, eye, depth, seen, detail, step_radiance, std::move(last.surfaces)).see();
 }
 
 }  // namespace lumigraft::relight

@@ -63,7 +63,8 @@ struct Triangle {
     const float area2 = across.squaredNorm();
     if (!(area2 > 0)) return Eigen::Matrix<float, 2, 3>::Zero();
     // Rows of the edges' inverse.
-    return (span(texcoords, 1) * second.cross(across).transpose() + span(texcoords, 2) * across.cross(first).transpose()) /
+    return (span(texcoords, 1) * second.cross(across).transpose() +
+            span(texcoords, 2) * across.cross(first).transpose()) /
            area2;
   }
 
@@ -148,7 +149,10 @@ ModelSurface::ModelSurface(const Model& model, bool mips) : model_(model) {
 }
 
 ModelSurface::ModelSurface(const Model& posed, const ModelSurface& at_rest)
-    : model_(posed), part_of_triangle_(at_rest.part_of_triangle_), textures_(at_rest.textures_), textured_(at_rest.textured_) {}
+    : model_(posed),
+      part_of_triangle_(at_rest.part_of_triangle_),
+      textures_(at_rest.textures_),
+      textured_(at_rest.textured_) {}
 
 /// A point as the textures of its part see it.
 class ModelSurface::TexturedPoint {

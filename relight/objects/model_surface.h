@@ -12,7 +12,7 @@ namespace lumigraft::relight {
 
 /// A parallelogram in the plane of a triangle, in metres of the model.
 struct SurfaceCell {
-  Eigen::Vector3f to_centre_m;              ///< from a point
+  Eigen::Vector3f to_centre_m;         ///< from a point
   Eigen::Matrix<float, 3, 2> edges_m;  ///< columns
 };
 

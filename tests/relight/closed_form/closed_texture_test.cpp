@@ -46,15 +46,16 @@ relight::VirtualObject board() {
   return object;
 }
 
-/// A board that is tilted out of the picture's plane and turned in its own. Over the frames its squares become from 4 to
-/// 0.4 pixels wide, as seen from in front.
+/// A board that is tilted out of the picture's plane and turned in its own. Over the frames its squares become from 4
+/// to 0.4 pixels wide, as seen from in front.
 class Receding {
  public:
   explicit Receding(double tilt_rad) {
     // The camera looks along +y.
-    turned_ = Eigen::Quaterniond(Eigen::AngleAxisd(0.5 * std::numbers::pi - tilt_rad, Eigen::Vector3d::UnitX()) *
+    turned_ = Eigen::Quaterniond(Eigen::AngleAxisd(0.6, Eigen::Vector3d::UnitY()) *
+                                 Eigen::AngleAxisd(0.5 * std::numbers::pi - tilt_rad, Eigen::Vector3d::UnitX()) *
                                  Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitZ()));
-    for (double distance_m = 0.16; distance_m < 1.6; distance_m *= 1.15) frames_.push_back(frame(distance_m));
+    for (double distance_m = 0.16; distance_m < 1.6; distance_m *= 1.3) frames_.push_back(frame(distance_m));
   }
 
   capture::Session session() const { return frames_[0].scene.session(); }
@@ -75,7 +76,7 @@ class Receding {
         }
       }
     }
-    EXPECT_GT(count, 3000);
+    EXPECT_GT(count, 2000);
     return std::sqrt(squares / count);
   }
 
@@ -134,10 +135,10 @@ constexpr double kFacing_rad = 0.2, kGrazing_rad = 1.2;
 TEST(RaysTexture, ARecedingCheckerboard) {
   for (const double tilt_rad : {kFacing_rad, kGrazing_rad}) {
     const Receding board(tilt_rad);
-    for (const int scale : {2, 4, 8}) {
+    for (const int scale : {2, 4}) {
       relight::RayRenderer renderer(board.session());
       const double error = board.error(renderer, rays_plan(scale));
-      std::printf("rays %d tilt %.1f: %.2f\n", scale, tilt_rad, error);
+      std::printf("tilted by %.1f, at one of %d x %d pixels: %.2f pixel values\n", tilt_rad, scale, scale, error);
       EXPECT_LT(error, 1) << scale << ' ' << tilt_rad;
     }
   }
@@ -149,12 +150,10 @@ ON_BOTH_DEVICES(ClosedTexture);
 TEST_P(ClosedTexture, ARecedingCheckerboard) {
   for (const double tilt_rad : {kFacing_rad, kGrazing_rad}) {
     const Receding board(tilt_rad);
-    for (const bool live : {false, true}) {
-      relight::Relighter relighter(device_, board.session());
-      const double error = board.error(relighter, live ? live_plan(32) : coarse_plan());
-      std::printf("%s tilt %.1f: %.2f\n", live ? "live" : "careful", tilt_rad, error);
-      EXPECT_LT(error, 4) << live << ' ' << tilt_rad;
-    }
+    relight::Relighter relighter(device_, board.session());
+    const double error = board.error(relighter, live_plan(32));
+    std::printf("tilted by %.1f: %.2f pixel values\n", tilt_rad, error);
+    EXPECT_LT(error, 1) << tilt_rad;
   }
 }
 
