@@ -258,8 +258,8 @@ class ObjectView {
           }
         }
         const float times = sum / (static_cast<float>(count) * step_radiance_ * step_radiance_);
-        const int rounds = static_cast<int>(std::ceil(std::min(times, static_cast<float>(detail_.mirror_rounds))));
-        if (rounds > 1) shade(v, found, rounds, out);
+        if (!(times > 1)) continue;  // not NaN either
+        shade(v, found, static_cast<int>(std::ceil(std::min(times, static_cast<float>(detail_.mirror_rounds)))), out);
       }
     });
   }
