@@ -13,6 +13,7 @@ struct GatherQuality {
   int inside = 4;         ///< rays per pixel in the interior of an object
   int at_edges = 16;      ///< rays per pixel at its edge
   int mirrored = 4;       ///< reflected rays of a glossy object per interior ray
+  int mirror_rounds = 8;  ///< up to so many times as many where they are noisier than a step of an 8-bit picture
   int photons = 1 << 17;  ///< from lamps to transmissive objects and smooth metals
   int rounds = 1;         ///< frames over which all camera-independent light is updated while things move
 
@@ -31,6 +32,7 @@ inline GatherQuality gather_quality_of(int trace_scale) {
               .inside = 1,
               .at_edges = 4,
               .mirrored = 2,
+              .mirror_rounds = 1,
               .photons = 1 << 14,
               .rounds = 8};
     case 4:
@@ -41,6 +43,7 @@ inline GatherQuality gather_quality_of(int trace_scale) {
               .sparse = true,
               .inside = 1,
               .at_edges = 8,
+              .mirror_rounds = 1,
               .photons = 1 << 15,
               .rounds = 8};
     default:

@@ -18,6 +18,7 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr int kMaxRays = RayFan::kMaxRays, kMaxInside = 4;  // rays per pixel
+constexpr float kNoNoise = -1;
 constexpr std::uint32_t kCameraSeed = 21, kLightSeed = 22;
 
 /// Object hits of a pixel's interior rays.
@@ -41,7 +42,8 @@ class ObjectView {
  public:
   ObjectView(const DeltaLight& light, const std::vector<const LightSource*>& sources,
              const std::vector<GBufferPixel>& room, const CameraRays& eye, const CurrentDepth& depth,
-             const SeenRadiance& seen, const GatherQuality& detail, std::vector<GBufferPixel> memory)
+             const SeenRadiance& seen, const GatherQuality& detail, float step_radiance,
+             std::vector<GBufferPixel> memory)
       : light_(light),
         sources_(sources),
         room_(room),
@@ -49,12 +51,14 @@ class ObjectView {
         depth_(depth),
         seen_(seen),
         detail_(detail),
+        step_radiance_(step_radiance),
         eye_m_(eye.camera.T_tag_camera.translation()),
         window_(window_of(light.objects().meshes().spheres(), eye)),
         model_(eye.camera.model),
         first_(std::move(memory)),
         rows_(static_cast<std::size_t>(window_.height)) {
     first_.resize(static_cast<std::size_t>(window_.width) * static_cast<std::size_t>(window_.height));
+    variance_.assign(first_.size(), kNoNoise);
     model_.width = window_.width;
     model_.height = window_.height;
     for (std::uint32_t k = 0; k < within_.size(); ++k)
@@ -72,8 +76,9 @@ class ObjectView {
     ObjectPixels out{{window_.left, window_.top, capture::Image<float>(window_.width, window_.height, 3), empty, empty},
                      {}};
     for_each_index(window_.height, 1, [&](int v) {
-      for (const Found& found : rows_[static_cast<std::size_t>(v)]) shade(v, found, out);
+      for (const Found& found : rows_[static_cast<std::size_t>(v)]) shade(v, found, 1, out);
     });
+    if (detail_.mirror_rounds > 1) add_mirrored(out);
     out.surfaces = std::move(first_);
     return out;
   }
@@ -181,18 +186,33 @@ class ObjectView {
 
   void keep(int v, const Found& found) {
     const auto k = static_cast<std::size_t>(std::countr_zero(found.some));
-    first_[index(found.u, v)] = seen_by(found.w[k], found.hits[k]);
+    first_[index(found.u, v)] = seen_by(found.u, v, static_cast<int>(k), found.w[k], found.hits[k]);
     rows_[static_cast<std::size_t>(v)].push_back(found);
   }
 
-  /// At one of so many rays of a pixel.
-  SurfaceHit surface_at(const MeshHit& hit, const Vector3f& w, int rays) const {
-    const float pixel_rad = 1 / static_cast<float>(eye_.camera.model.fx * std::sqrt(rays));
-    return light_.objects().meshes().surface(hit, w, pixel_rad);
+  /// At one of so many rays of a pixel, over the part of the pixel in which no other of them is.
+  SurfaceHit surface_at(int u, int v, int ray, int rays, const Vector3f& w, const MeshHit& hit) const {
+    const Meshes& meshes = light_.objects().meshes();
+    if (!meshes.textured(hit)) return meshes.surface(hit, w);
+    const int across = 1 << (std::bit_width(static_cast<unsigned>(rays)) - 1) / 2;
+    const Eigen::Vector2f parts(across, rays / across);
+    const auto at = [&](float x, float y) { return eye_.ray(u + window_.left, v + window_.top, {x, y}); };
+    const Eigen::Vector2f centre =
+        rays == 1
+            ? Eigen::Vector2f(0.5f, 0.5f)
+            : Eigen::Vector2f(
+                  (within_[pattern(u, v) + static_cast<std::size_t>(ray)].cwiseProduct(parts).array().floor() + 0.5f) /
+                  parts.array());
+    RayCell cell;
+    cell.to_centre = at(centre.x(), centre.y()) - w;
+    cell.edges.col(0) = (at(1, 0.5f) - at(0, 0.5f)) / parts.x();
+    cell.edges.col(1) = (at(0.5f, 1) - at(0.5f, 0)) / parts.y();
+    return meshes.surface(hit, w, cell);
   }
 
-  GBufferPixel seen_by(const Vector3f& w, const MeshHit& hit) const {
-    GBufferPixel pixel{.known = true, .surface = surface_at(hit, w, detail_.inside), .w = w, .depth_m = hit.t_m};
+  GBufferPixel seen_by(int u, int v, int ray, const Vector3f& w, const MeshHit& hit) const {
+    GBufferPixel pixel{
+        .known = true, .surface = surface_at(u, v, ray, detail_.inside, w, hit), .w = w, .depth_m = hit.t_m};
     pixel.albedo = pixel.surface.bsdf.diffuse;
     return pixel;
   }
@@ -217,7 +237,47 @@ class ObjectView {
     return ends(u - 1, v) || ends(u + 1, v) || ends(u, v - 1) || ends(u, v + 1);
   }
 
-  void shade(int v, const Found& found, ObjectPixels& out) const {
+  /// More reflected rays where those of a pixel and its neighbours were too few: what one pixel's happen to miss,
+  /// others' find.
+  void add_mirrored(ObjectPixels& out) {
+    const std::vector<float> variance = variance_;
+    for_each_index(window_.height, 1, [&](int v) {
+      for (const Found& found : rows_[static_cast<std::size_t>(v)]) {
+        if (variance[index(found.u, v)] == kNoNoise) continue;
+        float sum = 0;
+        int count = 0;
+        for (int y = std::max(v - 1, 0); y <= std::min(v + 1, window_.height - 1); ++y) {
+          for (int x = std::max(found.u - 1, 0); x <= std::min(found.u + 1, window_.width - 1); ++x) {
+            const float near = variance[index(x, y)];
+            if (near == kNoNoise) continue;
+            sum += near;
+            ++count;
+          }
+        }
+        const float times = sum / (static_cast<float>(count) * step_radiance_ * step_radiance_);
+        if (!(times > 1)) continue;  // not NaN either
+        shade(v, found, static_cast<int>(std::ceil(std::min(times, static_cast<float>(detail_.mirror_rounds)))), out);
+      }
+    });
+  }
+
+  /// Samples of what a pixel's surfaces mirror and transmit.
+  struct MirroredSamples {
+    Rgb sum = Rgb::Zero(), squares = Rgb::Zero();
+    float count = 0;
+
+    void add(const Rgb& sample) {
+      sum += sample;
+      squares += sample.square();
+      ++count;
+    }
+    float variance_of_mean() const {
+      return count > 1 ? (squares / count - (sum / count).square()).maxCoeff() / (count - 1) : kNoNoise;
+    }
+  };
+
+  /// `rounds`: times as many rays are mirrored as at first.
+  void shade(int v, const Found& found, int rounds, ObjectPixels& out) {
     TracedRays traced;
     traced.some = found.some;
     GBufferPixel first = first_[index(found.u, v)];
@@ -228,7 +288,7 @@ class ObjectView {
       traced.hits[k] = found.hits[k];
       traced.surfaces[k] = k == static_cast<std::size_t>(std::countr_zero(found.some))
                                ? first.surface
-                               : surface_at(found.hits[k], found.w[k], detail_.inside);
+                               : surface_at(found.u, v, static_cast<int>(k), detail_.inside, found.w[k], found.hits[k]);
       edge |= !goes_on(first, traced.surfaces[k]);
     }
     int rays = detail_.inside;
@@ -239,12 +299,13 @@ class ObjectView {
               traced.some |= 1u << ray;
               traced.w[k] = w;
               traced.hits[k] = hit;
-              traced.surfaces[k] = surface_at(hit, w, detail_.at_edges);
-              if (!first.known) first = seen_by(w, hit);
+              traced.surfaces[k] = surface_at(found.u, v, ray, detail_.at_edges, w, hit);
+              if (!first.known) first = seen_by(found.u, v, 0, w, hit);
             });
       rays = detail_.at_edges;
     }
     Rgb sum = Rgb::Zero();
+    MirroredSamples samples;
     for (int k = 0; k < rays; ++k) {
       if (!(traced.some >> k & 1)) continue;
       const auto i = static_cast<std::size_t>(k);
@@ -255,8 +316,9 @@ class ObjectView {
       }
       sum += radiance(traced.w[i], traced.hits[i], traced.surfaces[i],
                       lit(traced.surfaces[i], found.u, v, k, goes_on(first, traced.surfaces[i])), sampler,
-                      edge ? 1 : detail_.mirrored);
+                      (edge ? 1 : detail_.mirrored) * rounds, samples);
     }
+    variance_[index(found.u, v)] = samples.variance_of_mean();
     set_at(out.radiance, index(found.u, v), sum / static_cast<float>(rays));
     out.coverage.data[index(found.u, v)] = static_cast<float>(std::popcount(traced.some)) / static_cast<float>(rays);
     if (first.known) out.distance_m.data[index(found.u, v)] = first.depth_m;
@@ -309,21 +371,26 @@ class ObjectView {
   }
 
   Rgb radiance(const Vector3f& w, const MeshHit& hit, const SurfaceHit& surface, const Rgb& lamps, Sampler& sampler,
-               int mirror_rays) const {
+               int mirror_rays, MirroredSamples& samples) const {
     const Rgb arriving =
         (light_.objects().irradiance(hit, surface.face).indirect + light_.caustic(surface.position_m, surface.face)) /
         kPi;
     const Rgb sum = surface.emission + diffuse_under(surface, w) * (arriving + lamps);
     if (!surface.bsdf.mirrors()) return sum;
-    if (surface.bsdf.transmits()) return sum + by_interface(w, surface, sampler, mirror_rays);
+    if (surface.bsdf.transmits()) return sum + by_interface(w, surface, sampler, mirror_rays, samples);
     const PathVertex lobe(mirror_of(surface), w);
     Rgb mirrored = Rgb::Zero();
-    for (int k = 0; k < mirror_rays; ++k) mirrored += light_.mirrored_by_object(lobe, sampler, kGather.mirrors, true);
+    for (int k = 0; k < mirror_rays; ++k) {
+      const Rgb sample = light_.mirrored_by_object(lobe, sampler, kGather.mirrors, true);
+      samples.add(sample);
+      mirrored += sample;
+    }
     return sum + mirrored / static_cast<float>(mirror_rays);
   }
 
   /// Reflection and transmission, each by so many rays: chosen at random, the rare one were noisy.
-  Rgb by_interface(const Vector3f& w, const SurfaceHit& surface, Sampler& sampler, int rays) const {
+  Rgb by_interface(const Vector3f& w, const SurfaceHit& surface, Sampler& sampler, int rays,
+                   MirroredSamples& samples) const {
     SampledRay ray;
     ray.from_m = eye_m_;
     ray.w = w;
@@ -334,8 +401,11 @@ class ObjectView {
     if (surface.bsdf.alpha < kGather.narrow_alpha) rays = std::min(rays, kMaxInside / detail_.inside);
     Rgb sum = Rgb::Zero();
     for (int k = 0; k < rays; ++k) {
+      Rgb sample = Rgb::Zero();
       for (const Lobes lobe : {Lobes::reflection, Lobes::transmission})
-        sum += light_.by_interface(ray, surface, lobe, sampler, kGather.mirrors);
+        sample += light_.by_interface(ray, surface, lobe, sampler, kGather.mirrors);
+      samples.add(sample);
+      sum += sample;
     }
     return sum / static_cast<float>(rays);
   }
@@ -347,11 +417,13 @@ class ObjectView {
   const CurrentDepth& depth_;
   const SeenRadiance& seen_;
   GatherQuality detail_;
+  float step_radiance_;
   Vector3f eye_m_;
   PixelWindow window_;
   capture::CameraModel model_;                         ///< of the window; only its size and focal lengths are valid
   std::array<Eigen::Vector2f, 16 * kMaxRays> within_;  ///< positions of the rays in each of 4 × 4 pixels
   std::vector<GBufferPixel> first_;                    ///< the first hit among a pixel's rays
+  std::vector<float> variance_;  ///< of the mean of what is mirrored, in the noisiest channel; kNoNoise: nothing is
   std::vector<std::vector<Found>> rows_;
   std::optional<LowResView> blocks_;
   std::vector<std::vector<LampVisibility>> open_;  ///< by source, then pixel or block
@@ -361,8 +433,9 @@ class ObjectView {
 
 ObjectPixels trace_objects(const DeltaLight& light, const std::vector<const LightSource*>& sources,
                            const std::vector<GBufferPixel>& room, const CameraRays& eye, const CurrentDepth& depth,
-                           const SeenRadiance& seen, const GatherQuality& detail, ObjectPixels last) {
-  return ObjectView(light, sources, room, eye, depth, seen, detail, std::move(last.surfaces)).see();
+                           const SeenRadiance& seen, const GatherQuality& detail, float step_radiance,
+                           ObjectPixels last) {
+  return ObjectView(light, sources, room, eye, depth, seen, detail, step_radiance, std::move(last.surfaces)).see();
 }
 
 }  // namespace lumigraft::relight

@@ -15,9 +15,11 @@ struct ObjectPixels : ObjectLayer {
 /// `sources`: see light_sources. `room`: the room's G-buffer of the same camera, full image. Where `depth` is clearly
 /// before or behind an object, the fused room does not hide it: what is before it is left to foreground_matte.h.
 /// `seen`: the camera's
-/// picture, of which transmissive objects show parts. `last`: an earlier frame's result, whose memory is reused.
+/// picture, of which transmissive objects show parts. `step_radiance`: noise of what objects mirror that needs no
+/// further rays, W/sr/m². `last`: an earlier frame's result, whose memory is reused.
 ObjectPixels trace_objects(const DeltaLight& light, const std::vector<const LightSource*>& sources,
                            const std::vector<GBufferPixel>& room, const CameraRays& eye, const CurrentDepth& depth,
-                           const SeenRadiance& seen, const GatherQuality& detail, ObjectPixels last);
+                           const SeenRadiance& seen, const GatherQuality& detail, float step_radiance,
+                           ObjectPixels last);
 
 }  // namespace lumigraft::relight

@@ -234,7 +234,7 @@ struct RayRenderer::State {
     }
     const SeenRadiance picture(seen, radiance, eye.camera, kGather.seen_voxels * room->voxel_m());
     objects = trace_objects(light.light(), light_sources(lamps, emitters), seen, eye, depth, picture, detail,
-                            std::move(objects));
+                            grey_level(), std::move(objects));
     clock.done("object pixels");
   }
 

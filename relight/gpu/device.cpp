@@ -15,6 +15,7 @@ struct FormatFacts {
 };
 constexpr FormatTable<FormatFacts> format_facts{{{{"r8_unorm", 1},
                                                   {"rgba8_unorm", 4},
+                                                  {"rgba8_srgb", 4},
                                                   {"r16_float", 2},
                                                   {"rgba16_float", 8},
                                                   {"r32_float", 4},

@@ -47,6 +47,7 @@ class DeviceLost : public GpuError {
 enum class Format {
   r8_unorm,
   rgba8_unorm,
+  rgba8_srgb,  ///< decoded before it is filtered; to be sampled alone
   r16_float,
   rgba16_float,
   r32_float,

@@ -18,6 +18,8 @@ std::string_view name_of(Format format);
 std::string text_of(const TextureDesc& desc);  ///< texture "albedo" (64x64x64 rgba16_float)
 
 inline bool is_depth(Format format) { return format == Format::depth32_float; }
+/// Whether shaders write it as an image.
+inline bool is_storable(Format format) { return !is_depth(format) && format != Format::rgba8_srgb; }
 inline bool is_volume(const TextureDesc& desc) { return desc.volume || desc.depth > 1; }
 
 /// Edge of a mip level: half of the previous, rounded down, at least 1.

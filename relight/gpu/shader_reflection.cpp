@@ -17,9 +17,9 @@ namespace {
 constexpr std::size_t max_params_bytes = 8192;
 
 std::optional<Format> format_of(SpvImageFormat format) {
-  constexpr FormatTable<SpvImageFormat> formats{{SpvImageFormatR8, SpvImageFormatRgba8, SpvImageFormatR16f,
-                                                 SpvImageFormatRgba16f, SpvImageFormatR32f, SpvImageFormatRg32f,
-                                                 SpvImageFormatRgba32f, SpvImageFormatMax}};
+  constexpr FormatTable<SpvImageFormat> formats{{SpvImageFormatR8, SpvImageFormatRgba8, SpvImageFormatMax,
+                                                 SpvImageFormatR16f, SpvImageFormatRgba16f, SpvImageFormatR32f,
+                                                 SpvImageFormatRg32f, SpvImageFormatRgba32f, SpvImageFormatMax}};
   const auto found = std::find(formats.values.begin(), formats.values.end(), format);
   if (found == formats.values.end()) return std::nullopt;
   return static_cast<Format>(found - formats.values.begin());

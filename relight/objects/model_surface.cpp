@@ -57,6 +57,17 @@ struct Triangle {
     return std::sqrt(std::abs(area2(texcoords)) / std::max(edge(1).cross(edge(2)).norm(), 1e-30f));
   }
 
+  /// Change of texture coordinates along vectors in the triangle's plane, 1/m; zero if the triangle has no area.
+  Eigen::Matrix<float, 2, 3> texcoords_per_metre(const TriangleTexcoords& texcoords) const {
+    const Vector3f first = edge(1), second = edge(2), across = first.cross(second);
+    const float area2 = across.squaredNorm();
+    if (!(area2 > 0)) return Eigen::Matrix<float, 2, 3>::Zero();
+    // Rows of the edges' inverse.
+    return (span(texcoords, 1) * second.cross(across).transpose() +
+            span(texcoords, 2) * across.cross(first).transpose()) /
+           area2;
+  }
+
   /// Variance of the interpolated normals along each axis, in a square with edges of a metre: of a quantity with this
   /// gradient it is a twelfth of the gradient's square.
   float normal_variance() const {
@@ -122,6 +133,7 @@ ModelSurface::ModelSurface(const Model& model, bool mips) : model_(model) {
   for (std::uint32_t p = 0; p < model.parts.size(); ++p) {
     const Model::Part& part = model.parts[p];
     PerTextureUse<PlacedTexture>& textures = textures_.emplace_back();
+    textured_.push_back(false);
     for (const TextureUse use : kTextureUses) {
       const Model::TextureSlot& slot = slot_of(part, use);
       if (!has_picture(slot)) continue;
@@ -129,6 +141,7 @@ ModelSurface::ModelSurface(const Model& model, bool mips) : model_(model) {
       if (!texture) texture = std::make_shared<Texture>(slot.picture, texels_of(use), mips);
       const float area = std::abs(slot.transform.leftCols<2>().determinant()) * texture->texels();
       textures[static_cast<std::size_t>(use)] = {texture, std::sqrt(area)};
+      textured_.back() = true;
     }
     if (part_of_triangle_.empty()) continue;
     std::fill_n(part_of_triangle_.begin() + part.first_index / 3, part.index_count / 3, p);
@@ -136,7 +149,10 @@ ModelSurface::ModelSurface(const Model& model, bool mips) : model_(model) {
 }
 
 ModelSurface::ModelSurface(const Model& posed, const ModelSurface& at_rest)
-    : model_(posed), part_of_triangle_(at_rest.part_of_triangle_), textures_(at_rest.textures_) {}
+    : model_(posed),
+      part_of_triangle_(at_rest.part_of_triangle_),
+      textures_(at_rest.textures_),
+      textured_(at_rest.textured_) {}
 
 /// A point as the textures of its part see it.
 class ModelSurface::TexturedPoint {
@@ -149,13 +165,18 @@ class ModelSurface::TexturedPoint {
 
   const Model::Part& part() const { return model_.parts[part_]; }
 
-  /// The mean over the point's square; nothing if the part has no such texture.
+  /// The mean over the point's cell or square; nothing if the part has no such texture.
   std::optional<Vector3f> texel(TextureUse use) {
     const PlacedTexture& placed = textures_[static_cast<std::size_t>(use)];
     if (!placed.texture) return std::nullopt;
     const Model::TextureSlot& slot = slot_of(part(), use);
     const Coordinates& at = coordinates(slot.texcoord_set);
     const Vector2f uv = slot.transform.leftCols<2>() * at.texcoord + slot.transform.col(2);
+    if (point_.cell) {
+      const Eigen::Matrix<float, 2, 3> per_metre = slot.transform.leftCols<2>() * at.per_metre;
+      return placed.texture->mean(uv + per_metre * point_.cell->to_centre_m, per_metre * point_.cell->edges_m,
+                                  slot.wrap_u, slot.wrap_v);
+    }
     return placed.texture->at(uv, point_.footprint_m * at.density * placed.texels_per_texcoord, slot.wrap_u,
                               slot.wrap_v);
   }
@@ -165,6 +186,7 @@ class ModelSurface::TexturedPoint {
     bool known = false;
     Vector2f texcoord;
     float density = 0;
+    Eigen::Matrix<float, 2, 3> per_metre;  ///< of vectors in the triangle's plane; with a cell
   };
 
   const Coordinates& coordinates(unsigned set) {
@@ -173,7 +195,10 @@ class ModelSurface::TexturedPoint {
     const TriangleTexcoords corners = texcoords_of(model_, point_.triangle, set);
     at.texcoord.setZero();
     for (std::size_t k = 0; k < 3; ++k) at.texcoord += point_.barycentric[static_cast<Eigen::Index>(k)] * corners[k];
-    if (point_.footprint_m > 0) at.density = Triangle(model_, point_.triangle).texcoord_density(corners);
+    if (point_.cell)
+      at.per_metre = Triangle(model_, point_.triangle).texcoords_per_metre(corners);
+    else if (point_.footprint_m > 0)
+      at.density = Triangle(model_, point_.triangle).texcoord_density(corners);
     at.known = true;
     return at;
   }

@@ -3,17 +3,26 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "relight/objects/texture.h"
 
 namespace lumigraft::relight {
 
-/// A point of a triangle, and the edge of the square around it of which the mean is wanted, in metres of the model.
+/// A parallelogram in the plane of a triangle, in metres of the model.
+struct SurfaceCell {
+  Eigen::Vector3f to_centre_m;         ///< from a point
+  Eigen::Matrix<float, 3, 2> edges_m;  ///< columns
+};
+
+/// A point of a triangle, and where the mean of textures is wanted: in `cell` or, without one, in a square around the
+/// point with this edge, metres of the model.
 struct ModelPoint {
   std::uint32_t triangle = 0;
   Eigen::Vector3f barycentric = Eigen::Vector3f::Zero();
   float footprint_m = 0;
+  std::optional<SurfaceCell> cell = {};
 };
 
 /// GGX alpha of a surface with normals of this variance along each axis: α² is increased by twice as much, as the
@@ -47,6 +56,8 @@ class ModelSurface {
   /// l, l being the length of the mean of its unit vectors (Toksvig 2005, "Mipmapping Normal Maps").
   Shading at(const ModelPoint& point, const MaterialOverride& material) const;
 
+  bool textured(std::uint32_t triangle) const { return textured_[part(triangle)]; }
+
   /// Variance of the interpolated normals along each axis, in a square with edges of a metre of the model; of another
   /// square in proportion to its area.
   float normal_variance(std::uint32_t triangle) const;
@@ -73,6 +84,7 @@ class ModelSurface {
   const Model& model_;
   std::vector<std::uint32_t> part_of_triangle_;         ///< empty if the model has only one
   std::vector<PerTextureUse<PlacedTexture>> textures_;  ///< per part
+  std::vector<bool> textured_;                          ///< per part: any
 };
 
 }  // namespace lumigraft::relight

@@ -5,6 +5,7 @@
 
 #include "capture/camera/srgb.h"
 #include "relight/exhibit/texture_wrap.h"
+#include "relight/objects/parameters.h"
 
 namespace lumigraft::relight {
 namespace {
@@ -42,6 +43,30 @@ capture::Image<float> halved(const capture::Image<T>& from, Decode decode) {
         for (int u = x0; u < x1; ++u) sum += decode(from, u, v);
       }
       Eigen::Map<Vector3f>(&to.at(x, y, 0)) = sum / static_cast<float>((y1 - y0) * (x1 - x0));
+    }
+  }
+  return to;
+}
+
+/// As `halved`: least and largest byte of each channel, rgb and rgb, of a picture or of such extremes.
+capture::Image<std::uint8_t> extremes_of_halved(const capture::Image<std::uint8_t>& from) {
+  capture::Image<std::uint8_t> to(std::max(1, from.width / 2), std::max(1, from.height / 2), 6);
+  const int largest = from.channels - 3;  // the channel from which these begin
+  for (int y = 0; y < to.height; ++y) {
+    const int y0 = y * from.height / to.height, y1 = (y + 1) * from.height / to.height;
+    for (int x = 0; x < to.width; ++x) {
+      const int x0 = x * from.width / to.width, x1 = (x + 1) * from.width / to.width;
+      for (int c = 0; c < 3; ++c) {
+        std::uint8_t low = 255, high = 0;
+        for (int v = y0; v < y1; ++v) {
+          for (int u = x0; u < x1; ++u) {
+            low = std::min(low, from.at(u, v, c));
+            high = std::max(high, from.at(u, v, largest + c));
+          }
+        }
+        to.at(x, y, c) = low;
+        to.at(x, y, 3 + c) = high;
+      }
     }
   }
   return to;
@@ -121,6 +146,9 @@ Texture::Texture(TexturePicture picture, Texels texels, bool mips) : picture_(st
   while (!mips_.empty() && (mips_.back().width > 1 || mips_.back().height > 1)) {
     mips_.push_back(halved(mips_.back(), {texels_}));
   }
+  if (texels_ != Texels::srgb || mips_.empty()) return;
+  extremes_.push_back(extremes_of_halved(*picture_));
+  while (extremes_.size() < mips_.size()) extremes_.push_back(extremes_of_halved(extremes_.back()));
 }
 
 Vector3f Texture::level(std::size_t number, const Eigen::Vector2f& uv, Wrap wrap_u, Wrap wrap_v) const {
@@ -138,6 +166,58 @@ Vector3f Texture::at(const Eigen::Vector2f& uv, float texels_across, Wrap wrap_u
   const float coarser_weight = level_from_0 - static_cast<float>(finer);
   const Vector3f fine = level(finer, uv, wrap_u, wrap_v);
   return coarser_weight > 0 ? Vector3f(fine + coarser_weight * (level(finer + 1, uv, wrap_u, wrap_v) - fine)) : fine;
+}
+
+bool Texture::differ(const Eigen::Vector2f& uv, float texels_across, Wrap wrap_u, Wrap wrap_v) const {
+  if (extremes_.empty()) return false;
+  // Two by two texels of a level reach half a texel at least to all sides; bilinear taps reach one of the picture
+  // further.
+  const float wanted = std::ceil(std::log2(std::max(texels_across + 2, 2.0f)));
+  const auto number = std::min(static_cast<std::size_t>(wanted), extremes_.size()) - 1;
+  const capture::Image<std::uint8_t>& extremes = extremes_[number];
+  const TexelNeighbours x = texel_neighbours(uv.x(), extremes.width, wrap_u),
+                        y = texel_neighbours(uv.y(), extremes.height, wrap_v);
+  for (int c = 0; c < 3; ++c) {
+    int least = 255, largest = 0;
+    for (const int v : y.texel) {
+      for (const int u : x.texel) {
+        least = std::min<int>(least, extremes.at(u, v, c));
+        largest = std::max<int>(largest, extremes.at(u, v, 3 + c));
+      }
+    }
+    if (largest - least > kObjects.even_range) return true;
+  }
+  return false;
+}
+
+Vector3f Texture::mean(const Eigen::Vector2f& uv, const Eigen::Matrix2f& edges, Wrap wrap_u, Wrap wrap_v) const {
+  const Eigen::Matrix2f texels = Eigen::Vector2f(picture_->width, picture_->height).asDiagonal() * edges;
+  if (!texels.allFinite()) return at(uv, 1, wrap_u, wrap_v);
+  if (!differ(uv, texels.cwiseAbs().rowwise().sum().maxCoeff(), wrap_u, wrap_v))
+    return at(uv, std::sqrt(std::abs(texels.determinant())), wrap_u, wrap_v);
+  const int along = texels.col(0).squaredNorm() >= texels.col(1).squaredNorm() ? 0 : 1;
+  const float longer = texels.col(along).norm(), shorter = texels.col(1 - along).norm(),
+              width = std::abs(texels.determinant()) / std::max(longer, 1e-30f);
+  const float wanted =
+      std::log2(std::max({1.0f, width / kObjects.texels_of_width, longer / kObjects.texels_of_length}));
+  const std::size_t number = std::min(static_cast<std::size_t>(wanted), mips_.size());
+  // Rows of taps along the longer edge: of edges that are nearly parallel a few rows are enough.
+  const float most = kObjects.taps_per_texel * kObjects.texels_of_length,
+              per_texel = std::ldexp(kObjects.taps_per_texel, -static_cast<int>(number)),
+              most_rows = std::clamp(per_texel * width, kObjects.taps_per_texel * kObjects.texels_of_width, most);
+  const auto taps = [](float at_least, float at_most) {
+    return static_cast<int>(std::ceil(std::clamp(at_least, 1.0f, at_most)));
+  };
+  const int columns = taps(per_texel * longer, most), rows = taps(per_texel * shorter, most_rows);
+  Vector3f sum = Vector3f::Zero();
+  for (int j = 0; j < rows; ++j) {
+    const float y = (static_cast<float>(j) + 0.5f) / static_cast<float>(rows) - 0.5f;
+    for (int i = 0; i < columns; ++i) {
+      const float x = (static_cast<float>(i) + 0.5f) / static_cast<float>(columns) - 0.5f;
+      sum += level(number, uv + x * edges.col(along) + y * edges.col(1 - along), wrap_u, wrap_v);
+    }
+  }
+  return sum / static_cast<float>(columns * rows);
 }
 
 }  // namespace lumigraft::relight

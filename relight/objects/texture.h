@@ -69,13 +69,22 @@ class Texture {
   /// what they differ within the footprint.
   Eigen::Vector3f at(const Eigen::Vector2f& uv, float texels_across, Wrap wrap_u = Wrap::repeat,
                      Wrap wrap_v = Wrap::repeat) const;
+  /// The mean over a parallelogram around `uv`, whose edges are the columns, in texture coordinates. Of colours that
+  /// differ there, by taps half a texel apart, in the coarsest level of which a texel is a small part of the
+  /// parallelogram's width; else over a square of the same area.
+  Eigen::Vector3f mean(const Eigen::Vector2f& uv, const Eigen::Matrix2f& edges, Wrap wrap_u = Wrap::repeat,
+                       Wrap wrap_v = Wrap::repeat) const;
 
  private:
+  /// Whether colours differ noticeably within so many texels of the picture around `uv`.
+  bool differ(const Eigen::Vector2f& uv, float texels_across, Wrap wrap_u, Wrap wrap_v) const;
   Eigen::Vector3f level(std::size_t number, const Eigen::Vector2f& uv, Wrap wrap_u, Wrap wrap_v) const;
 
   TexturePicture picture_;
   Texels texels_;
   std::vector<capture::Image<float>> mips_;
+  std::vector<capture::Image<std::uint8_t>>
+      extremes_;  ///< of colours, by mip: least, then largest byte of each channel
 };
 
 }  // namespace lumigraft::relight

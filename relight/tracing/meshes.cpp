@@ -264,7 +264,17 @@ float footprint_m(const MeshHit& hit, float cosine, float pixel_rad) {
 
 }  // namespace
 
+bool Meshes::textured(const MeshHit& hit) const { return state_->placed[hit.mesh].surface->textured(hit.triangle); }
+
 SurfaceHit Meshes::surface(const MeshHit& hit, const Vector3f& w, float pixel_rad) const {
+  return surface(hit, w, pixel_rad, nullptr);
+}
+
+SurfaceHit Meshes::surface(const MeshHit& hit, const Vector3f& w, const RayCell& cell) const {
+  return surface(hit, w, 0, &cell);
+}
+
+SurfaceHit Meshes::surface(const MeshHit& hit, const Vector3f& w, float pixel_rad, const RayCell* cell) const {
   const Placed& placed = state_->placed[hit.mesh];
   const Model& model = *placed.mesh.model;
   const std::uint32_t* corner = &model.indices[3 * std::size_t{hit.triangle}];
@@ -274,8 +284,15 @@ SurfaceHit Meshes::surface(const MeshHit& hit, const Vector3f& w, float pixel_ra
   s.position_m = placed.mesh.T_tag_model *
                  (barycentric[0] * p[corner[0]] + barycentric[1] * p[corner[1]] + barycentric[2] * p[corner[2]]);
   s.face = (placed.normals * (p[corner[1]] - p[corner[0]]).cross(p[corner[2]] - p[corner[0]])).stableNormalized();
-  const ModelSurface::Shading shading = placed.surface->at(
-      {hit.triangle, barycentric, footprint_m(hit, s.face.dot(w), pixel_rad) / placed.scale}, placed.mesh.material);
+  ModelPoint point{hit.triangle, barycentric, footprint_m(hit, s.face.dot(w), pixel_rad) / placed.scale};
+  if (cell) {
+    // Where a ray in a direction that differs by d ends in the plane: t (d - w (n·d) / (n·w)) away.
+    const float cosine = std::copysign(std::max(std::abs(s.face.dot(w)), kTracing.min_footprint_cosine), s.face.dot(w));
+    const Eigen::Matrix3f onto_plane = hit.t_m * (Eigen::Matrix3f::Identity() - w * s.face.transpose() / cosine);
+    const Eigen::Matrix3f in_model = placed.mesh.T_tag_model.linear().transpose() / (placed.scale * placed.scale);
+    point.cell = {in_model * (onto_plane * cell->to_centre), in_model * (onto_plane * cell->edges)};
+  }
+  const ModelSurface::Shading shading = placed.surface->at(point, placed.mesh.material);
   const Vector3f interpolated = (placed.normals * shading.interpolated).stableNormalized();
   s.normal = interpolated;
   const bool front = interpolated.dot(s.face) * s.face.dot(w) < 0;

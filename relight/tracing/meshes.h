@@ -35,6 +35,12 @@ struct SurfaceHit {
   }
 };
 
+/// A part of a pixel that a ray represents, by its distances from the ray's unit direction.
+struct RayCell {
+  Eigen::Vector3f to_centre;
+  Eigen::Matrix<float, 3, 2> edges;  ///< columns
+};
+
 /// A packet of rays with a common origin: cheaper than single rays.
 struct RayFan {
   static constexpr int kMaxRays = 16;
@@ -97,6 +103,10 @@ class Meshes {
   std::uint32_t blocked(const RayFan& fan) const;  ///< likewise, for occluding meshes
   /// `pixel_rad`: angle between neighbouring rays; textures are averaged over the ray's footprint.
   SurfaceHit surface(const MeshHit& hit, const Eigen::Vector3f& w, float pixel_rad = 0) const;
+  /// Textures are averaged over what a part of a pixel shows of the surface's plane (Igehy 1999, "Tracing Ray
+  /// Differentials").
+  SurfaceHit surface(const MeshHit& hit, const Eigen::Vector3f& w, const RayCell& cell) const;
+  bool textured(const MeshHit& hit) const;
   /// The same for a ray that represents a solid angle: as rough as the curved surface within it, and so rough that its
   /// lobe is not narrower (Kaplanyan & Dachsbacher 2013, "Path Space Regularization for Holistic and Robust Light
   /// Transport"). Otherwise single rays would overestimate narrow highlights, and most would miss them.
@@ -107,6 +117,7 @@ class Meshes {
 
  private:
   struct State;
+  SurfaceHit surface(const MeshHit& hit, const Eigen::Vector3f& w, float pixel_rad, const RayCell* cell) const;
   std::unique_ptr<State> state_;
 };
 

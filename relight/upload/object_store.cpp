@@ -9,13 +9,14 @@
 namespace lumigraft::relight {
 namespace {
 
-std::unique_ptr<gpu::Texture> upload_texture(gpu::Device& device, const capture::Image<std::uint8_t>& picture,
+std::unique_ptr<gpu::Texture> upload_texture(gpu::Device& device, gpu::Format format,
+                                             const capture::Image<std::uint8_t>& picture,
                                              const std::vector<std::vector<std::uint8_t>>& levels) {
   auto texture = device.create_texture({.name = "texture of an object",
                                         .width = picture.width,
                                         .height = picture.height,
                                         .mips = static_cast<int>(levels.size()),
-                                        .format = gpu::Format::rgba8_unorm});
+                                        .format = format});
   for (std::size_t mip = 0; mip < levels.size(); ++mip) {
     device.upload(*texture, static_cast<int>(mip), std::as_bytes(std::span(levels[mip])));
   }
@@ -160,7 +161,9 @@ std::deque<ObjectStore::Upload> ObjectStore::uploads(const std::shared_ptr<const
   all.push_back({mesh_bytes(*from->rough), [this, from, &to] { to.rough = upload_mesh(*from->rough); }});
   for (const auto& [key, levels] : from->textures) {
     all.push_back({levels[0].size(), [this, from, &to, key = key] {
-                     to.textures.push_back(upload_texture(device_, *key.first, from->textures.at(key)));
+                     to.textures.push_back(upload_texture(
+                         device_, key.second == Texels::srgb ? gpu::Format::rgba8_srgb : gpu::Format::rgba8_unorm,
+                         *key.first, from->textures.at(key)));
                      for (StoredModel::Mesh* mesh : {&to.full, &to.simple}) {
                        for (StoredModel::Mesh::Part& part : mesh->parts) part.set_texture(key, *to.textures.back());
                      }

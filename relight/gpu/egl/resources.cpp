@@ -7,6 +7,7 @@ namespace lumigraft::relight::gpu::egl {
 GlFormat gl_format(Format format) {
   static constexpr FormatTable<GlFormat> formats{{{{GL_R8, GL_RED, GL_UNSIGNED_BYTE},
                                                    {GL_RGBA8, GL_RGBA, GL_UNSIGNED_BYTE},
+                                                   {GL_SRGB8_ALPHA8, GL_RGBA, GL_UNSIGNED_BYTE},
                                                    {GL_R16F, GL_RED, GL_HALF_FLOAT},
                                                    {GL_RGBA16F, GL_RGBA, GL_HALF_FLOAT},
                                                    {GL_R32F, GL_RED, GL_FLOAT},

@@ -11,9 +11,10 @@
 namespace lumigraft::relight::gpu::vulkan {
 namespace {
 
-constexpr FormatTable<VkFormat> vk_formats{
-    {VK_FORMAT_R8_UNORM, VK_FORMAT_R8G8B8A8_UNORM, VK_FORMAT_R16_SFLOAT, VK_FORMAT_R16G16B16A16_SFLOAT,
-     VK_FORMAT_R32_SFLOAT, VK_FORMAT_R32G32_SFLOAT, VK_FORMAT_R32G32B32A32_SFLOAT, VK_FORMAT_D32_SFLOAT}};
+constexpr FormatTable<VkFormat> vk_formats{{VK_FORMAT_R8_UNORM, VK_FORMAT_R8G8B8A8_UNORM, VK_FORMAT_R8G8B8A8_SRGB,
+                                            VK_FORMAT_R16_SFLOAT, VK_FORMAT_R16G16B16A16_SFLOAT, VK_FORMAT_R32_SFLOAT,
+                                            VK_FORMAT_R32G32_SFLOAT, VK_FORMAT_R32G32B32A32_SFLOAT,
+                                            VK_FORMAT_D32_SFLOAT}};
 
 constexpr std::pair<VkFormatFeatureFlags, const char*> feature_names[] = {
     {VK_FORMAT_FEATURE_SAMPLED_IMAGE_BIT, "sampling"},
@@ -29,6 +30,7 @@ VkFormatFeatureFlags wanted_features(Format format) {
   VkFormatFeatureFlags wanted =
       VK_FORMAT_FEATURE_SAMPLED_IMAGE_BIT | VK_FORMAT_FEATURE_TRANSFER_SRC_BIT | VK_FORMAT_FEATURE_TRANSFER_DST_BIT;
   if (is_depth(format)) return wanted | VK_FORMAT_FEATURE_DEPTH_STENCIL_ATTACHMENT_BIT;
+  if (!is_storable(format)) return wanted | VK_FORMAT_FEATURE_SAMPLED_IMAGE_FILTER_LINEAR_BIT;
   return wanted | VK_FORMAT_FEATURE_STORAGE_IMAGE_BIT | VK_FORMAT_FEATURE_COLOR_ATTACHMENT_BIT |
          VK_FORMAT_FEATURE_SAMPLED_IMAGE_FILTER_LINEAR_BIT;
 }

@@ -12,7 +12,7 @@ std::uint32_t edge(int value) { return static_cast<std::uint32_t>(value); }
 VkImageUsageFlags usage_of(const TextureDesc& desc) {
   VkImageUsageFlags usage =
       VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT;
-  if (!is_depth(desc.format)) usage |= VK_IMAGE_USAGE_STORAGE_BIT;
+  if (is_storable(desc.format)) usage |= VK_IMAGE_USAGE_STORAGE_BIT;
   if (desc.attachment) {
     usage |= is_depth(desc.format) ? VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT : VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT;
   }

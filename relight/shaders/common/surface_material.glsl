@@ -2,12 +2,11 @@
 // that the roughness of a normal map is interpolated between mip levels by its square root, and that sheen and anisotropy
 // are what a base colour and a roughness can be. For fragment shaders alone.
 #include "common/interop.h"
-#include "common/srgb.glsl"
 layout(std140, binding = 0) uniform Draw { DrawParams draw; };
-layout(binding = 1) uniform sampler2D base_color_texture;          // 8-bit sRGB
+layout(binding = 1) uniform sampler2D base_color_texture;          // linear
 layout(binding = 3) uniform sampler2D metallic_roughness_texture;  // roughness in g, metallic in b
 layout(binding = 4) uniform sampler2D normal_texture;  // tangent frame, each component from -1 to 1; a: upload_model.h
-layout(binding = 5) uniform sampler2D emissive_texture;      // 8-bit sRGB
+layout(binding = 5) uniform sampler2D emissive_texture;      // linear
 layout(binding = 6) uniform sampler2D transmission_texture;  // in r
 layout(binding = 7) uniform sampler2D clearcoat_texture;     // in r
 layout(binding = 8) uniform sampler2D clearcoat_roughness_texture;  // in g
@@ -23,6 +22,31 @@ vec4 texture_mean(sampler2D of, vec2 uv, vec2 uv_right, vec2 uv_down) {
   return textureGrad(of, uv, uv_right / kSquareOverTent, uv_down / kSquareOverTent);
 }
 vec4 texture_mean(sampler2D of, vec2 uv) { return texture_mean(of, uv, dFdx(uv), dFdy(uv)); }
+
+// The mean over what a sample shows, as Texture::mean of objects/texture.h.
+const float kTexelsOfWidth = 2.0, kTexelsOfLength = 32.0, kTapsPerTexel = 2.0;
+vec4 cell_mean(sampler2D of, vec2 uv) {
+  vec2 uv_long = dFdx(uv), uv_short = dFdy(uv), size = vec2(textureSize(of, 0));
+  float longer = length(size * uv_long), shorter = length(size * uv_short);
+  if (shorter > longer) {
+    vec3 other = vec3(uv_long, longer);
+    uv_long = uv_short;
+    longer = shorter;
+    uv_short = other.xy;
+    shorter = other.z;
+  }
+  float width = abs(determinant(mat2(size * uv_long, size * uv_short))) / max(longer, 1e-30);
+  float level = floor(log2(max(1.0, max(width / kTexelsOfWidth, longer / kTexelsOfLength))));
+  float taps_per_texel = kTapsPerTexel * exp2(-level);
+  float columns = clamp(ceil(taps_per_texel * longer), 1.0, kTapsPerTexel * kTexelsOfLength),
+        rows = clamp(ceil(taps_per_texel * shorter), 1.0, ceil(max(taps_per_texel * width, kTapsPerTexel * kTexelsOfWidth)));
+  vec4 sum = vec4(0);
+  for (float y = 0.5; y < rows; ++y) {
+    for (float x = 0.5; x < columns; ++x)
+      sum += textureLod(of, uv + (x / columns - 0.5) * uv_long + (y / rows - 0.5) * uv_short, level);
+  }
+  return sum / (columns * rows);
+}
 
 // `uv`: both sets of texture coordinates, here and below.
 vec2 texture_uv(int use, vec4 uv) {
@@ -50,7 +74,7 @@ vec2 surface_coat(vec4 uv) {
 
 vec3 surface_color(vec4 uv, vec3 tint) {
   vec3 base = draw.base_color.rgb * mix(vec3(1), tint, draw.tint.x);
-  if (draw.base_color.a > 0.0) base *= srgb_decode(texture_mean(base_color_texture, texture_uv(kBaseColor, uv)).rgb);
+  if (draw.base_color.a > 0.0) base *= cell_mean(base_color_texture, texture_uv(kBaseColor, uv)).rgb;
   return base * draw.sheen.a + draw.sheen.rgb;
 }
 
@@ -61,7 +85,7 @@ vec3 surface_emission(bool front, vec4 uv, vec3 tint) {
   if (is_unlit()) return draw.tint.w * surface_color(uv, tint);
   vec3 emission = draw.emission.rgb;
   if (draw.emission.a > 0.0) {
-    emission *= srgb_decode(texture_mean(emissive_texture, texture_uv(kEmission, uv)).rgb);
+    emission *= cell_mean(emissive_texture, texture_uv(kEmission, uv)).rgb;
   }
   return front ? emission : vec3(0);
 }

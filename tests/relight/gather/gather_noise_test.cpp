@@ -65,6 +65,47 @@ struct GlossyPlate {
   }
 };
 
+/// A rough metal corner, of which one side shows the lamp's highlight on the other to a few of its rays.
+ClosedScene metal_corner() {
+  ClosedScene scene;
+  scene.width = 48;
+  scene.height = 36;
+  scene.focal_px = 80;
+  scene.eye_m = {0, -0.5f, 0.35f};
+  scene.look_at_m = {0, 0, 0.08f};
+  scene.sky = 0.1f;
+  scene.radiance = [](const Eigen::Vector3f&) { return 0.1f; };
+  scene.lamps = {lamp_at({0.1f, -0.25f, 0.5f}, 0.02f, 0.05f)};
+  const relight::Material metal{.base_color = {0.9f, 0.8f, 0.5f}, .metallic = 1, .roughness = 0.45f};
+  scene.exhibit.objects = {box_object({-0.15f, 0, 0.01f}, {0.15f, 0.02f, 0.2f}, 0.9f),
+                           box_object({-0.15f, -0.15f, 0.01f}, {0.15f, 0, 0.03f}, 0.9f)};
+  for (relight::VirtualObject& object : scene.exhibit.objects) object.material = metal;
+  return scene;
+}
+
+// Even shading has no curvature from pixel to pixel: what there is of it is noise.
+TEST(RaysNoise, WhatObjectsMirrorHasMoreRaysWhereItIsNoisy) {
+  const ClosedScene scene = metal_corner();
+  relight::RayRenderer renderer(scene.session());
+  const relight::RelitPicture picture = scene.relit(renderer, rays_plan(2));
+  double squares = 0;
+  int count = 0;
+  for (int v = 1; v + 1 < scene.height; ++v) {
+    for (int u = 2; u + 2 < scene.width; ++u) {
+      bool inside = true;
+      for (int x = u - 2; x <= u + 2; ++x) inside = inside && picture.maps->mask.at(x, v) == 1;
+      if (!inside) continue;
+      const auto code = [&](int x) { return static_cast<double>(picture.srgb.at(x, v, 0)); };
+      squares += std::pow(code(u - 1) - 2 * code(u) + code(u + 1), 2) / 6;
+      ++count;
+    }
+  }
+  EXPECT_GT(count, 200);
+  const double noise = std::sqrt(squares / count);
+  std::printf("metal corner: noise %.2f pixel values\n", noise);
+  EXPECT_LT(noise, 3);
+}
+
 // Where a step of the picture is small, up to gloss_rounds times as many rays halve the noise of glossy pixels; where
 // it is large the first round is enough.
 TEST(RaysNoise, GlossyPixelsAreGatheredToAStepOfThePicture) {

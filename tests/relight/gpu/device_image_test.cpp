@@ -68,8 +68,9 @@ TEST_P(DeviceImageTest, RgbIsExpandedOnItsWay) {
 }
 
 TEST_P(DeviceImageTest, EveryFormatComesBackAsItWasSent) {
-  for (const Format format : {Format::r8_unorm, Format::rgba8_unorm, Format::r16_float, Format::rgba16_float,
-                              Format::r32_float, Format::rg32_float, Format::rgba32_float, Format::depth32_float}) {
+  for (const Format format :
+       {Format::r8_unorm, Format::rgba8_unorm, Format::rgba8_srgb, Format::r16_float, Format::rgba16_float,
+        Format::r32_float, Format::rg32_float, Format::rgba32_float, Format::depth32_float}) {
     for (const bool volume : {false, true}) {
       if (volume && format == Format::depth32_float) continue;
       const auto texture = device_->create_texture({.name = "round trip",

@@ -118,6 +118,42 @@ TEST(Texture, FootprintsAgainstSupersampling) {
   }
 }
 
+TexturePicture squares(int edge, int square) {
+  return picture(edge, edge, [=](int u, int v) {
+    return (u / square + v / square) % 2 ? Bytes{235, 235, 235} : Bytes{20, 20, 20};
+  });
+}
+
+// Against 128 × 128 samples of the parallelogram, in linear light.
+TEST(Texture, ParallelogramsAgainstSupersampling) {
+  constexpr int kEdge = 128, kSamples = 128;
+  const Texture with(squares(kEdge, 8), Texels::srgb, true), without(squares(kEdge, 8), Texels::srgb, false);
+  Eigen::Matrix2f turned, sheared, narrow, line;
+  turned << 3, -2, 2, 3;
+  sheared << 9, 2, 0, 4;
+  narrow << 30, 1, 18, 2;
+  line << 20, 14, 9, 7;  // edges that are nearly parallel
+  for (const Eigen::Matrix2f& shape : {turned, sheared, narrow, line}) {
+    for (const float scale : {0.2f, 1.0f, 3.1f, 7.0f}) {
+      const Eigen::Matrix2f edges = scale * shape / kEdge;
+      double squares_of_errors = 0;
+      int count = 0;
+      for (float u = 0.11f; u < 1; u += 0.17f) {
+        for (float v = 0.07f; v < 1; v += 0.13f, ++count) {
+          double truth = 0;
+          for (int i = 0; i < kSamples * kSamples; ++i) {
+            const Vector2f off((static_cast<float>(i % kSamples) + 0.5f) / kSamples - 0.5f,
+                               (static_cast<float>(i / kSamples) + 0.5f) / kSamples - 0.5f);
+            truth += without.at(Vector2f(u, v) + edges * off, 1).x() / (kSamples * kSamples);
+          }
+          squares_of_errors += std::pow(with.mean({u, v}, edges).x() - truth, 2);
+        }
+      }
+      EXPECT_LT(std::sqrt(squares_of_errors / count), 0.01) << shape << " times " << scale;
+    }
+  }
+}
+
 // Texels tilted by ± 0.2 along u.
 TEST(Texture, TheMeanOfNormalsIsShorterByWhatTheyDiffer) {
   const float tilt = 0.2f;
