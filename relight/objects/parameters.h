@@ -19,7 +19,7 @@ inline constexpr struct ObjectParameters {
   std::size_t min_foot_rays = 3;
   float foot_height = 0.1f;
   /// Of the mean of a texture over a parallelogram: at least so many texels are across its width, and at most twice as
-  /// many, unless more than so many were along it. Taps are so dense that a kink between texels is 1/64 off at most.
+  /// many, unless more than so many were along it. Taps per texel are those of the finest level.
   float texels_of_width = 4, texels_of_length = 64, taps_per_texel = 2;
   int even_range = 6;               ///< of 255: colours that differ by more are averaged so
   double max_cone_fraction = 0.05;  ///< area of the cones that close a solid part over its own

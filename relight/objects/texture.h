@@ -70,7 +70,7 @@ class Texture {
   Eigen::Vector3f at(const Eigen::Vector2f& uv, float texels_across, Wrap wrap_u = Wrap::repeat,
                      Wrap wrap_v = Wrap::repeat) const;
   /// The mean over a parallelogram around `uv`, whose edges are the columns, in texture coordinates. Of colours that
-  /// differ there, by taps half a texel apart, in the coarsest level of which a texel is a small part of the
+  /// differ there, by taps at most a texel apart, in the coarsest level of which a texel is a small part of the
   /// parallelogram's width; else over a square of the same area.
   Eigen::Vector3f mean(const Eigen::Vector2f& uv, const Eigen::Matrix2f& edges, Wrap wrap_u = Wrap::repeat,
                        Wrap wrap_v = Wrap::repeat) const;
