@@ -34,30 +34,47 @@ int min_width_px(float voxel_m, const CameraRays& eye, const std::vector<FusedPi
   return 2 * std::clamp(static_cast<int>(std::ceil(px)), 1, kCompose.moved_max_edge_px) + 1;
 }
 
-/// Whether depth is known and without a jump in the square around a pixel, as far as it is in the image.
-bool smooth_around(const capture::Image<float>& depth_m, int u, int v, int edge_px) {
-  const int reach = edge_px / 2;
-  const float allowed = kCompose.moved_jump * static_cast<float>(edge_px);
-  float nearest = depth_m.at(u, v), farthest = nearest;
-  for (int y = std::max(v - reach, 0); y <= std::min(v + reach, depth_m.height - 1); ++y) {
-    for (int x = std::max(u - reach, 0); x <= std::min(u + reach, depth_m.width - 1); ++x) {
-      nearest = std::min(nearest, depth_m.at(x, y));
-      farthest = std::max(farthest, depth_m.at(x, y));
+/// Whether depth is known and without a jump between neighbours in the square around a pixel, which is in the image.
+bool smooth_around(const capture::Image<float>& depth_m, int u, int v, int reach) {
+  const auto close = [](float a, float b) { return std::abs(a - b) < kCompose.moved_jump * std::min(a, b); };
+  for (int y = v - reach; y <= v + reach; ++y) {
+    for (int x = u - reach; x <= u + reach; ++x) {
+      const float here = depth_m.at(x, y);
+      if (!(here > 0) || (x < u + reach && !close(here, depth_m.at(x + 1, y))) ||
+          (y < v + reach && !close(here, depth_m.at(x, y + 1))))
+        return false;
     }
-    if (!(farthest - nearest < allowed * nearest)) return false;
   }
   return true;
 }
 
-/// Keeps those connected areas of `differs` of which a part is certain: wider than fusion displaces edges, or where
-/// depth is smooth all around.
-void keep_certain(cv::Mat1b& differs, const CurrentDepth& depth, int edge_px) {
+/// Whether the fused room has a surface at a pixel's depth in that square: its edge may be displaced.
+bool fused_nearby(const CurrentDepth& depth, const std::vector<FusedPixel>& fused, int u, int v, int reach) {
+  const int width = depth.along_z_m().width;
+  for (int y = v - reach; y <= v + reach; ++y) {
+    for (int x = u - reach; x <= u + reach; ++x) {
+      const FusedPixel& p = fused[static_cast<std::size_t>(y * width + x)];
+      if (p.depth_m > 0 && std::abs(p.depth_m - depth.at(u, v)) <= depth.allowed_m(p.depth_m, p.cosine)) return true;
+    }
+  }
+  return false;
+}
+
+/// Keeps those connected areas of `differs` of which a part is certain: wider than fusion displaces edges, or wider
+/// than a pixel, which may be noise, and no displaced edge. Not at the image's border, where fusion continues planes
+/// that nothing was measured of.
+void keep_certain(cv::Mat1b& differs, const CurrentDepth& depth, const std::vector<FusedPixel>& fused, int edge_px) {
   if (cv::countNonZero(differs) == 0) return;
   cv::Mat1b certain;
   cv::morphologyEx(differs, certain, cv::MORPH_OPEN, cv::getStructuringElement(cv::MORPH_RECT, {edge_px, edge_px}));
   certain &= differs;
+  const int reach = edge_px / 2;
+  cv::Mat1b wide;
+  cv::morphologyEx(differs, wide, cv::MORPH_OPEN, cv::getStructuringElement(cv::MORPH_RECT, {2, 2}));
   for_each_pixel(differs.cols, differs.rows, kRows, [&](int u, int v) {
-    if (differs(v, u) && !certain(v, u) && smooth_around(depth.along_z_m(), u, v, edge_px)) certain(v, u) = 255;
+    const bool inside = std::min(u, v) >= reach && u + reach < differs.cols && v + reach < differs.rows;
+    if (!inside || !wide(v, u) || certain(v, u)) return;
+    if (smooth_around(depth.along_z_m(), u, v, reach) || !fused_nearby(depth, fused, u, v, reach)) certain(v, u) = 255;
   });
   if (cv::countNonZero(certain) == 0) {
     differs = std::uint8_t{0};
@@ -88,8 +105,8 @@ cv::Mat1b moved_mask(float voxel_m, const CameraRays& eye, const CurrentDepth& d
     (off_m < 0 ? nearer : farther)(v, u) = 255;
   });
   const int edge = min_width_px(voxel_m, eye, fused);
-  keep_certain(nearer, depth, edge);
-  keep_certain(farther, depth, edge);
+  keep_certain(nearer, depth, fused, edge);
+  keep_certain(farther, depth, fused, edge);
   return nearer | farther;
 }
 

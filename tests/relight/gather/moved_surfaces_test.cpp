@@ -31,7 +31,7 @@ class NarrowDifference : public testing::Test {
     std::fill(depth_m_.data.begin(), depth_m_.data.end(), 2.0f);
   }
 
-  /// Number of pixels that moved, if the fused room is at 1 m in these columns.
+  /// Number of pixels that moved, if the fused room is at board_m_ in these columns.
   std::size_t found(int first, int last) const {
     const PixelRays rays(camera_);
     std::vector<GBufferPixel> seen(depth_m_.data.size());
@@ -40,7 +40,7 @@ class NarrowDifference : public testing::Test {
         GBufferPixel& pixel = seen[static_cast<std::size_t>(v * camera_.width + u)];
         pixel.known = true;
         pixel.w = rays.at(u, v);
-        pixel.depth_m = (u >= first && u <= last ? 1.0f : 2.0f) / pixel.w.z();
+        pixel.depth_m = (u >= first && u <= last ? board_m_ : 2.0f) / pixel.w.z();
         pixel.surface.normal = -Eigen::Vector3f::UnitZ();
       }
     }
@@ -57,6 +57,7 @@ class NarrowDifference : public testing::Test {
 
   capture::CameraModel camera_;
   capture::Image<float> depth_m_;
+  float board_m_ = 1;  ///< of the fused room
 };
 
 TEST_F(NarrowDifference, IsARodThatLeftWhereDepthIsSmoothAllAround) {
@@ -68,6 +69,29 @@ TEST_F(NarrowDifference, IsADisplacedEdgeNextToAJumpOfDepth) {
     for (int u = 0; u < 19; ++u) depth_m_.at(u, v) = 1;
   }
   EXPECT_EQ(found(0, 19), 0u);
+}
+
+// Depth cameras answer at edges for one surface or the other, frame by frame.
+TEST_F(NarrowDifference, IsAPixelThatAnswersForItsNeighbourAcrossALowEdge) {
+  board_m_ = 1.9f;
+  for (int v = 0; v < camera_.height; ++v) {
+    for (int u = 0; u < 20; ++u) depth_m_.at(u, v) = board_m_;
+    if (v % 5 < 3) depth_m_.at(20, v) = board_m_;
+  }
+  EXPECT_EQ(found(0, 19), 0u);
+}
+
+TEST_F(NarrowDifference, IsAThinThingThatCame) {
+  for (int v = 0; v < camera_.height; ++v) depth_m_.at(19, v) = depth_m_.at(20, v) = 1.7f;
+  EXPECT_EQ(found(-1, -2), static_cast<std::size_t>(2 * camera_.height));
+}
+
+TEST_F(NarrowDifference, IsNoiseInOnePixelAndWhatIsFusedBeyondTheImage) {
+  depth_m_.at(20, 15) = 1.95f;
+  for (int v = 0; v < camera_.height; ++v) depth_m_.at(40, v) = 1.95f;
+  EXPECT_EQ(found(-1, -2), 0u);
+  depth_m_.at(21, 15) = depth_m_.at(20, 16) = depth_m_.at(21, 16) = 1.95f;
+  EXPECT_EQ(found(-1, -2), 4u) << "something small and low";
 }
 
 /// A wall at 2 m, and a board at 1 m in front of its middle that fusion holds, too.
