@@ -104,8 +104,7 @@ std::vector<BrickKey> bricks_on_surfaces(const PreparedDepth& view, const DepthP
     for (int u = 0; u < view.blocks_x; u += kStride) {
       if ((u + v) / kStride % subset.count != subset.index) continue;
       const PreparedDepth::Block& first = block_at(u, v);
-      if (first.weight > 0 && view.block_jumps[static_cast<std::size_t>(v * view.blocks_x + u)] < 0 &&
-          stride_of(u, v, first) == kStride) {
+      if (first.weight > 0 && first.jump < 0 && stride_of(u, v, first) == kStride) {
         add_around(u, v, first);
         continue;
       }

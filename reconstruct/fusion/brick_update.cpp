@@ -37,15 +37,6 @@ struct BrickUpdate::Readings {
   Simd8 normal[3];  ///< of the observed planes, not normalised, away from the camera
 };
 
-/// What the blocks of eight voxels' pixels observed.
-struct BrickUpdate::Planes {
-  Simd8Int u, v;  ///< pixels
-  Simd8Int block;
-  Simd8 weight, plane_m;
-  Simd8 depth_ratio;  ///< depth of the voxel relative to the plane's along its ray
-  Simd8Int at_jump;   ///< lanes that need the jump
-};
-
 /// Lanes in which the observation and the past exclude each other.
 struct BrickUpdate::Conflict {
   Simd8Int reset_past, ignore_reading;
@@ -145,7 +136,7 @@ LUMIGRAFT_SIMD8_TARGET BrickUpdate::Change BrickUpdate::update_wide(WorkingBrick
   // Distances are to the plane, not along the ray, so that they are right at grazing angles too.
   const Simd8 depth_ratio = a * at.x + b * at.y + c * at.z, plane_m = join(low[3], high[3]);
   const Simd8 weight = of_blocks(view_.plane_weights);
-  const Simd8Int within_reach = reinterpret_cast<Simd8Int>(weight) < 0;  // of a jump, also where the weight is −0
+  const Simd8Int needs_jump = weight == PreparedDepth::kJump;
   Readings readings;
   readings.distance = (1 - depth_ratio) * plane_m;
   readings.weight = abs(weight);
@@ -155,20 +146,13 @@ LUMIGRAFT_SIMD8_TARGET BrickUpdate::Change BrickUpdate::update_wide(WorkingBrick
   readings.observed =
       inside & (readings.weight > 0) & (readings.distance >= -sizes_.truncation_m) &
       (readings.distance * at.z >= -kDepthLookup.behind_grazing * sizes_.truncation_m * plane_m * depth_ratio);
-  Simd8Int at_jump{};
-  if (any(within_reach & inside)) {
-    const Simd8 jump_depth_m = of_blocks(view_.jump_depth_m);
-    const Simd8Int needs_jump = within_reach & (jump_depth_m > 0);
-    at_jump = (within_reach & ~needs_jump & readings.observed & (readings.distance <= shell_m_)) |
-              (needs_jump & inside & (at.z <= jump_depth_m));
-    readings.observed &= ~(needs_jump | at_jump);
+  Simd8Int at_jump = (weight < 0) & readings.observed & (readings.distance <= shell_m_) & ~needs_jump;
+  if (any(needs_jump)) {
+    at_jump |= needs_jump & (at.z <= of_blocks(view_.jump_depth_m));
+    readings.observed &= ~needs_jump;
   }
-  const Simd8Int pixel_u = __builtin_convertvector(u, Simd8Int), pixel_v = __builtin_convertvector(v, Simd8Int);
-  if (any(at_jump)) {
-    Planes planes{pixel_u, pixel_v, block, readings.weight, plane_m, depth_ratio, at_jump};
-    read_near_jumps(at, planes, readings);
-    at_jump = planes.at_jump;
-  }
+  at_jump &= inside;
+  readings.observed &= ~at_jump;
   readings.may_overrule = readings.observed;
   readings.edge = Simd8Int{};
   readings.facing = Simd8{};
@@ -182,8 +166,8 @@ LUMIGRAFT_SIMD8_TARGET BrickUpdate::Change BrickUpdate::update_wide(WorkingBrick
   for (unsigned single = lane_mask(outside | at_jump); single != 0; single &= single - 1) {
     const int k = std::countr_zero(single);
     const Vector3f p(at.x[k], at.y[k], at.z[k]);
-    const DepthReading one =
-        at_jump[k] ? depth_.near_jump(p, pixel_u[k], pixel_v[k]) : depth_.read(p, {at.u[k], at.v[k]});
+    const DepthReading one = at_jump[k] ? depth_.near_jump(p, static_cast<int>(u[k]), static_cast<int>(v[k]))
+                                        : depth_.read(p, {at.u[k], at.v[k]});
     if (one.weight <= 0) continue;
     readings.distance[k] = one.distance_m;
     readings.weight[k] = one.weight;
@@ -194,50 +178,6 @@ LUMIGRAFT_SIMD8_TARGET BrickUpdate::Change BrickUpdate::update_wide(WorkingBrick
     if (one.visible) readings.facing[k] = one.facing * (one.edge ? kDepthLookup.edge_weight : 1);
   }
   return readings;
-}
-
-/// DepthLookup::near_jump of the lanes for which it takes no search, from their own block's plane. The others
-/// stay in `planes.at_jump`.
-[[gnu::always_inline]] inline void BrickUpdate::read_near_jumps(const Row& at, Planes& planes,
-                                                                Readings& readings) const {
-  using Jump = PreparedDepth::Jump;
-  static_assert(offsetof(Jump, pixel) == 0 && offsetof(Jump, divide) == 8 && offsetof(Jump, occlusion_px) == 12 &&
-                offsetof(Jump, near_m) == 16);
-  const Simd8Int pixel = (planes.v * view_.width + planes.u) & planes.at_jump;
-  Simd8 inverse_depth;
-  Simd4 rows[2][4], ends[2][4];
-  for (int k = 0; k < 8; ++k) {
-    inverse_depth[k] = view_.inverse_depth[static_cast<std::size_t>(pixel[k])];
-    const std::int32_t jump =
-        planes.at_jump[k] ? view_.block_jumps[static_cast<std::size_t>(planes.block[k])] : std::int32_t{0};
-    const auto* floats = reinterpret_cast<const float*>(&view_.jumps[static_cast<std::size_t>(jump)]);
-    rows[k / 4][k % 4] = load(floats);
-    ends[k / 4][k % 4] = load(floats + 4);
-  }
-  for (auto* four : {rows[0], rows[1], ends[0], ends[1]}) transpose(four[0], four[1], four[2], four[3]);
-  const auto field = [](const Simd4(&of)[2][4], int index) __attribute__((always_inline)) {
-    return join(of[0][index], of[1][index]);
-  };
-  const Simd8 du = field(rows, 0) - __builtin_convertvector(planes.u, Simd8),
-              dv = field(rows, 1) - __builtin_convertvector(planes.v, Simd8);
-  const Simd8 divide = field(rows, 2), occlusion_px = field(rows, 3);
-  const Simd8Int near_side = inverse_depth > divide, near_occlusion = du * du + dv * dv < occlusion_px * occlusion_px;
-  // Deep behind the measurement nothing is observed, except the far surface that continues there.
-  const float reach_m = kDepthLookup.behind_grazing * sizes_.truncation_m + kDepthLookup.deep_voxels * sizes_.voxel_m;
-  const Simd8Int deep = ~(near_side & near_occlusion) & ((at.z - reach_m) * inverse_depth > kDepthLookup.deep_ratio);
-  const Simd8Int measured = planes.at_jump & (inverse_depth > 0) & ~deep, with_plane = planes.weight > 0;
-  const Simd8Int on_plane = with_plane & (readings.distance >= -sizes_.truncation_m) &
-                            (readings.distance * at.z >=
-                             -kDepthLookup.behind_grazing * sizes_.truncation_m * planes.plane_m * planes.depth_ratio);
-  const Simd8Int search = measured & (~with_plane | (near_side & on_plane & (readings.distance < 0)) |
-                                      (near_side & near_occlusion & ~on_plane));
-  const Simd8Int found = measured & on_plane & ~search;
-  // In front of the far surface, but next to the rim of the near one.
-  const Simd8Int rim = found & near_occlusion & ~near_side;
-  const Simd8 x = at.x - field(ends, 0), y = at.y - field(ends, 1), z = at.z - field(ends, 2);
-  readings.distance = select(rim, min(readings.distance, sqrt(x * x + y * y + z * z)), readings.distance);
-  readings.observed |= found;
-  planes.at_jump = search;
 }
 
 /// Whether a voxel was observed from the other side of a surface with this normal (camera frame): then the field rises
@@ -320,7 +260,7 @@ void BrickUpdate::prefetch(const WorkingBrick& brick, const BrickVisibility& vis
     const std::size_t first = row + static_cast<std::size_t>(low_x), last = row + static_cast<std::size_t>(high_x);
     prefetch_range(&view_.planes[first], &view_.planes[last]);
     prefetch_range(&view_.plane_weights[first], &view_.plane_weights[last]);
-    if (visibility.jumps) prefetch_range(&view_.block_jumps[first], &view_.block_jumps[last]);
+    if (visibility.jumps) prefetch_range(&view_.blocks[first], &view_.blocks[last].jump);
   }
   for (int v = visibility.first_v; v <= visibility.last_v; ++v) {
     const float* row = view_.inverse_depth.data() + std::ptrdiff_t{v} * view_.width;

@@ -42,13 +42,11 @@ class BrickUpdate {
  private:
   struct Row;
   struct Readings;
-  struct Planes;
   struct Conflict;
   struct DriftSum;
   Change update_rows(WorkingBrick& brick, float hidden_m, const FieldBrickMaker& maker) const;
   Change update_wide(WorkingBrick& brick, float hidden_m, const FieldBrickMaker& maker) const;
   Readings read(const Row& at) const;
-  void read_near_jumps(const Row& at, Planes& planes, Readings& readings) const;
   Conflict conflict(const FieldBrick& brick, std::size_t i, const Readings& readings) const;
   void fuse(FieldBrick& brick, std::size_t i, const Readings& readings, Change& change, DriftSum& drift) const;
   bool from_other_side(const FieldBrick& brick, std::size_t i, const Eigen::Vector3f& normal) const;

@@ -96,7 +96,7 @@ void DepthPreprocessor::prepare(const capture::Image<float>& depth_m, PreparedDe
   jump_reach_.clear();
   discontinuous_.resize(rays_.size());
   block_inverse_.resize(static_cast<std::size_t>(blocks_x_) * blocks_y_);
-  view.block_jumps.resize(block_inverse_.size());
+  block_jumps_.resize(block_inverse_.size());
   block_hidden_m_.resize(block_inverse_.size());
   // One row of tiles at a time, so that it stays in the cache.
   for (int y = 0; y < view.tiles_y; ++y) {
@@ -136,8 +136,8 @@ void DepthPreprocessor::invert(const capture::Image<float>& depth_m, PreparedDep
 void DepthPreprocessor::find_jumps(PreparedDepth& view, int first_v, int end_v) {
   std::fill(discontinuous_.begin() + std::ptrdiff_t{first_v} * width_,
             discontinuous_.begin() + std::ptrdiff_t{end_v} * width_, std::uint8_t{0});
-  std::fill(view.block_jumps.begin() + std::ptrdiff_t{first_v / 2} * blocks_x_,
-            view.block_jumps.begin() + std::ptrdiff_t{end_v / 2} * blocks_x_, -1);
+  std::fill(block_jumps_.begin() + std::ptrdiff_t{first_v / 2} * blocks_x_,
+            block_jumps_.begin() + std::ptrdiff_t{end_v / 2} * blocks_x_, -1);
   const auto differ = [&]<typename Value>(Value a, Value b, Value c, Value d, const Value& none) {
     const Value low_ab = a < b ? a : b, low_cd = c < d ? c : d, high_ab = a > b ? a : b, high_cd = c > d ? c : d;
     const Value low = low_ab < low_cd ? low_ab : low_cd, high = high_ab > high_cd ? high_ab : high_cd;
@@ -163,8 +163,8 @@ void DepthPreprocessor::find_jumps(PreparedDepth& view, int first_v, int end_v) 
 
 void DepthPreprocessor::add_jump(PreparedDepth& view, int u, int v) {
   discontinuous_[static_cast<std::size_t>(v) * width_ + u] = 1;
-  std::int32_t& in_block = view.block_jumps[static_cast<std::size_t>(std::min(v / 2, blocks_y_ - 1) * blocks_x_ +
-                                                                     std::min(u / 2, blocks_x_ - 1))];
+  std::int32_t& in_block = block_jumps_[static_cast<std::size_t>(std::min(v / 2, blocks_y_ - 1) * blocks_x_ +
+                                                                 std::min(u / 2, blocks_x_ - 1))];
   if (in_block >= 0) return;  // one jump per block is enough
   const std::int32_t first = view.pixel_index(u, v);
   const auto q = [&](std::int32_t pixel) { return view.inverse_depth[static_cast<std::size_t>(pixel)]; };
@@ -204,11 +204,11 @@ void DepthPreprocessor::accept_steep_planes(PreparedDepth& view) {
     if (view.jumps[k].far >= 0)
       if (const auto plane = steep_plane_at(view, 2 * u, 2 * v, focal_, noise_)) {
         steep_.emplace_back(i, *plane);
-        view.block_jumps[i] = -1;
+        block_jumps_[i] = -1;
         block_inverse_[i] = plane->inverse_depth;
         continue;
       }
-    view.block_jumps[i] = static_cast<std::int32_t>(kept);
+    block_jumps_[i] = static_cast<std::int32_t>(kept);
     view.jumps[kept] = view.jumps[k];
     jump_reach_[kept++] = jump_reach_[k];
   }
@@ -366,6 +366,7 @@ void DepthPreprocessor::set_plane(PreparedDepth& view, std::size_t i, float q, f
       block.distance_m = normal[k][3];
       block.weight = four_weights[k];
       block.facing = four_facings[k];
+      block.jump = -1;
     }
   };
   write(
@@ -377,19 +378,19 @@ void DepthPreprocessor::set_plane(PreparedDepth& view, std::size_t i, float q, f
 /// Propagates the closest jump to each block in two sweeps over neighbours (Danielsson 1980).
 void DepthPreprocessor::spread_jumps(PreparedDepth& view) {
   const auto adopt = [&](std::size_t i, int u, int v, std::int32_t candidate) {
-    if (candidate < 0 || candidate == view.block_jumps[i]) return;
+    if (candidate < 0 || candidate == block_jumps_[i]) return;
     const Eigen::Vector2f here(2 * static_cast<float>(u) + 0.5f, 2 * static_cast<float>(v) + 0.5f);
     const auto away_from = [&](const Simd4& jump) { return (Eigen::Vector2f(jump[0], jump[1]) - here).squaredNorm(); };
     const Simd4& jump = jump_reach_[static_cast<std::size_t>(candidate)];
     const float away = away_from(jump);
     if (away > jump[2]) return;
-    const std::int32_t own = view.block_jumps[i];
-    if (own < 0 || away < away_from(jump_reach_[static_cast<std::size_t>(own)])) view.block_jumps[i] = candidate;
+    const std::int32_t own = block_jumps_[i];
+    if (own < 0 || away < away_from(jump_reach_[static_cast<std::size_t>(own)])) block_jumps_[i] = candidate;
   };
   const std::ptrdiff_t row = blocks_x_;
   const auto visit = [&](int u, int v, int step) {
     const std::size_t i = static_cast<std::size_t>(v) * blocks_x_ + u;
-    const std::int32_t* at = &view.block_jumps[i];
+    const std::int32_t* at = &block_jumps_[i];
     const bool before_u = step > 0 ? u > 0 : u + 1 < blocks_x_, after_u = step > 0 ? u + 1 < blocks_x_ : u > 0;
     const bool before_v = step > 0 ? v > 0 : v + 1 < blocks_y_;
     if (before_u) adopt(i, u, v, at[-step]);
@@ -400,7 +401,7 @@ void DepthPreprocessor::spread_jumps(PreparedDepth& view) {
   };
   // Most blocks are far from jumps: groups of eight without a jump next to them or before them in the row are skipped.
   const auto sweep = [&](int v, int step) {
-    const std::int32_t* own = &view.block_jumps[static_cast<std::size_t>(v) * blocks_x_];
+    const std::int32_t* own = &block_jumps_[static_cast<std::size_t>(v) * blocks_x_];
     const bool before_v = step > 0 ? v > 0 : v + 1 < blocks_y_;
     const std::int32_t* before = before_v ? own - step * row : own;
     const int end = step > 0 ? blocks_x_ : -1;
@@ -428,23 +429,21 @@ void DepthPreprocessor::spread_jumps(PreparedDepth& view) {
 /// Assigns the jump of a block to it, and what PreparedDepth::plane_weights says.
 void DepthPreprocessor::mark_jump(PreparedDepth& view, int u, int v) {
   const std::size_t i = static_cast<std::size_t>(v) * blocks_x_ + u;
-  if (view.block_jumps[i] < 0) return;
+  if (block_jumps_[i] < 0) return;
   PreparedDepth::Block& block = view.blocks[i];
+  block.jump = block_jumps_[i];
   const float* q = &view.inverse_depth[static_cast<std::size_t>(2 * v) * width_ + 2 * u];
   constexpr float kNone = std::numeric_limits<float>::max();
   float low = kNone;  // of the pixels that are measured
   for (const float pixel : {q[0], q[1], q[width_], q[width_ + 1]})
     if (pixel > 0) low = std::min(low, pixel);
   if (low == kNone) return;
-  const PreparedDepth::Jump& jump = view.jumps[static_cast<std::size_t>(view.block_jumps[i])];
+  const PreparedDepth::Jump& jump = view.jumps[static_cast<std::size_t>(block.jump)];
   const Eigen::Vector2f centre(2 * static_cast<float>(u) + 0.5f, 2 * static_cast<float>(v) + 0.5f);
   const float reach_px = jump.occlusion_px + kToCorner_px;
   const bool clear = jump.far < 0 || (jump.pixel - centre).squaredNorm() > reach_px * reach_px;
   if (block.weight > 0 && clear) {
-    if (low > jump.divide) {
-      view.plane_weights[i] = -block.weight;
-      view.jump_depth_m[i] = 0;
-    }
+    if (low > jump.divide) view.plane_weights[i] = -block.weight;
     return;
   }
   // Depth up to which a pixel next to a jump observes anything (DepthLookup::near_jump).
@@ -455,7 +454,7 @@ void DepthPreprocessor::mark_jump(PreparedDepth& view, int u, int v) {
   float& hidden_m = block_hidden_m_[i];
   hidden_m = std::max(hidden_m, until_m(low));
   if (!clear) hidden_m = std::max(hidden_m, until_m(view.inverse_depth[static_cast<std::size_t>(jump.far)]));
-  view.plane_weights[i] = -block.weight;
+  view.plane_weights[i] = PreparedDepth::kJump;
   view.jump_depth_m[i] = hidden_m;
 }
 
@@ -466,7 +465,7 @@ void DepthPreprocessor::measure_hidden(PreparedDepth& view) const {
     for (int v = y * kBlocks; v < std::min((y + 1) * kBlocks, blocks_y_); ++v)
       for (int x = 0; x < view.tiles_x; ++x) {
         const float* first = &block_hidden_m_[static_cast<std::size_t>(v) * blocks_x_];
-        const std::int32_t* jumps = &view.block_jumps[static_cast<std::size_t>(v) * blocks_x_];
+        const std::int32_t* jumps = &block_jumps_[static_cast<std::size_t>(v) * blocks_x_];
         PreparedDepth::Tile& tile = view.tiles[static_cast<std::size_t>(y) * view.tiles_x + x];
         for (int u = x * kBlocks; u < std::min((x + 1) * kBlocks, blocks_x_); ++u) {
           tile.hidden_m = std::max(tile.hidden_m, first[u]);

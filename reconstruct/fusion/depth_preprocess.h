@@ -21,16 +21,17 @@ struct PreparedDepth {
     float distance_m = 0;                              ///< of the plane: normal · p = distance_m
     float weight = 0;                                  ///< (kMinDepthSigma_m / σ)², at most 1; 0 = no plane
     float facing = 0;                                  ///< cosine of incidence
+    std::int32_t jump = -1;                            ///< the closest jump in depth within reach; −1 = none
   };
   /// Depth discontinuity between neighbouring pixels: a surface ends in front of a farther one, or of no measurement.
-  struct alignas(64) Jump {           // in one cache line; its first eight floats are read as a vector
+  struct Jump {
     Eigen::Vector2f pixel;            ///< its position
-    float divide = 0;                 ///< inverse depth between the two surfaces
-    float occlusion_px = 0;           ///< so near to it the near surface may hide the far one; 0 = none is there
-    Eigen::Vector3f near_m;           ///< the point of pixel `near`, camera frame
-    float voxel_pixels = 0;           ///< size of a voxel at the near surface, pixels
     std::int32_t near = 0, far = -1;  ///< pixel indices; far −1 = nothing measured there
+    float divide = 0;                 ///< inverse depth between the two surfaces
+    float voxel_pixels = 0;           ///< size of a voxel at the near surface, pixels
+    Eigen::Vector3f near_m;           ///< the point of pixel `near`, camera frame
     Eigen::Vector2f inside;           ///< unit vector in the image, towards that pixel
+    float occlusion_px = 0;           ///< so near to it the near surface may hide the far one; 0 = none is there
   };
   /// What kTile × kTile pixels measured.
   struct Tile {
@@ -45,12 +46,12 @@ struct PreparedDepth {
   std::vector<float> inverse_depth;  ///< per pixel, 1/m; 0 = nothing measured
   std::vector<Block> blocks;
   std::vector<Simd4> planes;  ///< per block: normal / distance, and the distance
-  /// Per block the weight; negative, or −0, within reach of a jump. There `jump_depth_m` is the depth up to which the
-  /// jump itself is needed; 0 = what is in front of the plane, beyond its shell, is observed as on any plane. 0 also
+  /// Per block the weight. Within reach of a jump it is negative where what is in front of the plane, beyond its shell,
+  /// is observed as on any plane; and kJump where the jump itself is needed, up to the depth `jump_depth_m`. 0 also
   /// where no pixel has a measurement.
   std::vector<float> plane_weights;
+  static constexpr float kJump = -2;
   std::vector<float> jump_depth_m;
-  std::vector<std::int32_t> block_jumps;  ///< per block the closest jump in depth within reach; −1 = none
   std::vector<Jump> jumps;
   std::vector<Tile> tiles;
   /// Cache of DepthLookup by pixel: the block whose plane contains a pixel next to a jump; −1 = none.
@@ -65,10 +66,9 @@ struct PreparedDepth {
   float noise_scale = 0;  ///< noise of the image relative to the sensor noise model
 
   std::int32_t pixel_index(int u, int v) const { return v * width + u; }
-  std::size_t block_index(int u, int v) const {
-    return static_cast<std::size_t>(std::min(v >> 1, blocks_y - 1) * blocks_x + std::min(u >> 1, blocks_x - 1));
+  const Block& block_of(int u, int v) const {
+    return blocks[static_cast<std::size_t>(std::min(v >> 1, blocks_y - 1) * blocks_x + std::min(u >> 1, blocks_x - 1))];
   }
-  const Block& block_of(int u, int v) const { return blocks[block_index(u, v)]; }
 };
 
 /// A plane seen at a grazing angle.
@@ -125,6 +125,7 @@ class DepthPreprocessor {
   std::vector<float> block_inverse_;         ///< mean inverse depth of a block on one surface; 0 = otherwise
   std::vector<float> block_hidden_m_;        ///< depth behind which a block observes nothing; 0 = nothing at all
   std::vector<std::uint8_t> discontinuous_;  ///< per pixel: depth jumps between it and its right and lower neighbours
+  std::vector<std::int32_t> block_jumps_;    ///< per block: the jump in it, then the closest
   std::vector<std::pair<std::size_t, SteepPlane>> steep_;  ///< by block
   std::vector<Simd4> jump_reach_;  ///< per jump: its pixel, and the square of its reach in pixels
 };

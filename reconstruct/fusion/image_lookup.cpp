@@ -35,10 +35,8 @@ DepthReading DepthLookup::near_jump(const Eigen::Vector3f& p, int u, int v) cons
   const std::int32_t pixel = view_.pixel_index(u, v);
   const float inverse_depth = view_.inverse_depth[static_cast<std::size_t>(pixel)];
   if (inverse_depth == 0) return {};
-  const std::size_t block_at = view_.block_index(u, v);
-  const PreparedDepth::Block& block = view_.blocks[block_at];
-  const std::int32_t jump_at = view_.block_jumps[block_at];
-  const PreparedDepth::Jump& jump = view_.jumps[static_cast<std::size_t>(jump_at)];
+  const PreparedDepth::Block& block = view_.block_of(u, v);
+  const PreparedDepth::Jump& jump = view_.jumps[static_cast<std::size_t>(block.jump)];
   const bool near_side = inverse_depth > jump.divide;
   const float away_px2 = (jump.pixel - Eigen::Vector2f(static_cast<float>(u), static_cast<float>(v))).squaredNorm();
   const bool near_occlusion = away_px2 < jump.occlusion_px * jump.occlusion_px;
@@ -68,7 +66,7 @@ DepthReading DepthLookup::near_jump(const Eigen::Vector3f& p, int u, int v) cons
   }
   if (!near_occlusion) return reading;
   if (near_side) {
-    if (reading.weight <= 0) return hidden_surface(p, jump_at);
+    if (reading.weight <= 0) return hidden_surface(p, block.jump);
   } else if (reading.weight > 0) {
     // In front of the far surface, but next to the rim of the near one.
     reading.distance_m = std::min(reading.distance_m, (p - jump.near_m).norm());
@@ -85,10 +83,8 @@ DepthReading DepthLookup::outside_image(const Eigen::Vector3f& p, const Eigen::V
   if (!(away_px < extrapolation_px())) return {};
   const int u = static_cast<int>(nearest.x() + 0.5f), v = static_cast<int>(nearest.y() + 0.5f);
   const float inverse_depth = view_.inverse_depth[static_cast<std::size_t>(view_.pixel_index(u, v))];
-  const std::size_t block_at = view_.block_index(u, v);
-  const PreparedDepth::Block& block = view_.blocks[block_at];
-  if (block.weight <= 0 || view_.block_jumps[block_at] >= 0 || inverse_depth == 0 ||
-      !(inverse_depth * steady_depth_m_ > 1) ||
+  const PreparedDepth::Block& block = view_.block_of(u, v);
+  if (block.weight <= 0 || block.jump >= 0 || inverse_depth == 0 || !(inverse_depth * steady_depth_m_ > 1) ||
       away_px > kDepthLookup.rim_voxels * voxel_m_ * preprocessor_.focal() * inverse_depth + 1)
     return {};
   DepthReading reading = from_plane(p, block, block.distance_m);

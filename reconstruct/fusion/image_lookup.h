@@ -78,9 +78,8 @@ class DepthLookup {
     if (!(x >= 0 && y >= 0 && x < static_cast<float>(2 * view_.blocks_x) && y < static_cast<float>(2 * view_.blocks_y)))
       return outside_image(p, pixel);
     const int u = static_cast<int>(x), v = static_cast<int>(y);
-    const std::size_t at = view_.block_index(u, v);
-    const PreparedDepth::Block& block = view_.blocks[at];
-    if (view_.block_jumps[at] < 0) return from_plane(p, block, block.distance_m);
+    const PreparedDepth::Block& block = view_.blocks[static_cast<std::size_t>((v >> 1) * view_.blocks_x + (u >> 1))];
+    if (block.jump < 0) return from_plane(p, block, block.distance_m);
     return near_jump(p, u, v);
   }
   /// The same for a voxel that projects to pixel (u, v), whose block is within reach of a jump.

@@ -37,8 +37,7 @@ TEST(FusionUpdate, IsBitIdenticalWithNarrowVectors) {
     for (std::size_t k = 0; k < view.blocks.size(); ++k) {
       const PreparedDepth::Block &a = view.blocks[k], &b = narrow_view.blocks[k];
       EXPECT_EQ(a.normal, b.normal);
-      EXPECT_EQ(std::tie(a.distance_m, a.weight, a.facing, view.block_jumps[k]),
-                std::tie(b.distance_m, b.weight, b.facing, narrow_view.block_jumps[k]));
+      EXPECT_EQ(std::tie(a.distance_m, a.weight, a.facing, a.jump), std::tie(b.distance_m, b.weight, b.facing, b.jump));
       for (int c = 0; c < 4; ++c) EXPECT_EQ(view.planes[k][c], narrow_view.planes[k][c]);
       EXPECT_EQ(view.plane_weights[k], narrow_view.plane_weights[k]);
     }
@@ -65,63 +64,6 @@ TEST(FusionUpdate, IsBitIdenticalWithNarrowVectors) {
     }
   }
   EXPECT_GT(wide_bricks.size(), 100u);
-}
-
-// Rows of voxels are read as each voxel by itself, next to jumps too.
-TEST(FusionUpdate, RowsAreReadAsSingleVoxels) {
-  const capture::CameraModel camera = test::coarse_camera();
-  const PixelMap map(camera);
-  DepthPreprocessor preprocessor(camera, kVoxelM, kTruncationM, 5);
-  const FieldBrickMaker maker;
-  int observed = 0, at_jumps = 0;
-  for (unsigned i = 0; i < 4; ++i) {
-    const Eigen::Isometry3d T_tag_camera = test::looking_at_tag(0.8, (30 + 15 * i) * test::kDegree, -2.4 + 0.7 * i);
-    capture::FrameSet frame = test::frame_of(test::ball_on_table, camera, T_tag_camera, i, {1, i + 1});
-    auto depth = std::make_shared<capture::DepthFrame>(*frame.depth);
-    for (int v = 40; v < 60; ++v)
-      for (int u = 30; u < 50; ++u) depth->depth_m.at(u, v) = 0;
-    PreparedDepth view;
-    preprocessor.prepare(depth->depth_m, view);
-    const Eigen::Isometry3f T_camera_tag = T_tag_camera.inverse().cast<float>();
-    const ColorLookup colour(nullptr, capture::Response::srgb(), camera.width, camera.height);
-    const BrickUpdate update(view, preprocessor, map, colour, T_camera_tag, {kVoxelM, kTruncationM, 64});
-    const DepthLookup lookup(view, preprocessor, map, kVoxelM, kTruncationM, kBrickUpdate.shell_voxels * kVoxelM);
-    RecentBricks known;
-    for (const BrickKey& key : bricks_on_surfaces(view, preprocessor, T_tag_camera.cast<float>(), kVoxelM, kTruncationM,
-                                                  ImageSubset{}, {0, 5}, known)) {
-      WorkingBrick brick = new_brick(key);
-      update.update(brick, 1e9f, maker);
-      for (int k = 0; k < kBrickVoxels; ++k) {
-        const Eigen::Vector3f p = T_camera_tag * (kVoxelM * voxel_in(key, k).cast<float>());
-        if (p.z() < kBrickSelection.near_m) continue;
-        const Eigen::Vector2f pixel = map.pixel(p.x() / p.z(), p.y() / p.z());
-        // Rounding may put a voxel between two pixels or blocks into either.
-        const Eigen::Array2f in_pixel = pixel.array() + 0.5f - (pixel.array() + 0.5f).floor();
-        if (in_pixel.minCoeff() < 1e-2f || in_pixel.maxCoeff() > 0.99f) continue;
-        // Where a jump is within reach but hides nothing, or beyond what it hides, rows take the plane alone.
-        if (!(pixel.minCoeff() >= 0 && pixel.x() < camera.width - 1 && pixel.y() < camera.height - 1)) continue;
-        const std::size_t block =
-            view.block_index(static_cast<int>(pixel.x() + 0.5f), static_cast<int>(pixel.y() + 0.5f));
-        const bool at_jump = view.block_jumps[block] >= 0;
-        if (at_jump && !(std::signbit(view.plane_weights[block]) && p.z() <= view.jump_depth_m[block])) continue;
-        // Rounding may also put a voxel to either side of the end of what is solid.
-        const float to_voxel = view.blocks[block].normal.dot(p), behind_m = view.blocks[block].distance_m - to_voxel;
-        if (std::abs(behind_m + kTruncationM) < 1e-5f ||
-            std::abs(behind_m * p.z() + kDepthLookup.behind_grazing * kTruncationM * to_voxel) < 1e-5f)
-          continue;
-        const DepthReading one = lookup.read(p, pixel);
-        const auto at = static_cast<std::size_t>(k);
-        ASSERT_EQ(brick.now->weight[at] > 0, one.weight > 0) << pixel.transpose() << ", " << p.transpose();
-        if (!(one.weight > 0)) continue;
-        ASSERT_NEAR(brick.now->weight[at], one.weight, 1e-3f * one.weight);
-        ASSERT_NEAR(brick.now->distance_m[at], std::min(one.distance_m, kTruncationM), 1e-5f) << pixel.transpose();
-        ++observed;
-        at_jumps += at_jump;
-      }
-    }
-  }
-  EXPECT_GT(observed, 100000);
-  EXPECT_GT(at_jumps, 20000);
 }
 
 // What counts as hidden is not observed, at jumps and outside the image too, and little else is updated in vain.
