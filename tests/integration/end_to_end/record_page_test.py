@@ -3,7 +3,7 @@
 
   record_page_test.py PROGRAM FAKE_CAMERA
 
-Checks that the page shows that it records, for how long and to which folder, that frames are still streamed, that the
+Checks that the page shows that it records, for how long and as what, that frames are still streamed, that the
 recording can be replayed, and that a full disk ends the recording but not the stream.
 """
 import fcntl
@@ -92,8 +92,8 @@ class RecordPageTest(unittest.TestCase):
         page.click("record")
         said = page.wait(lambda: re.match(r"recorded 0:\d\d, (\d+) pictures(, \d+ lost)?, to (\S+)", self.state()), "the end of it")
         print(said[0])
-        folder = said[3]
-        self.assertEqual(os.path.realpath(os.path.dirname(folder)), os.path.realpath(os.path.join(self.folder, "recorded")))
+        self.assertNotIn("/", said[3], "viewers learn its name, not where this machine keeps it")
+        folder = os.path.join(self.folder, "recorded", said[3])
         again = subprocess.run([PROGRAM, "record", "--config", os.path.join(folder, "session.toml"), "--out", os.path.join(self.folder, "again")],
                                capture_output=True, text=True, check=True)
         self.assertIn(f"colour: {said[1]} pictures\n", again.stdout + again.stderr)
