@@ -37,8 +37,8 @@ struct alignas(64) BrickColor {
 struct alignas(64) FieldBrick {  // so that a row of eight voxels is in one cache line
   std::array<float, kBrickVoxels> distance_m{};
   std::array<float, kBrickVoxels> weight{};  ///< sum of measurement weights, capped; 0 = unknown
-  /// Null: no colour was observed. Two thirds of a brick's memory, and most bricks have none or keep it while distances
-  /// change; copies of a brick share it.
+  /// Null: no colour was observed, as in a quarter of a kitchen's bricks. Two thirds of a brick's memory; copies of a
+  /// brick share it.
   std::shared_ptr<const BrickColor> color;
 
   Eigen::Vector3f radiance(std::size_t voxel) const {

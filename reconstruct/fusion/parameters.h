@@ -13,8 +13,9 @@ struct FusionSettings {
   double truncation_voxels = 4.0;
   double far_m = 5.0;      ///< surfaces beyond it are fused in coarser voxels (CoarseParameters)
   double weight_cap = 64;  ///< limit of the summed weight of a voxel: bounds the time over which it averages
-  /// Memory of bricks. A square metre of surface takes 540 bricks of 12.4 kB (8 mm voxels); what is within far_m of the
-  /// tag in a hall, 98 square metres of floor, wall and furniture, fits together with the coarse field.
+  /// Memory of bricks. A square metre of surface takes 540 bricks of 12.4 kB, 4.2 kB without colour (8 mm voxels); what
+  /// is within far_m of the tag in a hall, 98 square metres of floor, wall and furniture, fits together with the coarse
+  /// field.
   double max_memory_mb = 768;
 };
 

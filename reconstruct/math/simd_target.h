@@ -1,6 +1,6 @@
 #pragma once
-// Functions for processors with wide registers, beside those for all processors. Inlined code is compiled for both; no
-// products and sums are fused, so both compute the same.
+// Functions compiled for AVX2 in addition to the baseline instruction set. Inlined code is compiled for both; products
+// and sums are not contracted to fused operations, so both give the same result.
 
 namespace lumigraft::reconstruct {
 

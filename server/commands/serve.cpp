@@ -60,7 +60,7 @@ WebReply get(std::string_view path, const Metrics& metrics, Snapshots& snapshots
   return path == "/snapshot.jpg" ? snapshots.newest() : page_reply(path);
 }
 
-/// What does not answer any more; empty while all does.
+/// Name of a thread that hangs; empty while none does.
 std::string hung_in(const Pipeline& pipeline, WebServer& web) {
   if (const auto thread = pipeline.hung(kCommands.hung_after)) return *thread;
   return std::chrono::steady_clock::now() - web.last_turn() > kCommands.hung_after ? "network" : "";

@@ -7,20 +7,20 @@
 namespace lumigraft::server {
 namespace {
 
-void tell(const std::string& what) { sd_notify(0, what.c_str()); }
+void notify(const std::string& state) { sd_notify(0, state.c_str()); }
 
 }  // namespace
 
 void ServiceManager::ready() {
-  if (!std::exchange(ready_, true)) tell("READY=1");
+  if (!std::exchange(ready_, true)) notify("READY=1");
 }
 
 void ServiceManager::tick(const std::string& hung, const std::string& status) {
-  if (hung.empty()) tell("WATCHDOG=1");
-  const std::string now = hung.empty() ? status : hung + " does not answer";
-  if (now != std::exchange(last_, now)) tell("STATUS=" + now);
+  if (hung.empty()) notify("WATCHDOG=1");
+  const std::string now = hung.empty() ? status : hung + " hangs";
+  if (now != std::exchange(last_, now)) notify("STATUS=" + now);
 }
 
-void ServiceManager::stopping() { tell("STOPPING=1"); }
+void ServiceManager::stopping() { notify("STOPPING=1"); }
 
 }  // namespace lumigraft::server

@@ -1,5 +1,5 @@
 #pragma once
-// What the service tells systemd (sd_notify), if that started it.
+// Notifications to systemd (sd_notify); without effect where it did not start the service.
 #include <string>
 
 namespace lumigraft::server {
@@ -8,8 +8,8 @@ class ServiceManager {
  public:
   /// Pictures are made: the start has ended.
   void ready();
-  /// To be called once a second. `hung`: what does not answer any more, empty while all do. While something hangs the
-  /// watchdog hears nothing, so that it starts the service again, and the reason is the unit's status.
+  /// To be called once a second. `hung`: name of a thread that hangs, empty while none does. While one hangs the
+  /// watchdog is not notified, so that systemd restarts the service; the unit's status is the reason.
   void tick(const std::string& hung, const std::string& status);
   void stopping();
 

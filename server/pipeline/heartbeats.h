@@ -1,6 +1,6 @@
 #pragma once
-// Whether threads that turn in a loop still do. Each beats once a turn, also while it waits for input; one that does
-// not is in a call that never returns, as of a device that hangs.
+// Heartbeats of threads that run a loop: one in each iteration, also while it waits for input. A thread without one is
+// in a call that does not return, as of a device that hangs.
 #include <chrono>
 #include <map>
 #include <mutex>

@@ -127,7 +127,7 @@ std::vector<ListenerSettings> read_listeners(const capture::ConfigTable& server,
   for (const capture::ConfigTable& table : server.tables("listener")) listeners.push_back(read_listener(table));
   const std::string where = server.file().filename().string() + ": server.listen";
   if (server.has("listen")) {
-    if (!listeners.empty()) server.fail("listen", "found beside [[server.listener]], allowed: one of the two");
+    if (!listeners.empty()) server.fail("listen", "found together with [[server.listener]], allowed: one of the two");
     listeners.push_back(listener_at(server.text("listen"), where));
   }
   if (listeners.empty()) listeners.push_back(listener_at(kDefaultListen, where));

@@ -71,7 +71,7 @@ class Pipeline {
   std::optional<reconstruct::KeyframeMap::Views> take_views();
   /// Keeps the room now, if it changed since it was last kept. Any thread; waits while it is being kept.
   void keep_room();
-  /// The thread that has not turned for so long, if there is one: it is in a call that does not return.
+  /// The thread that has completed no iteration for so long, if there is one (heartbeats.h).
   std::optional<std::string> hung(std::chrono::steady_clock::duration limit) const;
   /// The newest image; its srgb is null before the first.
   ShownFrame newest() const;

@@ -144,7 +144,7 @@ class StreamConnection final : public Connection {
 
   static Permission needed(std::string_view path) { return path == "/metrics" ? Permission::admin : Permission::view; }
 
-  /// Of a listener with a token: whether the request was answered, as it is no request of somebody who knows it.
+  /// Of a listener with a token: true if the request was answered here, as it is not authorized or concerns the login.
   bool answer_login(std::string_view path) {
     const auto& request = parser_->get();
     // What a watchdog or the form itself needs says nothing.
@@ -173,7 +173,7 @@ class StreamConnection final : public Connection {
       return true;
     }
     const auto field = [&](http::field name) { return view_of(request[name]); };
-    if (listener_.login.knows(field(http::field::authorization), field(http::field::cookie), remote_, now_s()))
+    if (listener_.login.authorized(field(http::field::authorization), field(http::field::cookie), remote_, now_s()))
       return false;
     const bool reads = request.method() == http::verb::get || request.method() == http::verb::head;
     if (path == "/login" && reads) {

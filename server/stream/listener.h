@@ -42,8 +42,7 @@ struct ListenerSettings {
   std::uint16_t port = 0;             ///< 0: any free one
   std::filesystem::path socket;       ///< a Unix socket in place of address and port; empty: none
   Permissions permissions = Permissions::all();
-  /// Names beside its own by which it may be called, without a port; and pages of other origins that may call it, as
-  /// https://museum.example. Both as a proxy passes them on.
+  /// Host names, without a port, and origins, as https://museum.example, that are accepted in addition to its own.
   std::vector<std::string> allowed_hosts, allowed_origins;
   int reserved_viewers = 0;                ///< of WebSettings::max_viewers, that other listeners can't take
   std::filesystem::path certificate, key;  ///< PEM files, for https; empty: http

@@ -77,7 +77,8 @@ bool Login::tries_too_often(std::string_view remote, double now_s) {
   return std::ranges::count(attempts_, remote, &Attempt::remote) >= kStream.max_attempts;
 }
 
-bool Login::knows(std::string_view authorization, std::string_view cookies, std::string_view remote, double now_s) {
+bool Login::authorized(std::string_view authorization, std::string_view cookies, std::string_view remote,
+                       double now_s) {
   if (!required()) return true;
   constexpr std::string_view kBearer = "Bearer ";
   if (authorization.starts_with(kBearer)) {

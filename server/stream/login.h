@@ -1,6 +1,6 @@
 #pragma once
-// Who knows a listener's token: a program sends it with each request (Authorization: Bearer TOKEN), a person once, on
-// the page /login, for a cookie. Times are the caller's: seconds of a clock that never goes back.
+// Authentication by a listener's token: programs send it with each request (Authorization: Bearer TOKEN), persons once,
+// on the page /login, for a session cookie. Times are the caller's: seconds of a monotonic clock.
 #include <deque>
 #include <string>
 #include <string_view>
@@ -10,13 +10,13 @@ namespace lumigraft::server {
 
 class Login {
  public:
-  /// `token` empty: everybody is let in.
+  /// `token` empty: every request is authorized.
   explicit Login(std::string token) : token_(std::move(token)) {}
 
   bool required() const { return !token_.empty(); }
-  /// Whether a request with these headers, empty where it has none, is of somebody who knows the token. The time that
-  /// this takes says nothing about the token. Wrong tokens count as attempts of `remote`.
-  bool knows(std::string_view authorization, std::string_view cookies, std::string_view remote, double now_s);
+  /// Whether a request with these headers, empty where it has none, has the token or a session. Compares in constant
+  /// time. Wrong tokens count as attempts of `remote`.
+  bool authorized(std::string_view authorization, std::string_view cookies, std::string_view remote, double now_s);
 
   enum class Answer { accepted, wrong, too_many_attempts };
   /// `form`: the body of the page's form. Accepted: `cookie` is the value of the cookie.

@@ -50,14 +50,14 @@ class NarrowDifference : public testing::Test {
     frame.color = color;
     CameraUpload picture{capture::ColorCamera{}};
     picture.take(frame);
-    return moved_surfaces({}, {}, 0.01f, {rays, {camera_, Eigen::Isometry3f::Identity()}}, {rays, &depth_m_, 0.01f},
-                          picture, seen)
+    return moved_surfaces({}, {}, voxel_m_, {rays, {camera_, Eigen::Isometry3f::Identity()}},
+                          {rays, &depth_m_, voxel_m_}, picture, seen)
         .size();
   }
 
   capture::CameraModel camera_;
   capture::Image<float> depth_m_;
-  float board_m_ = 1;  ///< of the fused room
+  float board_m_ = 1, voxel_m_ = 0.01f;  ///< of the fused room
 };
 
 TEST_F(NarrowDifference, IsARodThatLeftWhereDepthIsSmoothAllAround) {
@@ -81,17 +81,39 @@ TEST_F(NarrowDifference, IsAPixelThatAnswersForItsNeighbourAcrossALowEdge) {
   EXPECT_EQ(found(0, 19), 0u);
 }
 
+TEST_F(NarrowDifference, IsADisplacedEdgeOfSeveralPixelsHighOrLow) {
+  voxel_m_ = 0.04f;
+  for (const float board_m : {1.0f, 1.9f}) {
+    board_m_ = board_m;
+    for (int v = 0; v < camera_.height; ++v) {
+      for (int u = 0; u < 20; ++u) depth_m_.at(u, v) = u < 18 ? board_m_ : 2.0f;
+    }
+    EXPECT_EQ(found(0, 19), 0u) << board_m;
+  }
+}
+
 TEST_F(NarrowDifference, IsAThinThingThatCame) {
   for (int v = 0; v < camera_.height; ++v) depth_m_.at(19, v) = depth_m_.at(20, v) = 1.7f;
   EXPECT_EQ(found(-1, -2), static_cast<std::size_t>(2 * camera_.height));
 }
 
-TEST_F(NarrowDifference, IsNoiseInOnePixelAndWhatIsFusedBeyondTheImage) {
+TEST_F(NarrowDifference, IsNoiseOfOnePixel) {
   depth_m_.at(20, 15) = 1.95f;
-  for (int v = 0; v < camera_.height; ++v) depth_m_.at(40, v) = 1.95f;
   EXPECT_EQ(found(-1, -2), 0u);
   depth_m_.at(21, 15) = depth_m_.at(20, 16) = depth_m_.at(21, 16) = 1.95f;
   EXPECT_EQ(found(-1, -2), 4u) << "something small and low";
+}
+
+TEST_F(NarrowDifference, IsWhatFusionContinuesBeyondTheImage) {
+  voxel_m_ = 0.04f;
+  const auto strip = [&](int first, float z_m) {
+    for (int v = 0; v < camera_.height; ++v) depth_m_.at(first, v) = depth_m_.at(first + 1, v) = z_m;
+  };
+  strip(39, 1.9f);
+  EXPECT_EQ(found(-1, -2), 0u);
+  strip(39, 2);
+  strip(20, 1.9f);
+  EXPECT_EQ(found(-1, -2), static_cast<std::size_t>(2 * camera_.height)) << "the same in the middle";
 }
 
 /// A wall at 2 m, and a board at 1 m in front of its middle that fusion holds, too.

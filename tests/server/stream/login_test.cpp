@@ -13,15 +13,15 @@ constexpr const char* kPhrase = "correct horse+battery";
 TEST(Login, WithoutATokenEverybodyIsIn) {
   Login open("");
   EXPECT_FALSE(open.required());
-  EXPECT_TRUE(open.knows("", "", "10.0.0.1", 0));
+  EXPECT_TRUE(open.authorized("", "", "10.0.0.1", 0));
 }
 
 TEST(Login, ProgramsSendTheToken) {
   Login login(kPhrase);
-  EXPECT_TRUE(login.knows(std::string("Bearer ") + kPhrase, "", "a", 0));
+  EXPECT_TRUE(login.authorized(std::string("Bearer ") + kPhrase, "", "a", 0));
   for (const char* wrong :
        {"", "Bearer ", "Bearer correct horse", "correct horse+battery", "Basic correct horse+battery"})
-    EXPECT_FALSE(login.knows(wrong, "", "a", 0)) << wrong;
+    EXPECT_FALSE(login.authorized(wrong, "", "a", 0)) << wrong;
 }
 
 TEST(Login, PersonsGetACookieForADay) {
@@ -31,11 +31,11 @@ TEST(Login, PersonsGetACookieForADay) {
   ASSERT_EQ(login.log_in("x=1&token=correct+horse%2Bbattery", "a", 0, cookie), Login::Answer::accepted);
   const std::string sent = "other=1; " + std::string(Login::kCookie) + "=" + cookie;
   EXPECT_EQ(cookie.size(), 64u);
-  EXPECT_TRUE(login.knows("", sent, "b", 1)) << "from whatever address";
-  EXPECT_FALSE(login.knows("", sent + "0", "b", 1));
-  EXPECT_FALSE(login.knows("", std::string(Login::kCookie) + "=", "b", 1));
-  EXPECT_FALSE(login.knows("", "x" + sent.substr(9), "b", 1));
-  EXPECT_FALSE(login.knows("", sent, "b", kStream.login_lasts_s + 1));
+  EXPECT_TRUE(login.authorized("", sent, "b", 1)) << "from whatever address";
+  EXPECT_FALSE(login.authorized("", sent + "0", "b", 1));
+  EXPECT_FALSE(login.authorized("", std::string(Login::kCookie) + "=", "b", 1));
+  EXPECT_FALSE(login.authorized("", "x" + sent.substr(9), "b", 1));
+  EXPECT_FALSE(login.authorized("", sent, "b", kStream.login_lasts_s + 1));
   std::string other;
   login.log_in("token=correct+horse%2Bbattery", "a", 0, other);
   EXPECT_NE(other, cookie);
@@ -47,7 +47,7 @@ TEST(Login, AttemptsAreLimitedForEachAddress) {
   for (int i = 0; i < kStream.max_attempts; ++i)
     EXPECT_EQ(login.log_in("token=guess", "a", i, cookie), Login::Answer::wrong);
   EXPECT_EQ(login.log_in("token=correct+horse%2Bbattery", "a", 11, cookie), Login::Answer::too_many_attempts);
-  EXPECT_FALSE(login.knows(std::string("Bearer ") + kPhrase, "", "a", 11));
+  EXPECT_FALSE(login.authorized(std::string("Bearer ") + kPhrase, "", "a", 11));
   EXPECT_EQ(login.log_in("token=correct+horse%2Bbattery", "b", 11, cookie), Login::Answer::accepted);
   EXPECT_EQ(login.log_in("token=correct+horse%2Bbattery", "a", kStream.attempts_within_s + 11, cookie),
             Login::Answer::accepted);
