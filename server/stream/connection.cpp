@@ -96,11 +96,16 @@ class StreamConnection final : public Connection {
     parser_->body_limit(kStream.max_body_bytes);
     lowest().expires_after(server_.settings.request_timeout);
     http::async_read(*stream_, buffer_, *parser_, [self = self()](error_code error, std::size_t) {
-      error ? self->close() : self->guarded([&] { self->answer(); });
+      if (error) return self->close();
+      try {
+        self->answer();
+      } catch (const std::exception&) {
+        self->reply({.status = 500, .type = kPlainText, .body = "the service failed to answer\n"}, false);
+      }
     });
   }
 
-  /// What fails here ends this connection and no other.
+  /// Of a viewer: what fails here closes its connection and no other.
   template <typename Act>
   void guarded(const Act& act) {
     try {

@@ -35,7 +35,8 @@ struct WebReply {
   std::vector<std::pair<std::string, std::string>> headers = {};  ///< beside those of every reply
 };
 
-/// Callbacks into the service; all are called on the server's thread. One that throws ends the connection that asked.
+/// Callbacks into the service; all are called on the server's thread. A request for which one
+/// throws is answered with 500, a viewer is closed.
 struct WebHandlers {
   std::function<WebReply(std::string_view path)> get;
   std::function<WebReply(std::string_view path)> post = nullptr;  ///< null: POST is not answered

@@ -32,7 +32,8 @@ class ListenerTest : public testing::Test {
     };
     handlers.hello = [](Permissions may) { return "hello of " + std::to_string(may.names().size()); };
     handlers.state = [] { return std::string("state"); };
-    handlers.change_object = [this](const ObjectCommand&) -> std::optional<std::string> {
+    handlers.change_object = [this](const ObjectCommand& command) -> std::optional<std::string> {
+      if (std::holds_alternative<std::string>(command.object)) throw std::runtime_error("a handler that fails");
       ++moved_;
       return std::nullopt;
     };
@@ -131,10 +132,13 @@ TEST_F(ListenerTest, ATokenIsNeeded) {
 
 TEST_F(ListenerTest, AHandlerThatFailsEndsItsConnectionAlone) {
   start({ListenerSettings{}});
-  const WebsocketClient viewer(web_->port());
-  EXPECT_EQ(get(0, "/fails"), "");
+  WebsocketClient viewer(web_->port()), other(web_->port());
+  EXPECT_NE(get(0, "/fails").find(" 500 "), std::string::npos);
   EXPECT_NE(get(0, "/works").find("this is /works"), std::string::npos);
-  EXPECT_TRUE(viewer.open());
+  viewer.send_text(R"({"type":"object","name":"fails","visible":true})");
+  EXPECT_TRUE(viewer.closed_by_peer());
+  other.send_text(R"({"type":"object","index":0,"visible":true})");
+  EXPECT_TRUE(other.receive_text("state"));
 }
 
 TEST_F(ListenerTest, PagesOfOthersDoNotFrameIt) {
