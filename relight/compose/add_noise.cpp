@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstring>
 #include <random>
 
@@ -17,7 +18,8 @@ using reconstruct::Simd4;
 /// Variance by pixel value in linear light, and the slope that leads back: pixel values per linear value.
 struct LinearNoise {
   std::array<std::array<float, 256>, 3> variance;
-  std::array<float, 256> slope, inverse;  ///< inverse: of the linear value
+  std::array<std::array<float, 256>, 3> sigma_codes;  ///< of the pixel value
+  std::array<float, 256> slope, inverse;              ///< inverse: of the linear value
 
   explicit LinearNoise(const NoiseModel& noise) {
     const std::array<float, 256>& linear = capture::srgb_table().linear;
@@ -25,7 +27,10 @@ struct LinearNoise {
       const std::size_t low = code == 0 ? 0 : code - 1, high = std::min<std::size_t>(code + 1, 255);
       slope[code] = static_cast<float>(high - low) / (linear[high] - linear[low]);
       inverse[code] = 1 / std::max(linear[code], linear[1]);
-      for (std::size_t c = 0; c < 3; ++c) variance[c][code] = noise.variance[c][code] / (slope[code] * slope[code]);
+      for (std::size_t c = 0; c < 3; ++c) {
+        variance[c][code] = noise.variance[c][code] / (slope[code] * slope[code]);
+        sigma_codes[c][code] = std::sqrt(std::max(noise.variance[c][code], 0.0f));
+      }
     }
   }
 };
@@ -79,23 +84,23 @@ void add_noise(const NoiseModel& noise, const capture::Image<std::uint8_t>& came
       }
       const float covered = in_window ? objects.coverage.at(u - left, y) : 0;
       if (covered == 0 && out[0] == seen[0] && out[1] == seen[1] && out[2] == seen[2]) continue;
-      Simd4 missing = looked_up(of.variance, out);
-      if (covered < 1) {  // the picture's own noise remains in part
+      Simd4 sigma;
+      if (covered >= 1) {
+        sigma = looked_up(of.sigma_codes, out);
+      } else {  // the picture's own noise remains in part
         const Simd4 factor =
             covered > 0 ? reconstruct::broadcast(1 - covered) : looked_up(linear, out) * looked_up(of.inverse, seen);
-        missing -= factor * factor * looked_up(of.variance, seen);
+        const Simd4 missing = looked_up(of.variance, out) - factor * factor * looked_up(of.variance, seen);
+        if (!reconstruct::any(missing > 0)) continue;
+        sigma = looked_up(of.slope, out) * reconstruct::sqrt(reconstruct::max(missing, Simd4{}));
       }
-      if (!reconstruct::any(missing > 0)) continue;
       const float* sample = noise.tile->at(u + du, v + dv);
-      const Simd4 added = looked_up(of.slope, out) * reconstruct::sqrt(reconstruct::max(missing, Simd4{})) *
-                          Simd4{sample[0], sample[1], sample[2], 0};
-      const auto with_noise = [](std::uint8_t code, float noise_codes) {
-        const float sum = static_cast<float>(code) + noise_codes + 0.5f;
-        return static_cast<std::uint8_t>(static_cast<int>(std::clamp(sum, 0.0f, 255.0f)));
-      };
-      out[0] = with_noise(out[0], added[0]);
-      out[1] = with_noise(out[1], added[1]);
-      out[2] = with_noise(out[2], added[2]);
+      const Simd4 added = sigma * Simd4{sample[0], sample[1], sample[2], 0};
+      const reconstruct::Simd4Int codes{out[0], out[1], out[2], 0};
+      const Simd4 sum = __builtin_convertvector(codes, Simd4) + added + reconstruct::broadcast(0.5f);
+      const auto noisy = __builtin_convertvector(
+          reconstruct::max(reconstruct::min(sum, reconstruct::broadcast(255)), Simd4{}), reconstruct::Simd4Int);
+      for (int c = 0; c < 3; ++c) out[c] = static_cast<std::uint8_t>(noisy[c]);
     }
   });
 }

@@ -14,13 +14,16 @@
 namespace lumigraft::relight {
 namespace {
 
+using reconstruct::broadcast;
 using reconstruct::Simd4;
 
 constexpr int kPixelBlock = 256;  // per thread at a time
 
 /// Ratio of two radiances, bounded where one is dark.
-Rgb detail(const Rgb& radiance, const Rgb& over) {
-  return (radiance / over.max(1e-5f)).max(1 / kCompose.max_detail).min(kCompose.max_detail);
+Simd4 detail(Simd4 radiance, Simd4 over) {
+  using reconstruct::max, reconstruct::min;
+  return min(max(radiance / max(over, broadcast(1e-5f)), broadcast(1 / kCompose.max_detail)),
+             broadcast(kCompose.max_detail));
 }
 
 cv::Rect with_margin_px(const cv::Rect& bounds, int by_px) {
@@ -32,9 +35,10 @@ class ChangeSpan {
  public:
   /// Of the pixels of `window` in the image. The neighbourhood reaches `reach_px` or farther to all sides.
   ChangeSpan(const capture::Image<float>& change, int reach_px, const cv::Rect& window)
-      : change_(change), edge_(reach_px) {
+      : change_(change), edge_(reach_px), left_(window.x) {
     const cv::Point first = square_of(window.x, window.y), last = square_of(window.br().x - 1, window.br().y - 1);
     squares_ = cv::Rect(first, last + cv::Point(1, 1));
+    for (int u = window.x; u < window.br().x; ++u) column_of_.push_back(u / edge_ - squares_.x);
     const cv::Rect around = with_margin_px(squares_, 1);
     std::vector<Range> ranges(static_cast<std::size_t>(around.area()));
     const auto range_at = [&](int x, int y) -> Range& {
@@ -58,8 +62,8 @@ class ChangeSpan {
   }
 
   float at(int u, int v) const {
-    const cv::Point square = square_of(u, v);
-    return spans_[index(square.x, square.y)];
+    return spans_[static_cast<std::size_t>((v / edge_ - squares_.y) * squares_.width +
+                                           column_of_[static_cast<std::size_t>(u - left_)])];
   }
 
  private:
@@ -85,25 +89,27 @@ class ChangeSpan {
   }
 
   const capture::Image<float>& change_;
-  int edge_;
-  cv::Rect squares_;          ///< that have pixels
-  std::vector<float> spans_;  ///< by square
+  int edge_, left_;
+  std::vector<int> column_of_;  ///< of squares, by pixel from the window's left: divisions are slow
+  cv::Rect squares_;            ///< that have pixels
+  std::vector<float> spans_;    ///< by square
 };
 
 /// What the composer adds to a pixel's radiance, from the changes on both sides.
-std::optional<Rgb> divided(const OutlineMatte::Mixture& mixture, const Rgb& own_change, float covered) {
+std::optional<Simd4> divided(const OutlineMatte::Mixture& mixture, Simd4 own_change, float covered) {
   if (!mixture.both) return std::nullopt;
   // The pixel's own change is of one side, and proportional to the mixture's radiance instead of that side's.
   const float part = mixture.in_front ? mixture.foreground : 1 - mixture.foreground;
-  const Rgb &side = mixture.in_front ? mixture.front : mixture.behind,
-            &other = mixture.in_front ? mixture.behind : mixture.front;
-  const Rgb unmixed = part > 0.5f ? ((mixture.own - (1 - part) * other) / part).max(0.0f).eval() : side;
-  const Rgb of_side = own_change * detail(unmixed, mixture.own);
-  const Rgb &front = mixture.in_front ? of_side : mixture.values_front,
-            &behind = mixture.in_front ? mixture.values_behind : of_side;
+  const Simd4 side = mixture.in_front ? mixture.front : mixture.behind,
+              other = mixture.in_front ? mixture.behind : mixture.front;
+  const Simd4 unmixed =
+      part > 0.5f ? reconstruct::max((mixture.own - broadcast(1 - part) * other) * broadcast(1 / part), Simd4{}) : side;
+  const Simd4 of_side = own_change * detail(unmixed, mixture.own);
+  const Simd4 front = mixture.in_front ? of_side : mixture.values_front,
+              behind = mixture.in_front ? mixture.values_behind : of_side;
   const float alpha = mixture.foreground, room = 1 - covered * (1 - alpha);  // what the composer leaves of the room
   if (!(room > 0)) return std::nullopt;
-  return (alpha * front + (1 - alpha) * (1 - covered) * behind) / room;
+  return broadcast(alpha / room) * front + broadcast((1 - alpha) * (1 - covered) / room) * behind;
 }
 
 }  // namespace
@@ -132,16 +138,18 @@ void divide_change(const CurrentDepth& depth, const CameraUpload& picture, const
         });
       });
   matte.prepare(pixels);
-  std::vector<std::optional<Rgb>> found(pixels.size());
-  for_each_index(pixels.size(), kPixelBlock, [&](std::size_t k) {
-    const cv::Point& p = pixels[k];
-    const auto i = objects.index(p.x, p.y);
-    found[k] = divided(matte.at(p.x, p.y), radiance_at(change, static_cast<std::size_t>(p.y * width + p.x)),
-                       i ? objects.coverage.data[*i] : 0);
+  // Each pixel reads only its own change: those of others are in the matte's sums.
+  for_each_block(static_cast<int>(pixels.size()), kPixelBlock, [&](int first, int last) {
+    OutlineMatte::Reader mixtures(matte);
+    for (int k = first; k < last; ++k) {
+      const cv::Point& p = pixels[static_cast<std::size_t>(k)];
+      const auto i = objects.index(p.x, p.y);
+      float* own = &change.at(p.x, p.y);
+      const auto found =
+          divided(mixtures.at(p.x, p.y), Simd4{own[0], own[1], own[2], 0}, i ? objects.coverage.data[*i] : 0);
+      for (int c = 0; found && c < 3; ++c) own[c] = (*found)[c];
+    }
   });
-  for (std::size_t k = 0; k < pixels.size(); ++k) {
-    if (found[k]) set_at(change, static_cast<std::size_t>(pixels[k].y * width + pixels[k].x), *found[k]);
-  }
 }
 
 }  // namespace lumigraft::relight

@@ -108,7 +108,7 @@ class Foreground {
   bool any() const { return matte_.has_value(); }
   /// Those of objects that are within reach of a surface in front of them.
   const std::vector<cv::Point>& pixels() const { return pixels_; }
-  OutlineMatte::Mixture at(const cv::Point& pixel) const { return matte_->at(pixel.x, pixel.y); }
+  OutlineMatte::Reader mixtures() const { return OutlineMatte::Reader(*matte_); }
   /// Whether the pixel is no mixture but inside of what is in front.
   bool hides(const cv::Point& pixel) const { return matte_->is_front(pixel.x, pixel.y); }
 
@@ -121,7 +121,13 @@ class Foreground {
         found_in_rows<cv::Point>(bounds_.height, [&](int y, std::vector<cv::Point>& found) {
           const int v = y + bounds_.y;
           const float* row_m = &objects_.distance_m.at(bounds_.x - objects_.left, v - objects_.top);
-          for (int u = bounds_.x; u < bounds_.x + bounds_.width; ++u) {
+          const int end = bounds_.x + bounds_.width;
+          for (int u = bounds_.x; u < end; ++u) {
+            const int next = u + DisplacedDepth::kLanes;
+            if (next <= end && !depth_.any_nearer(u, v, reconstruct::load(row_m + u - bounds_.x))) {
+              u = next - 1;
+              continue;
+            }
             const float object_m = row_m[u - bounds_.x];
             if (!(object_m > 0) || !depth_.maybe_nearer(u, v, object_m)) continue;
             const float depth_m = depth_.at(u, v);
@@ -154,9 +160,10 @@ class Foreground {
     });
     for (const cv::Point& pixel : core) front_(pixel - window_.tl()) = 255;
     // Pixels without depth are of the side that most pixels around them are of.
-    cv::Mat1b majority;
-    cv::medianBlur(front_, majority, 5);
-    majority.copyTo(front_, along_z_m == 0);
+    constexpr int kAround = 5;
+    cv::Mat1b in_front;
+    cv::boxFilter(front_ & 1, in_front, CV_8U, {kAround, kAround}, {-1, -1}, false, cv::BORDER_REPLICATE);
+    cv::Mat1b(in_front > kAround * kAround / 2).copyTo(front_, along_z_m == 0);
   }
 
   DisplacedDepth depth_;
@@ -181,20 +188,24 @@ std::unique_ptr<const Foreground> foreground_of(const CurrentDepth& depth, const
 }
 
 void hide(const Foreground& front, ObjectLayer& objects) {
-  for_each_index(front.pixels().size(), kMatteBlock, [&](std::size_t k) {
-    const cv::Point& pixel = front.pixels()[k];
+  const auto hide_at = [&](const cv::Point& pixel, OutlineMatte::Reader& mixtures) {
+    const std::size_t i = *objects.index(pixel.x, pixel.y);
     if (front.hides(pixel)) {
-      const std::size_t i = *objects.index(pixel.x, pixel.y);
       objects.coverage.data[i] = 0;
       set_at(objects.radiance, i, Rgb::Zero());
       return;
     }
-    const OutlineMatte::Mixture mixture = front.at(pixel);
+    const OutlineMatte::Mixture mixture = mixtures.at(pixel.x, pixel.y);
     const float kept = 1 - mixture.foreground;
-    const std::size_t i = *objects.index(pixel.x, pixel.y);
     const float coverage = objects.coverage.data[i] *= kept;
     // (1 - coverage) C + coverage (C - B) = C - coverage B: removes the background's part of the mixture.
-    set_at(objects.radiance, i, kept * radiance_at(objects.radiance, i) + coverage * (mixture.own - mixture.behind));
+    const reconstruct::Simd4 removed = mixture.own - mixture.behind;
+    set_at(objects.radiance, i,
+           kept * radiance_at(objects.radiance, i) + coverage * Rgb(removed[0], removed[1], removed[2]));
+  };
+  for_each_block(static_cast<int>(front.pixels().size()), kMatteBlock, [&](int first, int last) {
+    OutlineMatte::Reader mixtures = front.mixtures();
+    for (int k = first; k < last; ++k) hide_at(front.pixels()[static_cast<std::size_t>(k)], mixtures);
   });
 }
 

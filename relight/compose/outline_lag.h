@@ -2,6 +2,7 @@
 // Depth and colour cameras expose at different times: the outline of what moves is displaced between them.
 #include <opencv2/core.hpp>
 
+#include "reconstruct/math/simd4.h"
 #include "relight/compose/current_depth.h"
 #include "relight/compose/outline_distance.h"
 
@@ -20,6 +21,13 @@ struct DisplacedDepth {
     if (!inside(u, v)) return false;
     const float z_m = depth.along_z_m().at(u - by.x, v - by.y);
     return z_m > 0 && z_m < limit_m;
+  }
+  /// False only where that holds for all of kLanes pixels from (u, v) on. A limit of 0: none is nearer.
+  static constexpr int kLanes = 4;
+  bool any_nearer(int u, int v, reconstruct::Simd4 limits_m) const {
+    if (!inside(u, v) || !inside(u + kLanes - 1, v)) return true;
+    const reconstruct::Simd4 z_m = reconstruct::load(&depth.along_z_m().at(u - by.x, v - by.y));
+    return reconstruct::any((z_m > 0) & (z_m < limits_m));
   }
   /// In a window of the picture, along z; 0: unknown.
   cv::Mat1f within(const cv::Rect& window) const;

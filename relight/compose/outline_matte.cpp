@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <opencv2/imgproc.hpp>
 #include <utility>
 
 #include "relight/compose/parameters.h"
@@ -48,14 +49,14 @@ float certainty(float away) {
   return sure * sure * sure;
 }
 
-Rgb channels(Simd4 sums) { return {sums[1], sums[2], sums[3]}; }
+Rgb channels(Simd4 sums) { return {sums[0], sums[1], sums[2]}; }
 
-/// Means of one side; first 1 and 0.
+/// Means of one side; last 1 and 0.
 struct MeansOfSide {
   Simd4 part;  ///< one over the sum of weights
   Simd4 color, variance;
 
-  MeansOfSide(Simd4 colors, Simd4 squares) : part(broadcast(1 / colors[0])), color(part * colors) {
+  MeansOfSide(Simd4 colors, Simd4 squares) : part(broadcast(1 / colors[3])), color(part * colors) {
     variance = reconstruct::max(part * squares - color * color, Simd4{});
   }
 };
@@ -103,7 +104,8 @@ OutlineMatte::OutlineMatte(const DisplacedDepth& depth, const CameraUpload& pict
       first_column_(corner.x / cell_px_ - 1),
       first_row_(corner.y / cell_px_ - 1),
       columns_((corner.x + away.size().width - 1) / cell_px_ - first_column_ + 2),
-      rows_((corner.y + away.size().height - 1) / cell_px_ - first_row_ + 2) {
+      rows_((corner.y + away.size().height - 1) / cell_px_ - first_row_ + 2),
+      cells_per_px_(1 / static_cast<float>(cell_px_)) {
   const float spread = kSpread * static_cast<float>(reach_.samples_px) / static_cast<float>(cell_px_);
   for (int y = -kReach; y <= kReach; ++y) {
     for (int x = -kReach; x <= kReach; ++x) {
@@ -119,9 +121,9 @@ OutlineMatte::OutlineMatte(const DisplacedDepth& depth, const CameraUpload& pict
 
 OutlineMatte::Place OutlineMatte::place_of(int u, int v) const {
   // A node is in the middle of the samples of its cell.
-  const float middle = 0.5f * static_cast<float>(step_ * (kCell - 1)), edge = static_cast<float>(cell_px_);
-  const float x = (static_cast<float>(u - first_column_ * cell_px_) - middle) / edge,
-              y = (static_cast<float>(v - first_row_ * cell_px_) - middle) / edge;
+  const float middle = 0.5f * static_cast<float>(step_ * (kCell - 1));
+  const float x = (static_cast<float>(u - first_column_ * cell_px_) - middle) * cells_per_px_,
+              y = (static_cast<float>(v - first_row_ * cell_px_) - middle) * cells_per_px_;
   const auto column = static_cast<int>(x), row = static_cast<int>(y);
   return {column, row, x - static_cast<float>(column), y - static_cast<float>(row)};
 }
@@ -140,19 +142,21 @@ void OutlineMatte::prepare(const std::vector<cv::Point>& pixels) {
       nodes.push_back(place);
     }
   }
+  cv::Mat1b wanted(rows_, columns_, std::uint8_t{0});
+  for (const cv::Point& node : nodes) wanted(node) = 1;
+  cv::dilate(wanted, wanted, cv::Mat1b::ones(2 * kReach + 1, 2 * kReach + 1));
   std::vector<cv::Point> cells;
-  for (const cv::Point& node : nodes) {
-    for (int row = std::max(node.y - kReach, 0); row <= std::min(node.y + kReach, rows_ - 1); ++row) {
-      for (int column = std::max(node.x - kReach, 0); column <= std::min(node.x + kReach, columns_ - 1); ++column) {
-        if (std::exchange(cells_[index(column, row)], Cell::wanted) == Cell::unknown) cells.emplace_back(column, row);
-      }
+  for (int row = 0; row < rows_; ++row) {
+    for (int column = 0; column < columns_; ++column) {
+      if (wanted(row, column) && cells_[index(column, row)] == Cell::unknown) cells.emplace_back(column, row);
     }
   }
   for_each_index(cells.size(), kCellBlock, [&](std::size_t k) { sum_samples(cells[k].x, cells[k].y); });
   const std::size_t before = nodes_.size();
   nodes_.resize(before + nodes.size());
-  for_each_index(nodes.size(), kCellBlock,
-                 [&](std::size_t k) { nodes_[before + k] = gathered(nodes[k].x, nodes[k].y); });
+  for_each_index(nodes.size(), kCellBlock, [&](std::size_t k) {
+    nodes_[before + k] = values_ ? gathered<true>(nodes[k].x, nodes[k].y) : gathered<false>(nodes[k].x, nodes[k].y);
+  });
 }
 
 void OutlineMatte::sum_samples(int column, int row) {
@@ -166,27 +170,28 @@ void OutlineMatte::sum_samples(int column, int row) {
       const Simd4 sure = broadcast(certainty(away_px / reach_.sigma_px));
       const auto pixel = static_cast<std::size_t>(v * width_ + u);
       const Rgb own = picture_.radiance(pixel);
-      const Simd4 color{1, own[0], own[1], own[2]};
+      const Simd4 color{own[0], own[1], own[2], 1};
       Side& side = away_px < 0 ? sums.front : sums.behind;
       side.colors += sure * color;
       side.squares += sure * color * color;
       if (!values_) continue;
       const Rgb value = radiance_at(*values_, pixel);
-      side.values += sure * Simd4{0, value[0], value[1], value[2]};
+      side.values += sure * Simd4{value[0], value[1], value[2], 0};
     }
   }
   const std::size_t i = index(column, row);
-  const bool front = sums.front.colors[0] > 0, behind = sums.behind.colors[0] > 0;
+  const bool front = sums.front.colors[3] > 0, behind = sums.behind.colors[3] > 0;
   cells_[i] = front ? (behind ? Cell::both : Cell::front) : behind ? Cell::behind : Cell::empty;
   sums_[i] = sums;
 }
 
+template <bool kValues>
 OutlineMatte::Sides OutlineMatte::gathered(int column, int row) const {
   Sides sums;
   const auto add = [](Simd4 weight, const Side& from, Side& to) {
     to.colors += weight * from.colors;
     to.squares += weight * from.squares;
-    to.values += weight * from.values;
+    if (kValues) to.values += weight * from.values;
   };
   const int left = std::max(column - kReach, 0), right = std::min(column + kReach, columns_ - 1);
   for (int y = std::max(row - kReach, 0); y <= std::min(row + kReach, rows_ - 1); ++y) {
@@ -203,34 +208,44 @@ OutlineMatte::Sides OutlineMatte::gathered(int column, int row) const {
   return sums;
 }
 
-OutlineMatte::Sides OutlineMatte::interpolated(int u, int v) const {
-  const Place at = place_of(u, v);
-  const auto node = [&](int right, int below) -> const Sides& {
-    return nodes_[static_cast<std::size_t>(node_of_[index(at.column + right, at.row + below)])];
+inline OutlineMatte::Sides OutlineMatte::between(const Sides& a, const Sides& b, float towards_b) const {
+  const Simd4 of_a = broadcast(1 - towards_b), of_b = broadcast(towards_b);
+  const auto of_side = [&](const Side& x, const Side& y) {
+    return Side{of_a * x.colors + of_b * y.colors, of_a * x.squares + of_b * y.squares,
+                values_ ? of_a * x.values + of_b * y.values : Simd4{}};
   };
-  const Sides &a = node(0, 0), &b = node(1, 0), &c = node(0, 1), &d = node(1, 1);
-  const float right = at.right, below = at.below;
-  const Simd4 of_a = broadcast((1 - right) * (1 - below)), of_b = broadcast(right * (1 - below)),
-              of_c = broadcast((1 - right) * below), of_d = broadcast(right * below);
-  const auto between = [&](Side Sides::*side, Simd4 Side::*sum) {
-    return of_a * a.*side.*sum + of_b * b.*side.*sum + of_c * c.*side.*sum + of_d * d.*side.*sum;
-  };
-  const auto of_side = [&](Side Sides::*side) {
-    return Side{between(side, &Side::colors), between(side, &Side::squares),
-                values_ ? between(side, &Side::values) : Simd4{}};
-  };
-  return {of_side(&Sides::front), of_side(&Sides::behind)};
+  return {of_side(a.front, b.front), of_side(a.behind, b.behind)};
 }
 
-OutlineMatte::Mixture OutlineMatte::at(int u, int v) const {
+OutlineMatte::Mixture OutlineMatte::Reader::at(int u, int v) {
+  const OutlineMatte& m = matte_;
+  if (m.is_front(u, v)) {
+    const Rgb own = m.picture_.radiance(static_cast<std::size_t>(v * m.width_ + u));
+    const Simd4 color{own[0], own[1], own[2], 1};
+    return {1, color, color, color, false, true};
+  }
+  const Place place = m.place_of(u, v);
+  if (place.column != column_ || place.row != row_ || v != v_) {
+    column_ = place.column;
+    row_ = place.row;
+    v_ = v;
+    const auto node = [&](int right, int below) -> const Sides& {
+      return m.nodes_[static_cast<std::size_t>(m.node_of_[m.index(place.column + right, place.row + below)])];
+    };
+    left_ = m.between(node(0, 0), node(0, 1), place.below);
+    right_ = m.between(node(1, 0), node(1, 1), place.below);
+  }
+  return m.mixture(u, v, m.between(left_, right_, place.right));
+}
+
+OutlineMatte::Mixture OutlineMatte::mixture(int u, int v, const Sides& sums) const {
   const bool unknown = !depth_.known(u, v);
   const float outside_px = away_.at(u - corner_.x, v - corner_.y);
   const Rgb own = picture_.radiance(static_cast<std::size_t>(v * width_ + u));
-  if (is_front(u, v)) return {1, own, own, own, false, true};
+  const Simd4 color{own[0], own[1], own[2], 1};
   static const NormalCdf normal_cdf;
   const float prior = unknown ? 0.5f : normal_cdf(-outside_px / reach_.sigma_px);
-  const Sides sums = interpolated(u, v);
-  const bool any_front = sums.front.colors[0] > 0, any_behind = sums.behind.colors[0] > 0;
+  const bool any_front = sums.front.colors[3] > 0, any_behind = sums.behind.colors[3] > 0;
   if (!any_front || !any_behind) {
     // As in the shadow that a hand throws in the light of a depth camera's projector.
     const Rgb own_noise = kCompose.matte_noise * kCompose.matte_noise * own.square();
@@ -241,10 +256,10 @@ OutlineMatte::Mixture OutlineMatte::at(int u, int v) const {
     const float alpha = any_front    ? probability(sums.front, prior)
                         : any_behind ? 1 - probability(sums.behind, 1 - prior)
                                      : prior;
-    return {alpha, own, own, own, false, outside_px < 0};
+    return {alpha, color, color, color, false, outside_px < 0};
   }
   const MeansOfSide front(sums.front.colors, sums.front.squares), behind(sums.behind.colors, sums.behind.squares);
-  const Simd4 color{1, own[0], own[1], own[2]}, apart = front.color - behind.color;
+  const Simd4 apart = front.color - behind.color;
   // The precision of α by colour, channels being independent, and by depth.
   const Simd4 noise = broadcast(prior) * front.variance + broadcast(1 - prior) * behind.variance +
                       broadcast(kCompose.matte_noise * kCompose.matte_noise) * color * color;
@@ -253,15 +268,12 @@ OutlineMatte::Mixture OutlineMatte::at(int u, int v) const {
   const float by_depth = 1 / std::max(prior * (1 - prior), 1e-4f);
   const float sum = reconstruct::sum_of(over_noise * (color - behind.color));
   const float alpha = std::clamp((sum + by_depth * prior) / (by_color + by_depth), 0.0f, 1.0f);
-  if (!values_) return {alpha, own, channels(front.color), channels(behind.color), true, outside_px < 0};
-  return {alpha,
-          own,
-          channels(front.color),
-          channels(behind.color),
-          true,
-          outside_px < 0,
-          channels(front.part * sums.front.values),
-          channels(behind.part * sums.behind.values)};
+  Mixture mixture{alpha, color, front.color, behind.color, true, outside_px < 0};
+  if (values_) {
+    mixture.values_front = front.part * sums.front.values;
+    mixture.values_behind = behind.part * sums.behind.values;
+  }
+  return mixture;
 }
 
 }  // namespace lumigraft::relight

@@ -22,6 +22,15 @@ struct MatteReach {
 };
 
 class OutlineMatte {
+  using Simd4 = reconstruct::Simd4;
+  /// Weighted sums over the samples of one side, by channel.
+  struct Side {
+    Simd4 colors{}, squares{}, values{};  ///< colors, squares: the sum of weights last
+  };
+  struct Sides {
+    Side front, behind;
+  };
+
  public:
   /// `away`: from the foreground's outline, exact up to MatteReach::samples_px, in the window of the image at `corner`.
   /// `values`: of the image's size, three channels; null: none. All remain referenced.
@@ -31,7 +40,9 @@ class OutlineMatte {
   /// Whether pixel (u, v) of the image, within the window, is near enough to the outline to be a mixture.
   bool reaches(int u, int v) const { return reaches(u, v, away_.at(u - corner_.x, v - corner_.y)); }
   bool reaches(int u, int v, float away_px) const {
-    return std::abs(away_px) <= static_cast<float>(depth_.known(u, v) ? reach_.matte_px : reach_.samples_px);
+    const float px = std::abs(away_px);
+    return px <= static_cast<float>(reach_.matte_px) ||
+           (px <= static_cast<float>(reach_.samples_px) && !depth_.known(u, v));
   }
 
   /// Whether depth shows the foreground at a pixel that is not near its outline.
@@ -42,27 +53,29 @@ class OutlineMatte {
   /// Finds the colours of both sides around these pixels of the image, before at() for them.
   void prepare(const std::vector<cv::Point>& pixels);
 
+  /// Colours and values have three channels; the last lane has no meaning.
   struct Mixture {
-    float foreground;        ///< α
-    Rgb own, front, behind;  ///< the colours of the pixel, of the foreground, and of what is behind it
+    float foreground;                       ///< α
+    reconstruct::Simd4 own, front, behind;  ///< the colours of the pixel, of the foreground, and of what is behind it
     /// Both sides are near; else α is that of depth, or without it of the colours of the side that is, and the colours
     /// are the pixel's.
     bool both = false;
-    bool in_front = false;                                        ///< depth shows the foreground at the pixel
-    Rgb values_front = Rgb::Zero(), values_behind = Rgb::Zero();  ///< means of `values` on both sides, if both are near
+    bool in_front = false;                               ///< depth shows the foreground at the pixel
+    reconstruct::Simd4 values_front{}, values_behind{};  ///< means of `values` on both sides, if both are near
   };
-  Mixture at(int u, int v) const;
+  /// Mixtures of pixels one after the other; neighbours of a row share work. For one thread.
+  class Reader {
+   public:
+    explicit Reader(const OutlineMatte& matte) : matte_(matte) {}
+    Mixture at(int u, int v);
+
+   private:
+    const OutlineMatte& matte_;
+    int column_ = -1, row_ = -1, v_ = -1;  ///< of what is known: the nodes around a pixel, and its row
+    Sides left_, right_;                   ///< sums between nodes above and below
+  };
 
  private:
-  using Simd4 = reconstruct::Simd4;
-  /// Weighted sums over the samples of one side, the three channels last.
-  struct Side {
-    Simd4 colors{}, squares{}, values{};  ///< colors: the sum of weights first
-  };
-  struct Sides {
-    Side front, behind;
-  };
-
   std::size_t index(int column, int row) const {
     return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(column);
   }
@@ -73,8 +86,10 @@ class OutlineMatte {
   };
   Place place_of(int u, int v) const;
   void sum_samples(int column, int row);
+  template <bool kValues>
   Sides gathered(int column, int row) const;
-  Sides interpolated(int u, int v) const;
+  Sides between(const Sides& a, const Sides& b, float towards_b) const;
+  Mixture mixture(int u, int v, const Sides& sums) const;
 
   DisplacedDepth depth_;
   const CameraUpload& picture_;
@@ -88,9 +103,10 @@ class OutlineMatte {
   // side apart. What a pixel sees of them is summed at the nodes, the middles of cells, and linear between: over so
   // many samples the sums are smooth.
   static constexpr int kCell = 2, kReach = 3;  ///< samples along a cell's edge; cells to all sides of a node
-  int step_, cell_px_, first_column_, first_row_, columns_, rows_;         ///< first: cell, from the image's corner
-  std::array<float, (2 * kReach + 1) * (2 * kReach + 1)> kernel_;          ///< weight by offset from a node, row-major
-  enum class Cell : char { unknown, wanted, empty, front, behind, both };  ///< what its samples show
+  int step_, cell_px_, first_column_, first_row_, columns_, rows_;  ///< first: cell, from the image's corner
+  float cells_per_px_;
+  std::array<float, (2 * kReach + 1) * (2 * kReach + 1)> kernel_;  ///< weight by offset from a node, row-major
+  enum class Cell : char { unknown, empty, front, behind, both };  ///< what its samples show
   std::vector<Cell> cells_;
   std::unique_ptr<Sides[]> sums_;  ///< by cell, unless it is unknown or empty
   std::vector<int> node_of_;       ///< index in `nodes_` by cell; -1: none

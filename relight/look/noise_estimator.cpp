@@ -9,6 +9,7 @@
 
 #include "capture/camera/srgb.h"
 #include "relight/look/parameters.h"
+#include "relight/tracing/parallel_for.h"
 #include "relight/tracing/sampler.h"
 
 namespace lumigraft::relight {
@@ -18,6 +19,7 @@ constexpr int kEdge = NoiseSpectrum::kEdge;
 constexpr std::size_t kPixels = std::size_t{kEdge} * kEdge;
 constexpr auto kLevels = static_cast<std::size_t>(256 / kLook.level_codes);
 constexpr std::uint32_t kPatchSeed = 31;
+constexpr int kPlaceBlock = 12;  // patches per thread at a time
 
 /// Variance around the plane that fits best.
 float variance_off_plane(const NoiseSpectrum::Patch& values) {
@@ -99,17 +101,24 @@ void NoiseEstimator::take(std::shared_ptr<const Picture> picture, const Viewpoin
   ++frames_;
   const Picture &now = *last_.back().picture, &before = *last_.front().picture;
   if (last_.size() < 2 || now.width < kEdge || now.height < kEdge) return;
-  std::vector<Patch> patches;
+  const Eigen::Array2i room(now.width - kEdge, now.height - kEdge);
+  std::vector<Eigen::Array2i> places;
   Sampler place(kPatchSeed, static_cast<std::uint32_t>(frames_), 0);
   for (int i = 0; i < kLook.tried; ++i) {
     const Eigen::Vector2f at = place.two();
-    const Eigen::Array2i room(now.width - kEdge, now.height - kEdge);
-    const Eigen::Array2i here = (at.array() * (room + 1).cast<float>()).cast<int>();
-    const auto shift = shift_px(from, last_.front().T_tag_camera, here + kEdge / 2);
-    if (!shift) continue;
-    const Eigen::Array2d there = here.cast<double>() + shift->array().round();
-    if ((there < 0).any() || (there > room.cast<double>()).any()) continue;
-    if (auto patch = patch_at(now, before, here, there.cast<int>())) patches.push_back(*patch);
+    places.emplace_back((at.array() * (room + 1).cast<float>()).cast<int>());
+  }
+  std::vector<std::optional<Patch>> found(places.size());
+  for_each_index(places.size(), kPlaceBlock, [&](std::size_t i) {
+    const auto shift = shift_px(from, last_.front().T_tag_camera, places[i] + kEdge / 2);
+    if (!shift) return;
+    const Eigen::Array2d there = places[i].cast<double>() + shift->array().round();
+    if ((there < 0).any() || (there > room.cast<double>()).any()) return;
+    found[i] = patch_at(now, before, places[i], there.cast<int>());
+  });
+  std::vector<Patch> patches;
+  for (std::optional<Patch>& patch : found) {
+    if (patch) patches.push_back(*std::move(patch));
   }
   if (gain_changed(patches)) forget();
   std::erase_if(patches, [&](const Patch& patch) { return shows_motion(patch); });

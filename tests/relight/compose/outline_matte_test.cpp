@@ -49,7 +49,7 @@ struct Straight {
     const relight::OutlineDistance away(front, reach.samples_px);
     relight::OutlineMatte matte({depth}, picture, {0, 0}, away, &places);
     matte.prepare({{u, v}});
-    const relight::OutlineMatte::Mixture mixture = matte.at(u, v);
+    const relight::OutlineMatte::Mixture mixture = relight::OutlineMatte::Reader(matte).at(u, v);
     EXPECT_TRUE(mixture.both);
     return mixture.values_behind[1] - mixture.values_behind[0] * mixture.values_behind[0];
   }
