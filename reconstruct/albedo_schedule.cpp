@@ -14,8 +14,8 @@ float moved_fraction(const DistanceField& now, const DistanceField& before) {
     Vector3f sum = Vector3f::Zero();
     float weights = 0;
     for (std::size_t i = 0; brick.color && i < kBrickVoxels; ++i) {
-      sum += brick.color->weight[i] * brick.color->radiance[i];
-      weights += brick.color->weight[i];
+      sum += brick.radiance_weight(i) * brick.color->radiance[i];
+      weights += brick.radiance_weight(i);
     }
     return weights > 0 ? (sum / weights).eval() : Vector3f::Zero().eval();
   };

@@ -26,6 +26,7 @@
 #include "reconstruct/shading/irradiance.h"
 #include "reconstruct/shading/noise_floor.h"
 #include "reconstruct/shading/surface_samples.h"
+#include "reconstruct/shading/truncated_samples.h"
 
 namespace lumigraft::reconstruct {
 namespace {
@@ -505,7 +506,9 @@ std::vector<PointLight> AlbedoStage::State::light_surface(const DistanceField& f
                                                           Surface& surface, std::optional<IrradianceModel>& room,
                                                           std::vector<Eigen::Vector3f>& gathered) {
   std::vector<bool> smooth;  // without the tag's print, which is black and white
-  for (const SurfaceSample& sample : surface.samples) smooth.push_back(sample.usable && !on_tag_print(sample, print_m));
+  const std::vector<bool> truncated = truncated_samples(field, surface);
+  for (std::size_t i = 0; i < surface.samples.size(); ++i)
+    smooth.push_back(surface.samples[i].usable && !truncated[i] && !on_tag_print(surface.samples[i], print_m));
   bool first = last_lamps.empty();
   std::vector<PointLight> lamps = first ? merged.lights : last_lamps;
   for (;;) {

@@ -1,6 +1,8 @@
 #include "reconstruct/albedo/clipped_albedo.h"
 
 #include <algorithm>
+#include <array>
+#include <bitset>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -35,7 +37,7 @@ class Extension {
       if (open_[voxel.first][static_cast<std::size_t>(voxel.second)] == 0) continue;
       const std::vector<Voxel> area = connected(voxel);
       if (static_cast<int>(area.size()) < kClipped.min_voxels) continue;
-      if (const auto bound = largest_bound(area)) write(area, estimate(area, *bound).matrix());
+      if (const auto seen = seen_albedo(area)) write(area, estimate(area, *seen).matrix());
     }
     for (auto& [key, brick] : changed_) bricks_[key] = std::move(brick);
   }
@@ -45,7 +47,7 @@ class Extension {
     for (const auto& [key, brick] : field_.bricks) {
       if (!brick->color) continue;
       for (std::size_t i = 0; i < kBrickVoxels; ++i) {
-        if (brick->color->weight[i] > 0 || brick->color->radiance[i].isZero(0) || !(brick->weight[i] > 0) ||
+        if (brick->radiance_weight(i) > 0 || brick->color->radiance[i].isZero(0) || !(brick->weight[i] > 0) ||
             std::abs(brick->distance_m[i]) >= field_.voxel_m ||
             metal_.contains(field_.voxel_m * voxel_in(key, static_cast<int>(i)).cast<float>()))
           continue;
@@ -73,9 +75,16 @@ class Extension {
     return area;
   }
 
-  /// Per channel, of evenly chosen voxels; the mean of the highest part, as single ones may be errors of the light.
-  std::optional<Array3f> largest_bound(const std::vector<Voxel>& area) const {
-    std::array<std::vector<float>, 3> bounds;
+  /// What an area shows of its albedo.
+  struct Seen {
+    Array3f albedo;        ///< in channels that clip the largest lower bound
+    std::bitset<3> known;  ///< channels that do not clip in most of the area
+  };
+
+  /// Of evenly chosen voxels, per channel: the median, above which are all that clip; else of the bounds the mean of
+  /// the highest part, as single ones may be errors of the light.
+  std::optional<Seen> seen_albedo(const std::vector<Voxel>& area) const {
+    std::array<std::vector<float>, 3> bounds, ranked;
     const std::size_t step = area.size() / static_cast<std::size_t>(kClipped.voxels) + 1;
     for (std::size_t i = 0; i < area.size(); i += step) {
       const Vector3f position_m = field_.voxel_m * voxel_in(area[i].first, area[i].second).cast<float>();
@@ -83,29 +92,37 @@ class Extension {
       if (!normal) continue;
       Vector3f irradiance = room_.gather(position_m, *normal, kClipped.gather_rays).irradiance;
       for (const PointLight& lamp : light_.lights) irradiance += lamp_irradiance(lamp, position_m, *normal).matrix();
-      const Vector3f radiance = field_.brick(area[i].first)->radiance(static_cast<std::size_t>(area[i].second));
-      for (int c = 0; c < 3; ++c) {
-        bounds[static_cast<std::size_t>(c)].push_back(std::numbers::pi_v<float> * radiance[c] /
-                                                      std::max(irradiance[c], std::numeric_limits<float>::min()));
+      const auto voxel = static_cast<std::size_t>(area[i].second);
+      const FieldBrick& brick = *field_.brick(area[i].first);
+      const int clipped = brick.clipped_channels(voxel);
+      for (std::size_t c = 0; c < 3; ++c) {
+        const auto k = static_cast<Eigen::Index>(c);
+        bounds[c].push_back(std::numbers::pi_v<float> * brick.radiance(voxel)[k] /
+                            std::max(irradiance[k], std::numeric_limits<float>::min()));
+        ranked[c].push_back((clipped >> c & 1) != 0 ? std::numeric_limits<float>::infinity() : bounds[c].back());
       }
     }
     if (bounds[0].empty()) return std::nullopt;
-    Array3f albedo;
-    for (int c = 0; c < 3; ++c) {
-      std::vector<float>& of_channel = bounds[static_cast<std::size_t>(c)];
-      const auto at = of_channel.begin() +
-                      static_cast<std::ptrdiff_t>(kClipped.quantile * static_cast<float>(of_channel.size() - 1));
-      std::nth_element(of_channel.begin(), at, of_channel.end());
-      albedo[c] = std::min(std::accumulate(at, of_channel.end(), 0.0f) / static_cast<float>(of_channel.end() - at),
-                           kClipped.max_albedo);
+    Seen seen;
+    for (std::size_t c = 0; c < 3; ++c) {
+      float albedo = median(ranked[c]);
+      seen.known[c] = std::isfinite(albedo);
+      if (!seen.known[c]) {
+        const auto at = bounds[c].begin() +
+                        static_cast<std::ptrdiff_t>(kClipped.quantile * static_cast<float>(bounds[c].size() - 1));
+        std::nth_element(bounds[c].begin(), at, bounds[c].end());
+        albedo = std::accumulate(at, bounds[c].end(), 0.0f) / static_cast<float>(bounds[c].end() - at);
+      }
+      seen.albedo[static_cast<Eigen::Index>(c)] = std::min(albedo, kClipped.max_albedo);
     }
-    return albedo;
+    return seen;
   }
 
   /// Where light becomes less than what clips, or shadow falls on it, the surface continues with albedo that was
-  /// solved. Else the area ends where the material does, and the bound may be far below: albedo is as likely to be
-  /// anywhere between it and white, of which the mean has the least error.
-  Array3f estimate(const std::vector<Voxel>& area, const Array3f& bound) const {
+  /// solved; with its hue where some channels are known. Else the area ends where the material does, and the bound may
+  /// be far below: of known channels the largest, as most of what is bright is grey or white; without one, albedo is as
+  /// likely to be anywhere between the bound and white, of which the mean has the least error.
+  Array3f estimate(const std::vector<Voxel>& area, const Seen& seen) const {
     std::array<std::vector<float>, 3> continued;
     int border = 0;
     for (const auto& [key, i] : area) {
@@ -117,17 +134,43 @@ class Extension {
         const auto at = static_cast<std::size_t>(index_in_brick(next));
         if (!(found->second->sigma[at] > 0)) continue;
         ++border;
-        const Array3f albedo = found->second->albedo[at].array();
-        if ((albedo < kClipped.same_albedo * bound).any()) continue;
-        for (int c = 0; c < 3; ++c) continued[static_cast<std::size_t>(c)].push_back(albedo[c]);
+        const std::optional<Array3f> albedo = continuation(seen, found->second->albedo[at].array());
+        for (int c = 0; albedo && c < 3; ++c) continued[static_cast<std::size_t>(c)].push_back((*albedo)[c]);
       }
     }
-    const Array3f between = 0.5f * (bound + kClipped.max_albedo);
-    if (static_cast<float>(continued[0].size()) < kClipped.min_continued * static_cast<float>(border) || border == 0)
-      return between;
-    Array3f albedo;
-    for (int c = 0; c < 3; ++c) albedo[c] = median(continued[static_cast<std::size_t>(c)]);
-    return albedo.max(bound);
+    const bool continues =
+        border > 0 && static_cast<float>(continued[0].size()) >= kClipped.min_continued * static_cast<float>(border);
+    Array3f albedo = seen.albedo;
+    float brightest = 0;
+    for (std::size_t c = 0; c < 3; ++c)
+      if (seen.known[c]) brightest = std::max(brightest, seen.albedo[static_cast<Eigen::Index>(c)]);
+    for (std::size_t c = 0; c < 3; ++c) {
+      if (seen.known[c]) continue;
+      float& of_channel = albedo[static_cast<Eigen::Index>(c)];
+      const float otherwise = seen.known.any() ? brightest : 0.5f * (of_channel + kClipped.max_albedo);
+      of_channel = std::max(of_channel, continues ? std::min(median(continued[c]), kClipped.max_albedo) : otherwise);
+    }
+    return albedo;
+  }
+
+  /// The area's albedo by that of a voxel beyond its border; none if that is of another material.
+  static std::optional<Array3f> continuation(const Seen& seen, const Array3f& beyond) {
+    if (seen.known.none()) {
+      if ((beyond < kClipped.same_albedo * seen.albedo).any()) return std::nullopt;
+      return beyond;
+    }
+    float most = 0, least = std::numeric_limits<float>::infinity(), sum = 0;
+    for (Eigen::Index c = 0; c < 3; ++c) {
+      if (!seen.known[static_cast<std::size_t>(c)]) continue;
+      const float ratio = seen.albedo[c] / std::max(beyond[c], std::numeric_limits<float>::min());
+      most = std::max(most, ratio);
+      least = std::min(least, ratio);
+      sum += std::log(ratio);
+    }
+    // Grain differs in brightness, another material in hue as well.
+    if (least < kClipped.same_albedo * most || most < kClipped.same_grain || least > 1 / kClipped.same_grain)
+      return std::nullopt;
+    return std::exp(sum / static_cast<float>(seen.known.count())) * beyond;
   }
 
   void write(const std::vector<Voxel>& area, const Vector3f& albedo) {

@@ -93,7 +93,8 @@ struct AlbedoParameters {
     float max_albedo = 0.9f;             ///< white paper; more is an error of the light
     float sigma = 0.15f;                 ///< 1σ of what is found so
     int beyond_voxels = 2;               ///< beyond its border pixels show both sides no more
-    float same_albedo = 0.9f;            ///< of the bound: less is another material; of the border
+    float same_albedo = 0.9f;            ///< of the bound: less is another material; of hues' ratios
+    float same_grain = 0.6f;             ///< ratio of brightness within one material, as of wood; of the border
     float min_continued = 0.1f;          ///< where the same continues, from which it shows the albedo
   } clipped;
 

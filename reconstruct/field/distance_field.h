@@ -9,6 +9,7 @@
 // Surface far from the cameras is in `coarse`, in larger voxels; each function uses it where the field itself is
 // unknown.
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -27,7 +28,9 @@ constexpr int kBrickVoxels = kBrickEdge * kBrickEdge * kBrickEdge;
 struct alignas(64) BrickColor {
   /// Mean radiance towards the cameras, W/sr/m²; where it clipped in all frames a lower bound.
   std::array<Eigen::Vector3f, kBrickVoxels> radiance;
-  std::array<float, kBrickVoxels> weight;  ///< 0 = no colour observed: `radiance` is a lower bound
+  /// Of the mean. 0: no colour was observed. Below: `radiance` is a lower bound in the channels that clipped, of which
+  /// this is minus the sum: 1 red, 2 green, 4 blue.
+  std::array<float, kBrickVoxels> weight;
   BrickColor() {
     radiance.fill(Eigen::Vector3f::Zero());
     weight.fill(0);
@@ -44,7 +47,13 @@ struct alignas(64) FieldBrick {  // so that a row of eight voxels is in one cach
   Eigen::Vector3f radiance(std::size_t voxel) const {
     return color ? color->radiance[voxel] : Eigen::Vector3f(Eigen::Vector3f::Zero());
   }
-  float radiance_weight(std::size_t voxel) const { return color ? color->weight[voxel] : 0; }
+  float radiance_weight(std::size_t voxel) const { return color ? std::max(color->weight[voxel], 0.0f) : 0; }
+  /// The channels in which radiance() is a lower bound, one bit each, 1 is red; all where none of it was observed.
+  int clipped_channels(std::size_t voxel) const {
+    const float weight = color ? color->weight[voxel] : 0;
+    return weight > 0 ? 0 : weight < 0 ? static_cast<int>(-weight) : kAllChannels;
+  }
+  static constexpr int kAllChannels = 7;
   /// Replaces the colour by a copy that no other brick shares, to be written.
   BrickColor& own_color() {
     auto own = color ? std::make_shared<BrickColor>(*color) : std::make_shared<BrickColor>();

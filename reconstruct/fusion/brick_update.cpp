@@ -284,10 +284,16 @@ void BrickUpdate::prefetch(const WorkingBrick& brick, const BrickVisibility& vis
   BrickColor& color = brick.prepare_color(maker);
   Vector3f& mean = color.radiance[i];
   if (clipped) {
-    if (!(color.weight[i] > 0)) mean = mean.cwiseMax(Vector3f(radiance[0], radiance[1], radiance[2]));
+    if (color.weight[i] > 0) return;
+    mean = mean.cwiseMax(Vector3f(radiance[0], radiance[1], radiance[2]));
+    // A channel that did not clip once is known.
+    const int now = static_cast<int>(radiance[3]), before = static_cast<int>(-color.weight[i]);
+    const int both = (now & before) != 0 ? now & before : now;
+    change.new_color |= before != 0 && both != before;
+    color.weight[i] = -static_cast<float>(both);
     return;
   }
-  const float sum = color.weight[i] + weight;
+  const float sum = std::max(color.weight[i], 0.0f) + weight;
   const Vector3f step = weight / sum * (Vector3f(radiance[0], radiance[1], radiance[2]) - mean);
   change.new_color |= color.weight[i] <= 0;
   change.radiance_drift += step.squaredNorm();

@@ -27,7 +27,7 @@ class BrickUpdate {
     int new_voxels = 0;        ///< voxels that were unknown
     int rows = 0;              ///< of eight voxels of which one was observed
     bool solid = false;        ///< one of those has a voxel behind a surface
-    bool new_color = false;    ///< a voxel got its first colour
+    bool new_color = false;    ///< a voxel got its first colour, or a channel of it
     float drift = 0;           ///< RMS change of distance, relative to the allowed drift (PublicationParameters)
     float radiance_drift = 0;  ///< root of the summed squared changes of radiance
   };

@@ -355,7 +355,9 @@ void FusionLevel::State::follow_light(WorkingBrick& brick, const LightRatio& lig
   }
   // An observation of weight w has a relative variance of σ²/w; both variances add.
   const float added = static_cast<float>(variance / (kRadianceMemory.log_sigma * kRadianceMemory.log_sigma));
-  for (float& weight : color.weight) weight /= 1 + added * weight;
+  for (float& weight : color.weight) {
+    if (weight > 0) weight /= 1 + added * weight;
+  }
 }
 
 /// The colours of bricks that were not measured in the light of now follow it, to first order.

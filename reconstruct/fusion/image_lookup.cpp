@@ -197,7 +197,7 @@ ColorLookup::ColorLookup(const capture::Frame* picture, const capture::Response&
       for (int c = 0; c < 3; ++c) {
         Simd4& entry = table_[static_cast<std::size_t>(c)][static_cast<std::size_t>(value)];
         entry[c] = values.radiance.at(value, 0, c) / gain[c];
-        entry[3] = values.clipped.at(value, 0) != 0 ? 1 : 0;
+        entry[3] = values.clipped.at(value, 0) != 0 ? static_cast<float>(1 << c) : 0;
       }
   }
   width_ = width;

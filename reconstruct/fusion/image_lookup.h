@@ -128,7 +128,7 @@ class ColorLookup {
 
   explicit operator bool() const { return width_ > 0; }
   /// Bilinear, or that of the nearest pixel. False outside the image, where `radiance` stays, and if a
-  /// pixel it needs is clipped: then lane 3 of `radiance` is above 0.
+  /// pixel it needs is clipped: then lane 3 of `radiance` is the sum of 1, 2, 4 for the channels that are.
   bool read(float u, float v, bool nearest, Simd4& radiance) const;
   /// Prefetches pixels of row v that will be read soon.
   void prefetch(int first_u, int last_u, int v) const {
@@ -138,18 +138,21 @@ class ColorLookup {
   }
 
  private:
+  static constexpr float kAllClipped = 7;
+
   Simd4 at(std::size_t pixel) const;
 
   int width_ = 0, height_ = 0;
   const std::uint8_t* pixels_ = nullptr;  ///< null if the image holds radiance
   capture::RadianceImage radiance_;
-  std::array<std::array<Simd4, 256>, 3> table_{};  ///< by channel and pixel value; lane 3 is 1 for clipped values
+  std::array<std::array<Simd4, 256>, 3>
+      table_{};  ///< by channel and pixel value; lane 3 is 2^channel for clipped values
 };
 
 [[gnu::always_inline]] inline Simd4 ColorLookup::at(std::size_t pixel) const {
   if (!pixels_) {
     const float* radiance = &radiance_.radiance.data[3 * pixel];
-    return Simd4{radiance[0], radiance[1], radiance[2], static_cast<float>(radiance_.clipped.data[pixel])};
+    return Simd4{radiance[0], radiance[1], radiance[2], radiance_.clipped.data[pixel] ? kAllClipped : 0};
   }
   const std::uint8_t* value = pixels_ + 3 * pixel;
   return table_[0][value[0]] + table_[1][value[1]] + table_[2][value[2]];
@@ -169,7 +172,10 @@ class ColorLookup {
   const std::size_t first = pixel(x, y), below = pixel(x, y + 1);
   const Simd4 a = at(first), b = at(first + 1), c = at(below), d = at(below + 1);
   radiance = (1 - t) * ((1 - s) * a + s * b) + t * ((1 - s) * c + s * d);
-  return a[3] + b[3] + c[3] + d[3] == 0;
+  if (a[3] + b[3] + c[3] + d[3] == 0) return true;
+  radiance[3] = static_cast<float>(static_cast<int>(a[3]) | static_cast<int>(b[3]) | static_cast<int>(c[3]) |
+                                   static_cast<int>(d[3]));
+  return false;
 }
 
 }  // namespace lumigraft::reconstruct

@@ -24,6 +24,7 @@
 #include "reconstruct/shading/noise_floor.h"
 #include "reconstruct/shading/parameters.h"
 #include "reconstruct/shading/surface_samples.h"
+#include "reconstruct/shading/truncated_samples.h"
 
 namespace lumigraft::reconstruct {
 namespace {
@@ -59,8 +60,11 @@ class ShadingFit {
              double print_m)
       : field_(field), rays_(rays), probe_m_(probe_m), room_(field, rays, metal, nullptr, uniform(probe_m, 0)) {
     const Surface surface = find_surface(field, rays, metal, kFromShading.max_samples);
-    for (const SurfaceSample& sample : surface.samples)
-      if (sample.usable && !on_tag_print(sample, print_m)) samples_.push_back(sample);
+    const std::vector<bool> truncated = truncated_samples(field, surface);
+    for (std::size_t i = 0; i < surface.samples.size(); ++i) {
+      const SurfaceSample& sample = surface.samples[i];
+      if (sample.usable && !truncated[i] && !on_tag_print(sample, print_m)) samples_.push_back(sample);
+    }
     pairs_ = choose_pairs(samples_);
     if (const auto paper = tag_paper(surface.points, print_m)) {
       reference_ = {samples_.size()};

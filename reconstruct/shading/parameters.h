@@ -52,6 +52,8 @@ struct ShadingParameters {
     int neighbours = 6;                ///< of a sample, the nearest
     float neighbour_reach = 2.5f;      ///< in edges of its cell,
     float same_orientation = 0.8f;     ///< and whose normals have this cosine
+    float max_clipped = 0.02f;  ///< of the surface around it: that shifts the mean of a texture by -φ(z) / (1 - p)
+                                ///< = 0.05 of its standard deviation
   } samples;
 
   /// The white paper of the tag. About half of it is black; blur turns most of the white grey, and noise lifts the
