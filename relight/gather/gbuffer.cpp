@@ -54,7 +54,7 @@ void trace_room(const RayRoom& room, const CameraRays& eye, const capture::Image
           fan.w[static_cast<std::size_t>(k)] = eye.ray(from + k, v);
           if (!fan.w[static_cast<std::size_t>(k)].isZero(0)) fan.some |= 1u << k;
         }
-        const std::uint32_t met = room.meshes().hits(fan, hits);
+        const std::uint32_t met = room.meshes().hits(fan, hits, Coverage::by_chance);
         for (int k = 0; k < count; ++k) {
           const std::size_t i = static_cast<std::size_t>(v) * width + from + k;
           seen[i] = pixel_of(room, fan.w[static_cast<std::size_t>(k)],

@@ -95,6 +95,7 @@ Texels texels_of(TextureUse use) {
     case TextureUse::specular:
     case TextureUse::sheen_roughness:
     case TextureUse::anisotropy:
+    case TextureUse::opacity:
       return Texels::linear;
     case TextureUse::normals:
     case TextureUse::clearcoat_normals:
@@ -132,6 +133,8 @@ const Model::TextureSlot& slot_of(const Model::Part& part, TextureUse use) {
       return part.sheen_color_texture;
     case TextureUse::sheen_roughness:
       return part.sheen_roughness_texture;
+    case TextureUse::opacity:
+      return part.opacity_texture;
     case TextureUse::anisotropy:
       return part.anisotropy_texture;
     case TextureUse::base_color:
