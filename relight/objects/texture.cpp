@@ -1,7 +1,9 @@
 #include "relight/objects/texture.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <optional>
 
 #include "capture/camera/srgb.h"
 #include "relight/exhibit/texture_wrap.h"
@@ -82,6 +84,82 @@ Vector3f bilinear(const capture::Image<T>& image, const Eigen::Vector2f& uv, Wra
   };
   const Vector3f above = row(y.texel[0]), below = row(y.texel[1]);
   return above + y.weight * (below - above);
+}
+
+/// A lattice of taps, in texels of a level: the first row and column, and the steps along rows and between them.
+struct Taps {
+  Eigen::Vector2f first, along, across;
+  int columns, rows;
+
+  Eigen::Vector2f last() const {
+    return first + static_cast<float>(columns - 1) * along + static_cast<float>(rows - 1) * across;
+  }
+};
+
+/// Texels of an axis that taps read.
+struct TexelSpan {
+  int first = 0, count = 0;
+
+  TexelSpan(const Taps& taps, int axis) {
+    // The corners of the lattice; texel centres are at n + 1/2.
+    const float a = taps.first[axis], d = taps.last()[axis],
+                b = a + static_cast<float>(taps.columns - 1) * taps.along[axis], c = a + d - b;
+    const float low = std::floor(std::min({a, b, c, d}) - 0.5f), high = std::floor(std::max({a, b, c, d}) - 0.5f);
+    if (!(std::abs(low) < kObjects.far_texels && high - low < kObjects.max_tap_span)) return;  // not NaN either
+    first = static_cast<int>(low) - 1;  // one to each side for rounding
+    count = static_cast<int>(high) + 3 - first;
+  }
+  bool known() const { return count > 0; }
+};
+
+int wrapped(int texel, int size, Wrap wrap) {
+  if (texel >= 0 && texel < size) return texel;
+  if (wrap == Wrap::clamp_to_edge) return std::clamp(texel, 0, size - 1);
+  const int period = wrap == Wrap::repeat ? size : 2 * size, within = (texel % period + period) % period;
+  return within < size ? within : period - 1 - within;
+}
+
+/// The sum of bilinear taps: each texel is read once, times what all taps give it; nothing if they spread over more
+/// texels than are worth that.
+template <typename T>
+std::optional<Vector3f> sum_of(const capture::Image<T>& image, const Taps& taps, Wrap wrap_u, Wrap wrap_v,
+                               Decode decode) {
+  const TexelSpan u(taps, 0), v(taps, 1);
+  if (!u.known() || !v.known() || u.count * v.count > 8 * taps.columns * taps.rows + 32) return std::nullopt;
+  constexpr std::size_t kMost = static_cast<std::size_t>(kObjects.max_tap_span) + 4;
+  std::array<float, kMost * kMost> weights;
+  std::fill_n(weights.begin(), u.count * v.count, 0.0f);
+  for (int j = 0; j < taps.rows; ++j) {
+    const Eigen::Vector2f row = taps.first + static_cast<float>(j) * taps.across;
+    for (int i = 0; i < taps.columns; ++i) {
+      const float x = row.x() + static_cast<float>(i) * taps.along.x() - 0.5f - static_cast<float>(u.first),
+                  y = row.y() + static_cast<float>(i) * taps.along.y() - 0.5f - static_cast<float>(v.first);
+      const int left = static_cast<int>(x), top = static_cast<int>(y);  // positive
+      const float right = x - static_cast<float>(left), bottom = y - static_cast<float>(top);
+      float* at = &weights[static_cast<std::size_t>(top * u.count + left)];
+      at[0] += (1 - right) * (1 - bottom);
+      at[1] += right * (1 - bottom);
+      at[u.count] += (1 - right) * bottom;
+      at[u.count + 1] += right * bottom;
+    }
+  }
+  std::array<int, kMost> columns;
+  for (int i = 0; i < u.count; ++i) columns[static_cast<std::size_t>(i)] = wrapped(u.first + i, image.width, wrap_u);
+  Vector3f sum = Vector3f::Zero();
+  for (int j = 0; j < v.count; ++j) {
+    const int y = wrapped(v.first + j, image.height, wrap_v);
+    const float* of_row = &weights[static_cast<std::size_t>(j * u.count)];
+    for (int i = 0; i < u.count; ++i) {
+      if (of_row[i] > 0) sum += of_row[i] * decode(image, columns[static_cast<std::size_t>(i)], y);
+    }
+  }
+  return sum;
+}
+
+/// The coordinate brought near 0 to 1.
+float in_period(float coordinate, Wrap wrap) {
+  if (wrap == Wrap::repeat) return coordinate - std::floor(coordinate);
+  return wrap == Wrap::mirrored_repeat ? coordinate - 2 * std::floor(coordinate / 2) : coordinate;
 }
 
 }  // namespace
@@ -204,15 +282,27 @@ Vector3f Texture::mean(const Eigen::Vector2f& uv, const Eigen::Matrix2f& edges, 
   const float wanted =
       std::log2(std::max({1.0f, width / kObjects.texels_of_width, longer / kObjects.texels_of_length}));
   const std::size_t number = std::min(static_cast<std::size_t>(wanted), mips_.size());
-  // In a coarser level, whose texels are narrow, one tap per texel: the tents of neighbours add up to an even weight.
+  // Where texels are narrow, one tap per texel: the tents of neighbours add up to an even weight.
   // Rows of taps along the longer edge: of edges that are nearly parallel a few rows are enough.
   const float most = kObjects.taps_per_texel * kObjects.texels_of_length,
-              per_texel = number > 0 ? std::ldexp(1.0f, -static_cast<int>(number)) : kObjects.taps_per_texel,
+              per_texel = number > 0 || width >= kObjects.texels_of_width ? std::ldexp(1.0f, -static_cast<int>(number))
+                                                                          : kObjects.taps_per_texel,
               most_rows = std::clamp(per_texel * width, kObjects.taps_per_texel * kObjects.texels_of_width, most);
   const auto taps = [](float at_least, float at_most) {
     return static_cast<int>(std::ceil(std::clamp(at_least, 1.0f, at_most)));
   };
   const int columns = taps(per_texel * longer, most), rows = taps(per_texel * shorter, most_rows);
+  const Eigen::Vector2f size = number > 0 ? Eigen::Vector2f(mips_[number - 1].width, mips_[number - 1].height)
+                                          : Eigen::Vector2f(picture_->width, picture_->height);
+  const Eigen::Vector2f step_x = edges.col(along).cwiseProduct(size) / static_cast<float>(columns),
+                        step_y = edges.col(1 - along).cwiseProduct(size) / static_cast<float>(rows),
+                        middle = Eigen::Vector2f(in_period(uv.x(), wrap_u), in_period(uv.y(), wrap_v));
+  const Taps lattice{middle.cwiseProduct(size) - static_cast<float>(columns - 1) / 2 * step_x -
+                         static_cast<float>(rows - 1) / 2 * step_y,
+                     step_x, step_y, columns, rows};
+  const auto at_once = number > 0 ? sum_of(mips_[number - 1], lattice, wrap_u, wrap_v, {texels_})
+                                  : sum_of(*picture_, lattice, wrap_u, wrap_v, {texels_});
+  if (at_once) return *at_once / static_cast<float>(columns * rows);
   Vector3f sum = Vector3f::Zero();
   for (int j = 0; j < rows; ++j) {
     const float y = (static_cast<float>(j) + 0.5f) / static_cast<float>(rows) - 0.5f;
