@@ -17,6 +17,8 @@ GBufferPixel pixel_of(const RayRoom& room, const Vector3f& w, const MeshHit* hit
   const RealPoint point = room.point(*hit, w);
   p.known = true;
   p.glossy = !point.is_even();
+  const RoomFacet* facet = room.facet(*hit);
+  p.modelled = facet && !facet->fused;
   p.surface = point.surface;
   p.depth_m = hit->t_m;
   if (p.glossy) return p;
