@@ -141,6 +141,16 @@ class AssimpLoader {
   ModelBuilder builder_;
 };
 
+/// Assimp takes a face without vertices for a polygon, and ends the program where it then finds none to divide.
+void count_polygons(const aiScene& scene) {
+  for (unsigned i = 0; i < scene.mNumMeshes; ++i) {
+    aiMesh& mesh = *scene.mMeshes[i];
+    const auto is_polygon = [](const aiFace& face) { return face.mNumIndices > 3; };
+    if (std::none_of(mesh.mFaces, mesh.mFaces + mesh.mNumFaces, is_polygon))
+      mesh.mPrimitiveTypes = aiPrimitiveType_TRIANGLE;  // and what else add_mesh leaves out; 0 is not known
+  }
+}
+
 std::shared_ptr<const Model> load_with_assimp(const fs::path& path, AssimpFormat format, char up) {
   const bool srgb_colors = format == AssimpFormat::ply && check_ply(path);
   Assimp::Importer importer;
@@ -148,13 +158,16 @@ std::shared_ptr<const Model> load_with_assimp(const fs::path& path, AssimpFormat
   std::string reason;
   try {
     // assimp's texture coordinates have v up; glTF's convention, used here, has v down.
-    constexpr unsigned steps =
-        aiProcess_ValidateDataStructure | aiProcess_Triangulate | aiProcess_FlipUVs | aiProcess_TransformUVCoords;
+    constexpr unsigned steps = aiProcess_Triangulate | aiProcess_FlipUVs | aiProcess_TransformUVCoords;
     if (format == AssimpFormat::ply) {
       const std::string bytes = read_ply(path);
-      scene = importer.ReadFileFromMemory(bytes.data(), bytes.size(), steps, "ply");
+      scene = importer.ReadFileFromMemory(bytes.data(), bytes.size(), aiProcess_ValidateDataStructure, "ply");
     } else {
-      scene = importer.ReadFile(path.string(), steps);
+      scene = importer.ReadFile(path.string(), aiProcess_ValidateDataStructure);
+    }
+    if (scene) {
+      count_polygons(*scene);
+      scene = importer.ApplyPostProcessing(steps);
     }
     if (!scene) reason = importer.GetErrorString();
   } catch (const std::exception& error) {
