@@ -197,6 +197,7 @@ void print(const char* what, const Cost& cost, double simple_ms) {
               cost.wall_ms);
   for (const auto& [pass, ms] : cost.passes_ms) std::printf(" %s %.1f", pass.c_str(), ms);
   std::printf("\n");
+  std::fflush(stdout);
 }
 
 void compare(const std::string& method) {
