@@ -2,7 +2,7 @@
 // Fuzz targets: each reads arbitrary bytes as one kind of input, to the end. InputError and CameraFault are correct
 // results; any other exception, a crash, a hang or exhausted memory is a fault.
 //
-// libFuzzer generates the bytes, in a build of its own with clang:
+// libFuzzer generates the bytes, in a build of its own with clang (Debian: clang, libclang-rt-14-dev):
 //
 //   cmake --preset fuzz && cmake --build --preset fuzz
 //   build/fuzz/fuzz_mkv -max_total_time=600 -rss_limit_mb=1500 -max_len=20000 new_corpus tests/fuzz/corpus/mkv
