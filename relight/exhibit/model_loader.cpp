@@ -47,7 +47,9 @@ bool check_ply(const fs::path& file) {
     ended = keyword == "end_header";
     if (keyword == "format") ascii = second == "ascii";
     std::size_t count = 0;
-    if (keyword == "element" && std::istringstream(third) >> count) elements += count;
+    if (keyword == "element" && !(std::istringstream(third) >> count))
+      throw capture::InputError(where + "found an element without its number");  // assimp would not terminate
+    elements += count;
     if (keyword == "property" && (third == "red" || third == "r" || third == "diffuse_red")) {
       colors_are_8_bit = second == "uchar" || second == "uint8";
     }

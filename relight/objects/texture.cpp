@@ -302,11 +302,10 @@ Vector3f Texture::mean(const Eigen::Vector2f& uv, const Eigen::Matrix2f& edges, 
   const float wanted =
       std::log2(std::max({1.0f, width / kObjects.texels_of_width, longer / kObjects.texels_of_length}));
   const std::size_t number = std::min(static_cast<std::size_t>(wanted), mips_.size());
-  // Where texels are narrow, one tap per texel: the tents of neighbours add up to an even weight.
+  // In a coarser level, whose texels are narrow, one tap per texel: the tents of neighbours add up to an even weight.
   // Rows of taps along the longer edge: of edges that are nearly parallel a few rows are enough.
   const float most = kObjects.taps_per_texel * kObjects.texels_of_length,
-              per_texel = number > 0 || width >= kObjects.texels_of_width ? std::ldexp(1.0f, -static_cast<int>(number))
-                                                                          : kObjects.taps_per_texel,
+              per_texel = number > 0 ? std::ldexp(1.0f, -static_cast<int>(number)) : kObjects.taps_per_texel,
               most_rows = std::clamp(per_texel * width, kObjects.taps_per_texel * kObjects.texels_of_width, most);
   const auto taps = [](float at_least, float at_most) {
     return static_cast<int>(std::ceil(std::clamp(at_least, 1.0f, at_most)));

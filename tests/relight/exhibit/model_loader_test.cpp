@@ -182,6 +182,12 @@ TEST(LoadModel, APlyWithAnUnknownTypeIsRefused) {
   EXPECT_THROW(load_model(folder.write("a.ply", ply), 'z'), capture::InputError);
 }
 
+TEST(LoadModel, APlyElementWithoutANumberIsRefused) {
+  TemporaryFolder folder;
+  const std::string ply = "ply\nformat ascii 1.0\nelement vertex float x\nproperty float y\nend_header\n0 0 0\n";
+  EXPECT_THROW(load_model(folder.write("a.ply", ply), 'z'), capture::InputError);
+}
+
 TEST(LoadModel, WhatIsNotDrawnOfGltfIsNamed) {
   TemporaryFolder folder;
   GltfFile file = textured("data:image/png;base64," + test::red_grey_png);
