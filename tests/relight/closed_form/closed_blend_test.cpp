@@ -235,7 +235,8 @@ TEST_P(BlendedOnDevices, ItIsCutAndNamedOnce) {
   for (const float mask : picture.maps->mask.data) covered += mask;
   scene.exhibit.objects[0].model = cut;
   double of_cut = 0;
-  for (const float mask : relit(scene, coarse_plan()).maps->mask.data) of_cut += mask;
+  const relight::RelitPicture of_cut_model = relit(scene, coarse_plan());
+  for (const float mask : of_cut_model.maps->mask.data) of_cut += mask;
   EXPECT_GT(of_cut, 10);
   EXPECT_EQ(covered, of_cut);
 }
