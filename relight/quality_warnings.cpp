@@ -25,6 +25,8 @@ std::string simplified(const VirtualObject& object) {
   if (anisotropy) features.emplace_back("anisotropic roughness as the same in all directions");
   if (coat) features.emplace_back("clearcoat with the normals of what it covers");
   if (specular) features.emplace_back("specular reflection without colour and at most that of the index 1.5");
+  if (!object.model->blended.empty())
+    features.emplace_back("alphaMode BLEND cut at one half (" + object.model->blended + ")");
   if (features.empty()) return {};
   return quoted(object) + " is drawn with " + capture::listed(features) +
          "; plan.method = rays draws what its file asks for";

@@ -161,6 +161,11 @@ struct Model {
     /// Linear: in red and green, from -1 to 1, the direction from the tangent; in blue, what multiplies the factor.
     TextureSlot anisotropy_texture;
     float anisotropy_factor = 0;
+    /// The fraction of the surface that is there, from 0 to 1 (alphaMode BLEND): the factor, times the texture's red,
+    /// linear.
+    float opacity_factor = 1;
+    TextureSlot opacity_texture;
+    bool blends() const { return opacity_factor < 1 || opacity_texture.picture; }
     std::uint32_t first_index = 0, index_count = 0;
   };
   std::vector<Eigen::Vector3f> positions_m;
@@ -189,6 +194,11 @@ struct Model {
   };
   std::vector<Variant> variants;       ///< of the model in its default materials
   std::vector<std::string> not_drawn;  ///< features that the file asks for, each with the first material that does
+  /// Names the materials with partial coverage (Part::blends); empty: there are none.
+  std::string blended;
+  /// With what is at least half opaque of them in their place, for methods without partial coverage; null: none is
+  /// blended.
+  std::shared_ptr<const Model> cut;
 };
 
 /// glTF 2.0 (.gltf, .glb), PLY or OBJ. `up`: the file's up axis, "x", "y" or "z". Triangles of zero area or with NaN

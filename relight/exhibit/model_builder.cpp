@@ -45,7 +45,7 @@ bool reads_second_texcoords(const Model::Part& part) {
          part.clearcoat_roughness_texture.texcoord_set == 1 || part.clearcoat_normal_texture.texcoord_set == 1 ||
          part.specular_texture.texcoord_set == 1 || part.specular_color_texture.texcoord_set == 1 ||
          part.sheen_color_texture.texcoord_set == 1 || part.sheen_roughness_texture.texcoord_set == 1 ||
-         part.anisotropy_texture.texcoord_set == 1;
+         part.anisotropy_texture.texcoord_set == 1 || part.opacity_texture.texcoord_set == 1;
 }
 
 Eigen::Matrix3f up_to_z(char up) {

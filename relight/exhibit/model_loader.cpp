@@ -47,7 +47,9 @@ bool check_ply(const fs::path& file) {
     ended = keyword == "end_header";
     if (keyword == "format") ascii = second == "ascii";
     std::size_t count = 0;
-    if (keyword == "element" && std::istringstream(third) >> count) elements += count;
+    if (keyword == "element" && !(std::istringstream(third) >> count))
+      throw capture::InputError(where + "found an element without its number");  // assimp would not terminate
+    elements += count;
     if (keyword == "property" && (third == "red" || third == "r" || third == "diffuse_red")) {
       colors_are_8_bit = second == "uchar" || second == "uint8";
     }
@@ -141,6 +143,16 @@ class AssimpLoader {
   ModelBuilder builder_;
 };
 
+/// Assimp takes a face without vertices for a polygon, and ends the program where it then finds none to divide.
+void count_polygons(const aiScene& scene) {
+  for (unsigned i = 0; i < scene.mNumMeshes; ++i) {
+    aiMesh& mesh = *scene.mMeshes[i];
+    const auto is_polygon = [](const aiFace& face) { return face.mNumIndices > 3; };
+    if (std::none_of(mesh.mFaces, mesh.mFaces + mesh.mNumFaces, is_polygon))
+      mesh.mPrimitiveTypes = aiPrimitiveType_TRIANGLE;  // and what else add_mesh leaves out; 0 is not known
+  }
+}
+
 std::shared_ptr<const Model> load_with_assimp(const fs::path& path, AssimpFormat format, char up) {
   const bool srgb_colors = format == AssimpFormat::ply && check_ply(path);
   Assimp::Importer importer;
@@ -148,13 +160,16 @@ std::shared_ptr<const Model> load_with_assimp(const fs::path& path, AssimpFormat
   std::string reason;
   try {
     // assimp's texture coordinates have v up; glTF's convention, used here, has v down.
-    constexpr unsigned steps =
-        aiProcess_ValidateDataStructure | aiProcess_Triangulate | aiProcess_FlipUVs | aiProcess_TransformUVCoords;
+    constexpr unsigned steps = aiProcess_Triangulate | aiProcess_FlipUVs | aiProcess_TransformUVCoords;
     if (format == AssimpFormat::ply) {
       const std::string bytes = read_ply(path);
-      scene = importer.ReadFileFromMemory(bytes.data(), bytes.size(), steps, "ply");
+      scene = importer.ReadFileFromMemory(bytes.data(), bytes.size(), aiProcess_ValidateDataStructure, "ply");
     } else {
-      scene = importer.ReadFile(path.string(), steps);
+      scene = importer.ReadFile(path.string(), aiProcess_ValidateDataStructure);
+    }
+    if (scene) {
+      count_polygons(*scene);
+      scene = importer.ApplyPostProcessing(steps);
     }
     if (!scene) reason = importer.GetErrorString();
   } catch (const std::exception& error) {

@@ -17,6 +17,8 @@ GBufferPixel pixel_of(const RayRoom& room, const Vector3f& w, const MeshHit* hit
   const RealPoint point = room.point(*hit, w);
   p.known = true;
   p.glossy = !point.is_even();
+  const RoomFacet* facet = room.facet(*hit);
+  p.modelled = facet && !facet->fused;
   p.surface = point.surface;
   p.depth_m = hit->t_m;
   if (p.glossy) return p;
@@ -54,7 +56,7 @@ void trace_room(const RayRoom& room, const CameraRays& eye, const capture::Image
           fan.w[static_cast<std::size_t>(k)] = eye.ray(from + k, v);
           if (!fan.w[static_cast<std::size_t>(k)].isZero(0)) fan.some |= 1u << k;
         }
-        const std::uint32_t met = room.meshes().hits(fan, hits);
+        const std::uint32_t met = room.meshes().hits(fan, hits, Coverage::by_chance);
         for (int k = 0; k < count; ++k) {
           const std::size_t i = static_cast<std::size_t>(v) * width + from + k;
           seen[i] = pixel_of(room, fan.w[static_cast<std::size_t>(k)],

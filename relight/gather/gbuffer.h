@@ -18,13 +18,15 @@
 namespace lumigraft::relight {
 
 struct GBufferPixel {
-  bool known = false;   ///< a surface exists
+  bool known = false;  ///< a surface exists
+  /// Of the enclosure, which no depth camera saw: what is seen there may be nearer, where depth has a hole.
+  bool modelled = false;
   bool glossy = false;  ///< of known material with a directional (glossy) part
   SurfaceHit surface;
   Eigen::Vector3f w = Eigen::Vector3f::Zero();  ///< unit, from the camera
   float depth_m = 0;                            ///< along w
   Rgb albedo = Rgb::Zero();                     ///< per pixel, finer than the room's; unset if glossy
-  Rgb before = Rgb::Zero();                     ///< of the fused surface there, W/sr/m²; zero: not known
+  Rgb before = Rgb::Zero();                     ///< of the room's surface there, W/sr/m²; zero: not known
 };
 
 using MovedPixels = std::vector<std::pair<std::size_t, GBufferPixel>>;  ///< by pixel index, ascending

@@ -1,5 +1,6 @@
 #include "relight/gather/irradiance_probes.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -40,7 +41,8 @@ IrradianceProbes place_probes(const Model& coarse) {
   const float edge_m = sphere.radius_m / kGather.probes_across;
   found.model = refine_model(coarse, edge_m);
   found.tree = std::make_shared<const ModelTree>(found.model);
-  found.closed = is_closed(coarse);
+  // Rays also meet blended surfaces from inside.
+  found.closed = is_closed(coarse) && std::ranges::none_of(coarse.parts, &Model::Part::blends);
   const Model& model = *found.model;
 
   std::vector<VertexSide> sides;

@@ -144,7 +144,7 @@ class ObjectView {
       if (!fan.w[i].isZero(0)) fan.some |= 1u << slot;
     }
     std::array<MeshHit, RayFan::kMaxRays> hits;
-    const std::uint32_t met = light_.objects().meshes().hits(fan, hits);
+    const std::uint32_t met = light_.objects().meshes().hits(fan, hits, Coverage::full);
     fan.some = 0;
     for (int slot = 0; slot < slots; ++slot) {
       if (!(met >> slot & 1)) continue;
@@ -208,6 +208,13 @@ class ObjectView {
     cell.edges.col(0) = (at(1, 0.5f) - at(0, 0.5f)) / parts.x();
     cell.edges.col(1) = (at(0.5f, 1) - at(0.5f, 0)) / parts.y();
     return meshes.surface(hit, w, cell);
+  }
+
+  /// The next object along a camera ray that the room does not hide.
+  std::optional<MeshHit> next_layer(int u, int v, const Vector3f& w, float beyond_m) const {
+    const auto next = light_.objects().meshes().hit_beyond(beyond_m, eye_m_, w);
+    if (next && may_hide(u, v, next->t_m) && light_.room().meshes().blocked(eye_m_, w, next->t_m)) return std::nullopt;
+    return next;
   }
 
   GBufferPixel seen_by(int u, int v, int ray, const Vector3f& w, const MeshHit& hit) const {
@@ -305,22 +312,33 @@ class ObjectView {
       rays = detail_.at_edges;
     }
     Rgb sum = Rgb::Zero();
+    float covered = 0;
     MirroredSamples samples;
     for (int k = 0; k < rays; ++k) {
       if (!(traced.some >> k & 1)) continue;
       const auto i = static_cast<std::size_t>(k);
       Sampler sampler(kLightSeed, static_cast<std::uint32_t>(index(found.u, v)), static_cast<std::uint32_t>(k));
-      if (traced.surfaces[i].unlit) {
-        sum += traced.surfaces[i].emission;
-        continue;
+      const auto seen = [&](const MeshHit& hit, const SurfaceHit& surface) -> Rgb {
+        if (surface.unlit) return surface.emission;
+        return radiance(traced.w[i], hit, surface, lit(surface, found.u, v, k, goes_on(first, surface)), sampler,
+                        (edge ? 1 : detail_.mirrored) * rounds, samples);
+      };
+      float open = 1;  // what the layers so far leave of the ray
+      const auto add = [&](const MeshHit& hit, const SurfaceHit& surface) {
+        if (surface.opacity > 0) sum += open * surface.opacity * seen(hit, surface);
+        open *= 1 - surface.opacity;
+      };
+      add(traced.hits[i], traced.surfaces[i]);
+      for (MeshHit hit = traced.hits[i]; open > kGather.least_open;) {
+        const auto next = next_layer(found.u, v, traced.w[i], hit.t_m);
+        if (!next) break;
+        add(hit = *next, surface_at(found.u, v, k, rays, traced.w[i], *next));
       }
-      sum += radiance(traced.w[i], traced.hits[i], traced.surfaces[i],
-                      lit(traced.surfaces[i], found.u, v, k, goes_on(first, traced.surfaces[i])), sampler,
-                      (edge ? 1 : detail_.mirrored) * rounds, samples);
+      covered += open > kGather.least_open ? 1 - open : 1;
     }
     variance_[index(found.u, v)] = samples.variance_of_mean();
     set_at(out.radiance, index(found.u, v), sum / static_cast<float>(rays));
-    out.coverage.data[index(found.u, v)] = static_cast<float>(std::popcount(traced.some)) / static_cast<float>(rays);
+    out.coverage.data[index(found.u, v)] = covered / static_cast<float>(rays);
     if (first.known) out.distance_m.data[index(found.u, v)] = first.depth_m;
   }
 

@@ -47,10 +47,11 @@ inline constexpr struct GatherParameters {
   int clipped_reach_px = 12;    ///< around a pixel in which all channels clip: those in which one does not correct it,
   float clipped_prior = 0.02f;  ///< by half if they are so much of the square
   float gone_margin_m = 0.1f;   ///< around what is gone: its sides that no camera saw
-  float light_reach = 2;     ///< voxels around a pixel over which the median separates light from texture: blur is 1.5
-  int light_max_px = 12;     ///< bound of them
-  float light_same = 0.1f;   ///< of the logarithm of radiance: twice what texture and gloss explain, as fusion assumes
-  float thickness_m = 0.4f;  ///< of a person: what is nearer behind a surface may be its own side
+  float light_reach = 2;    ///< voxels around a pixel over which the median separates light from texture: blur is 1.5
+  int light_max_px = 12;    ///< bound of them
+  float light_same = 0.1f;  ///< of the logarithm of radiance: twice what texture and gloss explain, as fusion assumes
+  float least_open = 1.0f / 512;           ///< what layers leave of a camera ray: half a step of an 8-bit picture
+  float thickness_m = 0.4f;                ///< of a person: what is nearer behind a surface may be its own side
   float recent_cell_m = 0.05f;             ///< of space where something moved,
   std::int64_t recent_ns = 3'000'000'000;  ///< within this time: fusion forgets what it sees gone in a second
   /// Measurements of settled surface: the six that fusion averages completely (UpdateSchedule), and the three of what

@@ -190,23 +190,28 @@ void fill_holes(const PosedCamera& camera, const capture::Image<float>& radiance
     const GBufferPixel& p = seen[static_cast<std::size_t>(v * width + u)];
     return !is_hole(p) && !p.glossy;
   };
+  const auto unlike = [](const Rgb& a, const Rgb& b) { return std::sqrt((a - b).square().sum()); };
   replace_pixels(seen, width, height, [&](int u, int v) -> std::optional<GBufferPixel> {
     const GBufferPixel& hole = seen[static_cast<std::size_t>(v * width + u)];
-    if (!is_hole(hole) || hole.w.isZero(0)) return std::nullopt;
+    if (!(is_hole(hole) || hole.modelled) || hole.w.isZero(0)) return std::nullopt;
+    const bool behind = !is_hole(hole);
+    const auto counts = [&](int x, int y) {
+      return usable(x, y) && !(behind && seen[static_cast<std::size_t>(y * width + x)].modelled);
+    };
     const Rgb own = radiance_at(radiance, static_cast<std::size_t>(v * width + u)), own_code = coded(own, exposure);
     float min_unlike = kGather.hole_color;
+    if (behind) min_unlike = std::min(min_unlike, unlike(coded(hole.before, exposure), own_code));
     int best = -1;
     for (const auto& [x, y] : kWays) {
       for (int s = 1; s <= static_cast<int>(reach); ++s) {
-        if (!usable(u + s * x, v + s * y)) continue;
+        if (!counts(u + s * x, v + s * y)) continue;
         // Fused surfaces are rounded at their ends; slightly farther inside they are flat.
-        const int in = usable(u + (s + 2) * x, v + (s + 2) * y) ? s + 2 : s;
+        const int in = counts(u + (s + 2) * x, v + (s + 2) * y) ? s + 2 : s;
         const int at = (v + in * y) * width + u + in * x;
         const Rgb code = coded(radiance_at(radiance, static_cast<std::size_t>(at)), exposure);
-        const float unlike =
-            std::sqrt((code - own_code).square().sum()) + kGather.hole_near_color * static_cast<float>(s) / reach;
-        if (unlike < min_unlike) {
-          min_unlike = unlike;
+        const float found = unlike(code, own_code) + kGather.hole_near_color * static_cast<float>(s) / reach;
+        if (found < min_unlike) {
+          min_unlike = found;
           best = at;
         }
         break;
@@ -216,9 +221,11 @@ void fill_holes(const PosedCamera& camera, const capture::Image<float>& radiance
     const GBufferPixel& similar = seen[static_cast<std::size_t>(best)];
     const Vector3f eye_m = camera.T_tag_camera.translation(), &n = similar.surface.normal;
     const float fall = n.dot(hole.w), t = n.dot(similar.surface.position_m - eye_m) / fall;
+    if (behind && !(t < hole.depth_m)) return std::nullopt;
     if (fall > -kGather.grazing || !(std::abs(t - similar.depth_m) < 0.5f * similar.depth_m)) return std::nullopt;
     GBufferPixel p = similar;
     p.before.setZero();
+    p.modelled = false;
     p.w = hole.w;
     p.depth_m = t;
     p.surface.position_m = eye_m + t * hole.w;

@@ -6,7 +6,9 @@
 namespace lumigraft::relight {
 
 /// Pixels of unknown surface or colour get the plane and albedo of the nearby pixel with the most similar colour, as in
-/// shaders/screen/hole_fill.glsl.
+/// shaders/screen/hole_fill.glsl. So do those that only show the modelled enclosure, through a hole of the surfaces
+/// that depth has seen, if that pixel's plane is nearer and its colour more similar than what the enclosure's radiance
+/// is.
 void fill_holes(const PosedCamera& camera, const capture::Image<float>& radiance, const Rgb& exposure,
                 std::vector<GBufferPixel>& seen);
 

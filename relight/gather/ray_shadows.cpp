@@ -100,16 +100,22 @@ class LampShadow {
     ShadowRayPacket fan = points_.from(p.surface, 4 * (v & 3) + (u & 3));
     if (rays_ < RayFan::kMaxRays) fan.keep_first(rays_);
     if (!(fan.all > 0)) return 0;
-    std::array<MeshHit, RayFan::kMaxRays> found;
-    const std::uint32_t objects = light_.objects().meshes().hits(fan.rays, found);
+    const FanOcclusion objects = light_.objects().meshes().occlusion(fan.rays);
     RayFan others = fan.rays;
-    others.some = by_ == By::objects ? objects : fan.rays.some & ~objects;
+    if (by_ == By::objects) others.some = objects.some;
+    for (std::size_t k = 0; by_ == By::anything && k < RayFan::kMaxRays; ++k) {
+      if (objects.open[k] == 0) others.some &= ~(1u << k);
+    }
     const std::uint32_t room = light_.behind_room(others, lamp_);
-    const std::uint32_t hidden = by_ == By::objects ? objects & ~room : objects | room;
     float sum = 0, by_objects = 0;
+    bool none = true, all = true;
     for (std::size_t k = 0; k < RayFan::kMaxRays; ++k) {
-      if (hidden >> k & 1) sum += fan.weight[k];
-      if (objects >> k & 1) by_objects += fan.weight[k];
+      if (!(fan.rays.some >> k & 1)) continue;
+      const float alone = 1 - objects.open[k], hidden = !(room >> k & 1) ? alone : by_ == By::objects ? 0.0f : 1.0f;
+      sum += hidden * fan.weight[k];
+      by_objects += alone * fan.weight[k];
+      none = none && hidden == 0;
+      all = all && hidden == 1;
     }
     // What the frame's shadows hide is the same that rays found, or more.
     const float open = light_.open(lamp_, p.surface.position_m);
@@ -117,15 +123,15 @@ class LampShadow {
     Shadow& shadow = shadows_[at(u, v)];
     const float lamp_m = (points_.centre_m() - p.surface.position_m).norm();
     for (std::size_t k = 0; k < RayFan::kMaxRays; ++k) {
-      if (!(objects >> k & 1)) continue;
-      const float beyond_m = std::max(lamp_m - found[k].t_m, 1e-3f);
-      shadow.penumbra_m = std::min(shadow.penumbra_m, 2 * points_.reach_m() * found[k].t_m / beyond_m);
+      if (!(objects.some >> k & 1)) continue;
+      const float near_m = objects.nearest_m[k], beyond_m = std::max(lamp_m - near_m, 1e-3f);
+      shadow.penumbra_m = std::min(shadow.penumbra_m, 2 * points_.reach_m() * near_m / beyond_m);
     }
     shadow.hidden = sum / fan.all;
     shadow.all = fan.all;
     if (open < 1) return kPartly;
-    if (hidden == 0) return kOpen;
-    if (hidden == fan.rays.some) return kHidden;
+    if (none) return kOpen;
+    if (all) return kHidden;
     return kPartly;
   }
 

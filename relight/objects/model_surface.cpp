@@ -214,7 +214,7 @@ ModelSurface::Shading ModelSurface::at(const ModelPoint& point, const MaterialOv
   TexturedPoint textured(*this, point);
   const Model::Part& part = textured.part();
   const Vector3f interpolated = mixed(model_, model_.normals, point).stableNormalized();
-  Shading s{material.over(part.material), interpolated, interpolated, interpolated, Vector3f::Zero()};
+  Shading s{material.over(part.material), interpolated, interpolated, interpolated, Vector3f::Zero(), 1};
   if (!material.base_color) {
     s.material.base_color.array() *= mixed(model_, model_.colors, point).array();
     if (const auto color = textured.texel(TextureUse::base_color)) s.material.base_color.array() *= color->array();
@@ -232,6 +232,10 @@ ModelSurface::Shading ModelSurface::at(const ModelPoint& point, const MaterialOv
     if (const auto passing = textured.texel(TextureUse::transmission))
       s.material.transmission = part.transmission_factor * passing->x();
   }
+  if (part.blends()) {
+    s.opacity = part.opacity_factor;
+    if (const auto alpha = textured.texel(TextureUse::opacity)) s.opacity *= alpha->x();
+  }
   read_layers(material, textured, &s);
   if (const auto map = textured.texel(TextureUse::normals)) {
     const float variance = turn_normal(point, {*map, part.normal_texture, part.normal_scale}, interpolated, &s.normal);
@@ -246,6 +250,14 @@ ModelSurface::Shading ModelSurface::at(const ModelPoint& point, const MaterialOv
     s.material.clearcoat_roughness = std::sqrt(alpha_with(alpha, variance));
   }
   return s;
+}
+
+float ModelSurface::opacity(std::uint32_t triangle, float u, float v) const {
+  const Model::Part& part = model_.parts[this->part(triangle)];
+  if (!part.opacity_texture.picture) return part.opacity_factor;
+  const ModelPoint point{triangle, {1 - u - v, u, v}};
+  const auto alpha = TexturedPoint(*this, point).texel(TextureUse::opacity);
+  return alpha ? part.opacity_factor * alpha->x() : part.opacity_factor;
 }
 
 void ModelSurface::read_layers(const MaterialOverride& material, TexturedPoint& textured, Shading* surface) const {

@@ -50,11 +50,15 @@ class ModelSurface {
     /// Of an anisotropic material, the direction in which it is rougher, unit, along the interpolated surface; else
     /// zero.
     Eigen::Vector3f rough_along;
+    float opacity = 1;  ///< Model::Part::blends
   };
   /// Base colour: texture × vertex colour × the part's, linear; emission: texture × the part's. Where normals of the
   /// map differ within the footprint the roughness is increased by their variance along each axis, which is about 1 -
   /// l, l being the length of the mean of its unit vectors (Toksvig 2005, "Mipmapping Normal Maps").
   Shading at(const ModelPoint& point, const MaterialOverride& material) const;
+
+  /// Of the point itself (Shading::opacity); `u`, `v`: barycentric weights of the second and third vertex.
+  float opacity(std::uint32_t triangle, float u, float v) const;
 
   bool textured(std::uint32_t triangle) const { return textured_[part(triangle)]; }
 

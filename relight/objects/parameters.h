@@ -21,6 +21,8 @@ inline constexpr struct ObjectParameters {
   /// Of the mean of a texture over a parallelogram: at least so many texels are across its width, and at most twice as
   /// many, unless more than so many were along it. Taps per texel are those of the finest level.
   float texels_of_width = 4, texels_of_length = 64, taps_per_texel = 2;
+  int max_tap_span = 96;            ///< texels of an axis over which taps are summed by texel: √2 texels_of_length,
+  float far_texels = 1e6f;          ///< unless they are farther from the first than floats resolve
   int even_range = 6;               ///< of 255: colours that differ by more are averaged so
   double max_cone_fraction = 0.05;  ///< area of the cones that close a solid part over its own
 } kObjects;

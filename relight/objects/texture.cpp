@@ -1,7 +1,9 @@
 #include "relight/objects/texture.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <optional>
 
 #include "capture/camera/srgb.h"
 #include "relight/exhibit/texture_wrap.h"
@@ -12,26 +14,47 @@ namespace {
 
 using Eigen::Vector3f;
 
-/// Of a picture's texel.
-struct Decode {
-  Texels texels;
+// What texels mean. These are called for every texel: which it is, is decided once for many of them (`decoded`).
+struct DecodeSrgb {
+  const float* linear = capture::srgb_table().linear.data();
   Vector3f operator()(const capture::Image<std::uint8_t>& picture, int u, int v) const {
-    const std::uint8_t *c = &picture.at(u, v, 0), r = c[0], g = c[1], b = c[2];
-    if (texels == Texels::srgb) {
-      const auto& linear = capture::srgb_table().linear;
-      return {linear[r], linear[g], linear[b]};
-    }
-    const Vector3f unorm = Vector3f(r, g, b) / 255;
-    if (texels == Texels::linear) return unorm;
-    return (2 * unorm - Vector3f::Ones()).stableNormalized();
+    const std::uint8_t* c = &picture.at(u, v, 0);
+    return {linear[c[0]], linear[c[1]], linear[c[2]]};
   }
+};
+struct DecodeLinear {
+  Vector3f operator()(const capture::Image<std::uint8_t>& picture, int u, int v) const {
+    const std::uint8_t* c = &picture.at(u, v, 0);
+    return Vector3f(c[0], c[1], c[2]) / 255;
+  }
+};
+struct DecodeNormal {
+  Vector3f operator()(const capture::Image<std::uint8_t>& picture, int u, int v) const {
+    return (2 * DecodeLinear()(picture, u, v) - Vector3f::Ones()).stableNormalized();
+  }
+};
+struct DecodeMip {
   Vector3f operator()(const capture::Image<float>& mip, int u, int v) const {
     return Eigen::Map<const Vector3f>(&mip.at(u, v, 0));
   }
 };
 
+/// `use(decode)` with what decodes a picture's texels.
+template <typename Use>
+auto decoded(Texels texels, Use use) {
+  switch (texels) {
+    case Texels::linear:
+      return use(DecodeLinear());
+    case Texels::normals:
+      return use(DecodeNormal());
+    case Texels::srgb:
+      break;
+  }
+  return use(DecodeSrgb());
+}
+
 /// Half the size: each texel is the mean of the two or, at odd sizes, up to three rows and columns that it covers.
-template <typename T>
+template <typename T, typename Decode>
 capture::Image<float> halved(const capture::Image<T>& from, Decode decode) {
   capture::Image<float> to(std::max(1, from.width / 2), std::max(1, from.height / 2), 3);
   for (int y = 0; y < to.height; ++y) {
@@ -72,16 +95,89 @@ capture::Image<std::uint8_t> extremes_of_halved(const capture::Image<std::uint8_
   return to;
 }
 
-template <typename T>
+template <typename T, typename Decode>
 Vector3f bilinear(const capture::Image<T>& image, const Eigen::Vector2f& uv, Wrap wrap_u, Wrap wrap_v, Decode decode) {
   const TexelNeighbours x = texel_neighbours(uv.x(), image.width, wrap_u),
                         y = texel_neighbours(uv.y(), image.height, wrap_v);
-  const auto row = [&](int v) -> Vector3f {
-    const Vector3f left = decode(image, x.texel[0], v), right = decode(image, x.texel[1], v);
-    return left + x.weight * (right - left);
-  };
-  const Vector3f above = row(y.texel[0]), below = row(y.texel[1]);
-  return above + y.weight * (below - above);
+  const float right = x.weight, left = 1 - right, lower = y.weight, upper = 1 - lower;
+  return upper * left * decode(image, x.texel[0], y.texel[0]) + upper * right * decode(image, x.texel[1], y.texel[0]) +
+         lower * left * decode(image, x.texel[0], y.texel[1]) + lower * right * decode(image, x.texel[1], y.texel[1]);
+}
+
+/// A lattice of taps, in texels of a level: the first row and column, and the steps along rows and between them.
+struct Taps {
+  Eigen::Vector2f first, along, across;
+  int columns, rows;
+
+  Eigen::Vector2f last() const {
+    return first + static_cast<float>(columns - 1) * along + static_cast<float>(rows - 1) * across;
+  }
+};
+
+/// Texels of an axis that taps read.
+struct TexelSpan {
+  int first = 0, count = 0;
+
+  TexelSpan(const Taps& taps, int axis) {
+    // The corners of the lattice; texel centres are at n + 1/2.
+    const float a = taps.first[axis], d = taps.last()[axis],
+                b = a + static_cast<float>(taps.columns - 1) * taps.along[axis], c = a + d - b;
+    const float low = std::floor(std::min({a, b, c, d}) - 0.5f), high = std::floor(std::max({a, b, c, d}) - 0.5f);
+    if (!(std::abs(low) < kObjects.far_texels && high - low < kObjects.max_tap_span)) return;  // not NaN either
+    first = static_cast<int>(low) - 1;  // one to each side for rounding
+    count = static_cast<int>(high) + 3 - first;
+  }
+  bool known() const { return count > 0; }
+};
+
+int wrapped(int texel, int size, Wrap wrap) {
+  if (texel >= 0 && texel < size) return texel;
+  if (wrap == Wrap::clamp_to_edge) return std::clamp(texel, 0, size - 1);
+  const int period = wrap == Wrap::repeat ? size : 2 * size, within = (texel % period + period) % period;
+  return within < size ? within : period - 1 - within;
+}
+
+/// The sum of bilinear taps: each texel is read once, times what all taps give it; nothing if they spread over more
+/// texels than are worth that.
+template <typename T, typename Decode>
+std::optional<Vector3f> sum_of(const capture::Image<T>& image, const Taps& taps, Wrap wrap_u, Wrap wrap_v,
+                               Decode decode) {
+  const TexelSpan u(taps, 0), v(taps, 1);
+  if (!u.known() || !v.known() || u.count * v.count > 8 * taps.columns * taps.rows + 32) return std::nullopt;
+  constexpr std::size_t kMost = static_cast<std::size_t>(kObjects.max_tap_span) + 4;
+  std::array<float, kMost * kMost> weights;
+  std::fill_n(weights.begin(), u.count * v.count, 0.0f);
+  for (int j = 0; j < taps.rows; ++j) {
+    const Eigen::Vector2f row = taps.first + static_cast<float>(j) * taps.across;
+    for (int i = 0; i < taps.columns; ++i) {
+      const float x = row.x() + static_cast<float>(i) * taps.along.x() - 0.5f - static_cast<float>(u.first),
+                  y = row.y() + static_cast<float>(i) * taps.along.y() - 0.5f - static_cast<float>(v.first);
+      const int left = static_cast<int>(x), top = static_cast<int>(y);  // positive
+      const float right = x - static_cast<float>(left), bottom = y - static_cast<float>(top);
+      float* at = &weights[static_cast<std::size_t>(top * u.count + left)];
+      at[0] += (1 - right) * (1 - bottom);
+      at[1] += right * (1 - bottom);
+      at[u.count] += (1 - right) * bottom;
+      at[u.count + 1] += right * bottom;
+    }
+  }
+  std::array<int, kMost> columns;
+  for (int i = 0; i < u.count; ++i) columns[static_cast<std::size_t>(i)] = wrapped(u.first + i, image.width, wrap_u);
+  Vector3f sum = Vector3f::Zero();
+  for (int j = 0; j < v.count; ++j) {
+    const int y = wrapped(v.first + j, image.height, wrap_v);
+    const float* of_row = &weights[static_cast<std::size_t>(j * u.count)];
+    for (int i = 0; i < u.count; ++i) {
+      if (of_row[i] > 0) sum += of_row[i] * decode(image, columns[static_cast<std::size_t>(i)], y);
+    }
+  }
+  return sum;
+}
+
+/// The coordinate brought near 0 to 1.
+float in_period(float coordinate, Wrap wrap) {
+  if (wrap == Wrap::repeat) return coordinate - std::floor(coordinate);
+  return wrap == Wrap::mirrored_repeat ? coordinate - 2 * std::floor(coordinate / 2) : coordinate;
 }
 
 }  // namespace
@@ -95,6 +191,7 @@ Texels texels_of(TextureUse use) {
     case TextureUse::specular:
     case TextureUse::sheen_roughness:
     case TextureUse::anisotropy:
+    case TextureUse::opacity:
       return Texels::linear;
     case TextureUse::normals:
     case TextureUse::clearcoat_normals:
@@ -132,6 +229,8 @@ const Model::TextureSlot& slot_of(const Model::Part& part, TextureUse use) {
       return part.sheen_color_texture;
     case TextureUse::sheen_roughness:
       return part.sheen_roughness_texture;
+    case TextureUse::opacity:
+      return part.opacity_texture;
     case TextureUse::anisotropy:
       return part.anisotropy_texture;
     case TextureUse::base_color:
@@ -142,9 +241,10 @@ const Model::TextureSlot& slot_of(const Model::Part& part, TextureUse use) {
 
 Texture::Texture(TexturePicture picture, Texels texels, bool mips) : picture_(std::move(picture)), texels_(texels) {
   if (!mips) return;
-  if (picture_->width > 1 || picture_->height > 1) mips_.push_back(halved(*picture_, {texels_}));
+  if (picture_->width > 1 || picture_->height > 1)
+    mips_.push_back(decoded(texels_, [&](const auto& decode) { return halved(*picture_, decode); }));
   while (!mips_.empty() && (mips_.back().width > 1 || mips_.back().height > 1)) {
-    mips_.push_back(halved(mips_.back(), {texels_}));
+    mips_.push_back(halved(mips_.back(), DecodeMip()));
   }
   if (texels_ != Texels::srgb || mips_.empty()) return;
   extremes_.push_back(extremes_of_halved(*picture_));
@@ -152,8 +252,9 @@ Texture::Texture(TexturePicture picture, Texels texels, bool mips) : picture_(st
 }
 
 Vector3f Texture::level(std::size_t number, const Eigen::Vector2f& uv, Wrap wrap_u, Wrap wrap_v) const {
-  if (number > 0) return bilinear(mips_[number - 1], uv, wrap_u, wrap_v, {texels_});
-  const Vector3f value = bilinear(*picture_, uv, wrap_u, wrap_v, {texels_});
+  if (number > 0) return bilinear(mips_[number - 1], uv, wrap_u, wrap_v, DecodeMip());
+  const Vector3f value =
+      decoded(texels_, [&](const auto& decode) { return bilinear(*picture_, uv, wrap_u, wrap_v, decode); });
   return texels_ == Texels::normals ? Vector3f(value.stableNormalized()) : value;
 }
 
@@ -210,6 +311,19 @@ Vector3f Texture::mean(const Eigen::Vector2f& uv, const Eigen::Matrix2f& edges, 
     return static_cast<int>(std::ceil(std::clamp(at_least, 1.0f, at_most)));
   };
   const int columns = taps(per_texel * longer, most), rows = taps(per_texel * shorter, most_rows);
+  const Eigen::Vector2f size = number > 0 ? Eigen::Vector2f(mips_[number - 1].width, mips_[number - 1].height)
+                                          : Eigen::Vector2f(picture_->width, picture_->height);
+  const Eigen::Vector2f step_x = edges.col(along).cwiseProduct(size) / static_cast<float>(columns),
+                        step_y = edges.col(1 - along).cwiseProduct(size) / static_cast<float>(rows),
+                        middle = Eigen::Vector2f(in_period(uv.x(), wrap_u), in_period(uv.y(), wrap_v));
+  const Taps lattice{middle.cwiseProduct(size) - static_cast<float>(columns - 1) / 2 * step_x -
+                         static_cast<float>(rows - 1) / 2 * step_y,
+                     step_x, step_y, columns, rows};
+  const auto at_once =
+      number > 0
+          ? sum_of(mips_[number - 1], lattice, wrap_u, wrap_v, DecodeMip())
+          : decoded(texels_, [&](const auto& decode) { return sum_of(*picture_, lattice, wrap_u, wrap_v, decode); });
+  if (at_once) return *at_once / static_cast<float>(columns * rows);
   Vector3f sum = Vector3f::Zero();
   for (int j = 0; j < rows; ++j) {
     const float y = (static_cast<float>(j) + 0.5f) / static_cast<float>(rows) - 0.5f;

@@ -29,7 +29,8 @@ enum class TextureUse {
   specular_color,
   sheen_color,
   sheen_roughness,
-  anisotropy
+  anisotropy,
+  opacity
 };
 constexpr std::array kTextureUses = {TextureUse::base_color,
                                      TextureUse::metallic_roughness,
@@ -43,7 +44,8 @@ constexpr std::array kTextureUses = {TextureUse::base_color,
                                      TextureUse::specular_color,
                                      TextureUse::sheen_color,
                                      TextureUse::sheen_roughness,
-                                     TextureUse::anisotropy};
+                                     TextureUse::anisotropy,
+                                     TextureUse::opacity};
 /// The first ones, which devices draw at their texel; of the others they have the mean.
 constexpr std::size_t kDeviceTextureUses = 7;
 Texels texels_of(TextureUse use);

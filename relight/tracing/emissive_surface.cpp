@@ -69,7 +69,7 @@ EmissiveSurface::EmissiveSurface(const Model& model, const MaterialOverride& mat
     const Model::Part& part = model.parts[surface_.part(t)];
     const Vector3f factor = material_.over(part.material).emission;
     if (factor.maxCoeff() <= 0) continue;
-    const bool textured = !material_.emission && part.emissive_texture.picture;
+    const bool textured = (!material_.emission && part.emissive_texture.picture) || part.blends();
     const float mean = luminance(factor.array()) * (textured ? std::max(mean_of_texture(t), kTracing.min_emission) : 1);
     const auto [a, b] = edges(model, t);
     const float area_m2 = a.cross(b).norm() / 2;
@@ -112,7 +112,8 @@ float EmissiveSurface::mean_of_texture(std::uint32_t triangle) const {
   for (int i = 0; i < kTracing.emission_edge_points * kTracing.emission_edge_points; ++i) {
     const Vector2f u = (Vector2f(i % kTracing.emission_edge_points, i / kTracing.emission_edge_points).array() + 0.5f) /
                        kTracing.emission_edge_points;
-    sum += luminance(surface_.at({triangle, barycentric_of(u), 0}, material_).material.emission.array());
+    const ModelSurface::Shading shading = surface_.at({triangle, barycentric_of(u), 0}, material_);
+    sum += shading.opacity * luminance(shading.material.emission.array());
   }
   return sum / (kTracing.emission_edge_points * kTracing.emission_edge_points * luminance(factor.array()));
 }
@@ -131,7 +132,7 @@ EmissiveSurface::Point EmissiveSurface::sample(const Vector2f& u) const {
   const ModelSurface::Shading shading = surface_.at({point.triangle, point.barycentric, 0}, material_);
   point.normal = a.cross(b).stableNormalized();
   if (point.normal.dot(shading.interpolated) < 0) point.normal = -point.normal;
-  point.emission = shading.material.emission;
+  point.emission = shading.opacity * shading.material.emission;
   point.clearcoat = shading.material.clearcoat;
   return point;
 }

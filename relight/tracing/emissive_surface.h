@@ -18,7 +18,7 @@ class EmissiveSurface {
     std::uint32_t triangle = 0;
     Eigen::Vector3f barycentric = Eigen::Vector3f::Zero();
     Eigen::Vector3f position_m, normal;                ///< geometric, on the side that emits
-    Eigen::Array3f emission = Eigen::Array3f::Zero();  ///< as in Material
+    Eigen::Array3f emission = Eigen::Array3f::Zero();  ///< as in Material, times the opacity
     float pdf = 0;                                     ///< 1/m² of the model
     float clearcoat = 0;                               ///< as in Material: it takes its share of the emission
   };
@@ -39,7 +39,7 @@ class EmissiveSurface {
 
  private:
   EmissiveSurface(const Model& model, const MaterialOverride& material);
-  /// Luminance of emission over a triangle, over that of the factor alone.
+  /// Luminance of emission times opacity over a triangle, over that of the factor alone.
   float mean_of_texture(std::uint32_t triangle) const;
 
   const Model& model_;

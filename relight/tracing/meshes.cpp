@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 
 #include "relight/objects/embree_scene.h"
 #include "relight/objects/model_surface.h"
@@ -22,6 +23,74 @@ struct Placed {
   float scale = 1;  // of lengths, from the model to the tag frame
   std::shared_ptr<const ModelSurface> surface;
 };
+
+/// What the filters of blended surfaces know of a query.
+struct Query {
+  RTCIntersectContext embree;
+  Coverage coverage = Coverage::by_chance;
+  FanOcclusion* occlusion = nullptr;  ///< not null: takes what blended layers leave, which then stop no ray
+
+  Query() { rtcInitIntersectContext(&embree); }
+};
+
+constexpr std::uint32_t mixed(std::uint32_t x) {  // Wellons 2018, "lowbias32"
+  x = (x ^ x >> 16) * 0x7feb352du;
+  x = (x ^ x >> 15) * 0x846ca68bu;
+  return x ^ x >> 16;
+}
+
+/// A ray's identity: 28 bits of its origin and direction, and 4 of its number within a fan.
+unsigned ray_id(const Vector3f& from_m, const Vector3f& w, std::uint32_t number = 0) {
+  std::uint32_t bits = 0;
+  for (const Vector3f* of : {&from_m, &w}) {
+    for (int axis = 0; axis < 3; ++axis) bits = mixed(bits ^ std::bit_cast<std::uint32_t>((*of)[axis]));
+  }
+  return bits << 4 | number;
+}
+
+/// From 0 to 1; a ray meets a surface whose opacity is higher. Those of a fan are stratified: the first 2, 4, 8 or 16
+/// of them, and any aligned group of 4.
+float opacity_threshold(unsigned id, std::uint32_t geometry, std::uint32_t triangle) {
+  constexpr std::array<std::uint32_t, 16> kReversed = {0, 8, 4, 12, 2, 10, 6, 14, 1, 9, 5, 13, 3, 11, 7, 15};
+  const std::uint32_t turned = mixed((id >> 4) ^ mixed(triangle ^ mixed(geometry))) + (kReversed[id & 15] << 28);
+  return static_cast<float>(turned >> 8) * 0x1p-24f;
+}
+
+/// Filter of a geometry with blended parts, whose user data is its ModelSurface.
+void meet_layers(const RTCFilterFunctionNArguments* found) {
+  const Query& query = *reinterpret_cast<const Query*>(found->context);
+  if (query.coverage == Coverage::full) return;
+  const auto& surface = *static_cast<const ModelSurface*>(found->geometryUserPtr);
+  const unsigned n = found->N;
+  for (unsigned i = 0; i < n; ++i) {
+    if (found->valid[i] != -1) continue;
+    const unsigned triangle = RTCHitN_primID(found->hit, n, i), id = RTCRayN_id(found->ray, n, i);
+    const float opacity = surface.opacity(triangle, RTCHitN_u(found->hit, n, i), RTCHitN_v(found->hit, n, i));
+    if (opacity >= 1) continue;
+    if (query.occlusion) {
+      found->valid[i] = 0;
+      if (!(opacity > 0)) continue;
+      const unsigned ray = id & 15;
+      query.occlusion->open[ray] *= 1 - opacity;
+      query.occlusion->some |= 1u << ray;
+      query.occlusion->nearest_m[ray] = std::min(query.occlusion->nearest_m[ray], RTCRayN_tfar(found->ray, n, i));
+    } else {
+      const unsigned instance = RTCHitN_instID(found->hit, n, i, 0);
+      const unsigned geometry = instance == RTC_INVALID_GEOMETRY_ID ? RTCHitN_geomID(found->hit, n, i) : instance;
+      if (opacity_threshold(id, geometry, triangle) >= opacity) found->valid[i] = 0;
+    }
+  }
+}
+
+bool blends(const Model& model) { return std::ranges::any_of(model.parts, &Model::Part::blends); }
+
+/// Before the geometry is committed. `surface` stays where it is.
+void meet_layers_of(RTCGeometry triangles, const ModelSurface& surface, const Model& model) {
+  if (!blends(model)) return;
+  rtcSetGeometryUserData(triangles, const_cast<ModelSurface*>(&surface));
+  rtcSetGeometryIntersectFilterFunction(triangles, meet_layers);
+  rtcSetGeometryOccludedFilterFunction(triangles, meet_layers);
+}
 
 void let_through(const RTCFilterFunctionNArguments* found) { std::fill_n(found->valid, found->N, 0); }
 
@@ -44,10 +113,11 @@ std::optional<BsdfParams> seen_bsdf(const SeenMaterials& seen, const Vector3f& p
   return bsdf_params_of(pixel(seen.diffuse, u, v), pixel(seen.f0, u, v), seen.alpha.at(u, v));
 }
 
-/// `valid`: -1 for an active ray, as Embree requires; the others get harmless values. The rays are coherent, but with
-/// Embree's coherent flag (3.13) rtcOccluded16 hung in a scene of instances.
-void set_rays(const RayFan& fan, std::array<int, RayFan::kMaxRays>& valid, RTCRay16& rays) {
+/// `told_apart`: by ray_id. `valid`: -1 for an active ray, as Embree requires; the others get harmless values. The rays
+/// are coherent, but with Embree's coherent flag (3.13) rtcOccluded16 hung in a scene of instances.
+void set_rays(const RayFan& fan, bool told_apart, std::array<int, RayFan::kMaxRays>& valid, RTCRay16& rays) {
   const auto some = static_cast<std::size_t>(std::countr_zero(fan.some));
+  const unsigned id = told_apart ? ray_id(fan.from_m, fan.w[some]) : 0;
   for (std::size_t i = 0; i < RayFan::kMaxRays; ++i) {
     const bool meant = fan.some >> i & 1;
     const Vector3f& w = fan.w[meant ? i : some];
@@ -62,7 +132,7 @@ void set_rays(const RayFan& fan, std::array<int, RayFan::kMaxRays>& valid, RTCRa
     rays.time[i] = 0;
     rays.tfar[i] = meant ? fan.limit_m[i] : -1;
     rays.mask[i] = ~0u;
-    rays.id[i] = 0;
+    rays.id[i] = id | static_cast<unsigned>(i);
     rays.flags[i] = 0;
   }
 }
@@ -87,7 +157,10 @@ struct ModelTree::State {
 ModelTree::ModelTree(std::shared_ptr<const Model> model) : state_(std::make_unique<State>()) {
   state_->model = std::move(model);
   state_->surface = std::make_shared<ModelSurface>(*state_->model, /*mips=*/true);
-  state_->triangles.add(triangles_of(*state_->model, Eigen::Affine3f::Identity()), 0);
+  RTCGeometry triangles = triangles_of(*state_->model, Eigen::Affine3f::Identity());
+  meet_layers_of(triangles, *state_->surface, *state_->model);
+  rtcCommitGeometry(triangles);
+  state_->triangles.add(triangles, 0);
   rtcCommitScene(state_->triangles.scene);
   state_->sphere = bounding_sphere(state_->model->positions_m);
 }
@@ -97,6 +170,7 @@ ModelTree::ModelTree(std::shared_ptr<const Model> posed, const ModelTree& at_res
   state_->take_pose(std::move(posed), *at_rest.state_->surface);
   RTCGeometry triangles = triangles_of(*state_->model, Eigen::Affine3f::Identity());
   rtcSetGeometryBuildQuality(triangles, RTC_BUILD_QUALITY_REFIT);
+  meet_layers_of(triangles, *state_->surface, *state_->model);
   rtcCommitGeometry(triangles);
   state_->triangles.add(triangles, 0);
   rtcCommitScene(state_->triangles.scene);
@@ -108,6 +182,7 @@ void ModelTree::refit(std::shared_ptr<const Model> posed) {
   std::ranges::copy(state_->model->positions_m,
                     static_cast<Vector3f*>(rtcGetGeometryBufferData(triangles, RTC_BUFFER_TYPE_VERTEX, 0)));
   rtcUpdateGeometryBuffer(triangles, RTC_BUFFER_TYPE_VERTEX, 0);
+  meet_layers_of(triangles, *state_->surface, *state_->model);
   rtcCommitGeometry(triangles);
   rtcCommitScene(state_->triangles.scene);
 }
@@ -127,11 +202,13 @@ struct Meshes::State {
   const SeenMaterials* seen = nullptr;
   std::vector<std::shared_ptr<const ModelTree>> trees;
   EmbreeScene all;
+  bool blended = false;
 
   void place(const ReferenceMesh& mesh, std::shared_ptr<const ModelSurface> surface, const BoundingSphere& around) {
     const Eigen::Matrix3f linear = mesh.T_tag_model.linear();
     placed.push_back(
         {mesh, linear.inverse().transpose(), std::cbrt(std::abs(linear.determinant())), std::move(surface)});
+    blended = blended || blends(*mesh.model);
     spheres.emplace_back(around.centre_m.x(), around.centre_m.y(), around.centre_m.z(), around.radius_m);
   }
 
@@ -140,12 +217,12 @@ struct Meshes::State {
     std::vector<Vector3f> positions_m;
     for (const Vector3f& x : mesh.model->positions_m) positions_m.push_back(mesh.T_tag_model * x);
     RTCGeometry triangles = triangles_of(*mesh.model, mesh.T_tag_model);
-    if (!mesh.hides) {
-      rtcSetGeometryOccludedFilterFunction(triangles, let_through);
-      rtcCommitGeometry(triangles);
-    }
+    const auto surface = std::make_shared<ModelSurface>(*mesh.model, /*mips=*/false);
+    meet_layers_of(triangles, *surface, *mesh.model);
+    if (!mesh.hides) rtcSetGeometryOccludedFilterFunction(triangles, let_through);
+    rtcCommitGeometry(triangles);
     all.add(triangles, placed.size());
-    place(mesh, std::make_shared<ModelSurface>(*mesh.model, /*mips=*/false), bounding_sphere(positions_m));
+    place(mesh, surface, bounding_sphere(positions_m));
   }
 
   void add(const ReferenceMesh& mesh, const ModelTree::State& tree) {
@@ -164,6 +241,31 @@ struct Meshes::State {
   /// The mesh index, for a mesh in the scene itself or an instance.
   static std::uint32_t mesh_of(unsigned geometry, unsigned instance) {
     return instance == RTC_INVALID_GEOMETRY_ID ? geometry : instance;
+  }
+
+  std::optional<MeshHit> nearest(Query& query, RTCRayHit& ray) const {
+    ray.hit.geomID = ray.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    rtcIntersect1(all.scene, &query.embree, &ray);
+    if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+    return MeshHit{ray.ray.tfar, mesh_of(ray.hit.geomID, ray.hit.instID[0]), ray.hit.primID, ray.hit.u, ray.hit.v};
+  }
+
+  /// As Meshes::hits.
+  std::uint32_t nearest(Query& query, const RayFan& fan, std::array<MeshHit, RayFan::kMaxRays>& found) const {
+    alignas(64) std::array<int, RayFan::kMaxRays> valid;
+    alignas(64) RTCRayHit16 rays;
+    set_rays(fan, blended, valid, rays.ray);
+    std::fill_n(rays.hit.geomID, RayFan::kMaxRays, RTC_INVALID_GEOMETRY_ID);
+    std::fill_n(rays.hit.instID[0], RayFan::kMaxRays, RTC_INVALID_GEOMETRY_ID);
+    rtcIntersect16(valid.data(), all.scene, &query.embree, &rays);
+    std::uint32_t which = 0;
+    for (std::size_t i = 0; i < RayFan::kMaxRays; ++i) {
+      if (!valid[i] || rays.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
+      which |= 1u << i;
+      found[i] = {rays.ray.tfar[i], mesh_of(rays.hit.geomID[i], rays.hit.instID[0][i]), rays.hit.primID[i],
+                  rays.hit.u[i], rays.hit.v[i]};
+    }
+    return which;
   }
 };
 
@@ -198,56 +300,66 @@ bool Meshes::any_unlit() const {
                                [&](const Model::Part& part) { return placed.mesh.material.over(part.material).unlit; });
   });
 }
+bool Meshes::any_blended() const { return state_->blended; }
 const std::vector<Eigen::Vector4f>& Meshes::spheres() const { return state_->spheres; }
 
 std::optional<MeshHit> Meshes::hit(const Vector3f& from_m, const Vector3f& w, float limit_m) const {
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  RTCRayHit query{};
-  query.ray = single_ray(from_m, w, limit_m);
-  query.hit.geomID = query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-  rtcIntersect1(state_->all.scene, &context, &query);
-  if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
-  return MeshHit{query.ray.tfar, State::mesh_of(query.hit.geomID, query.hit.instID[0]), query.hit.primID, query.hit.u,
-                 query.hit.v};
+  Query query;
+  RTCRayHit nearest{};
+  nearest.ray = single_ray(from_m, w, limit_m);
+  if (state_->blended) nearest.ray.id = ray_id(from_m, w);
+  return state_->nearest(query, nearest);
+}
+
+std::optional<MeshHit> Meshes::hit_beyond(float t_m, const Vector3f& from_m, const Vector3f& w) const {
+  Query query;
+  query.coverage = Coverage::full;
+  RTCRayHit nearest{};
+  nearest.ray = single_ray(from_m, w, std::numeric_limits<float>::infinity());
+  nearest.ray.tnear = t_m * (1 + kTracing.between_layers);
+  return state_->nearest(query, nearest);
 }
 
 bool Meshes::blocked(const Vector3f& from_m, const Vector3f& w, float limit_m) const {
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
+  Query query;
   RTCRay ray = single_ray(from_m, w, limit_m);
-  rtcOccluded1(state_->all.scene, &context, &ray);
+  if (state_->blended) ray.id = ray_id(from_m, w);
+  rtcOccluded1(state_->all.scene, &query.embree, &ray);
   return ray.tfar < 0;
 }
 
-std::uint32_t Meshes::hits(const RayFan& fan, std::array<MeshHit, RayFan::kMaxRays>& found) const {
+std::uint32_t Meshes::hits(const RayFan& fan, std::array<MeshHit, RayFan::kMaxRays>& found, Coverage coverage) const {
   if (fan.some == 0) return 0;
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  alignas(64) std::array<int, RayFan::kMaxRays> valid;
-  alignas(64) RTCRayHit16 query;
-  set_rays(fan, valid, query.ray);
-  std::fill_n(query.hit.geomID, RayFan::kMaxRays, RTC_INVALID_GEOMETRY_ID);
-  std::fill_n(query.hit.instID[0], RayFan::kMaxRays, RTC_INVALID_GEOMETRY_ID);
-  rtcIntersect16(valid.data(), state_->all.scene, &context, &query);
-  std::uint32_t which = 0;
+  Query query;
+  query.coverage = coverage;
+  return state_->nearest(query, fan, found);
+}
+
+FanOcclusion Meshes::occlusion(const RayFan& fan) const {
+  FanOcclusion occlusion;
+  occlusion.open.fill(1);
+  if (fan.some == 0) return occlusion;
+  occlusion.nearest_m.fill(std::numeric_limits<float>::infinity());
+  Query query;
+  query.occlusion = &occlusion;
+  std::array<MeshHit, RayFan::kMaxRays> found;
+  const std::uint32_t closed = state_->nearest(query, fan, found);
+  occlusion.some |= closed;
   for (std::size_t i = 0; i < RayFan::kMaxRays; ++i) {
-    if (!valid[i] || query.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
-    which |= 1u << i;
-    found[i] = {query.ray.tfar[i], State::mesh_of(query.hit.geomID[i], query.hit.instID[0][i]), query.hit.primID[i],
-                query.hit.u[i], query.hit.v[i]};
+    if (!(closed >> i & 1)) continue;
+    occlusion.open[i] = 0;
+    occlusion.nearest_m[i] = std::min(occlusion.nearest_m[i], found[i].t_m);
   }
-  return which;
+  return occlusion;
 }
 
 std::uint32_t Meshes::blocked(const RayFan& fan) const {
   if (fan.some == 0) return 0;
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
+  Query query;
   alignas(64) std::array<int, RayFan::kMaxRays> valid;
   alignas(64) RTCRay16 rays;
-  set_rays(fan, valid, rays);
-  rtcOccluded16(valid.data(), state_->all.scene, &context, &rays);
+  set_rays(fan, state_->blended, valid, rays);
+  rtcOccluded16(valid.data(), state_->all.scene, &query.embree, &rays);
   std::uint32_t which = 0;
   for (std::size_t i = 0; i < RayFan::kMaxRays; ++i) {
     if (valid[i] && rays.tfar[i] < 0) which |= 1u << i;
@@ -297,6 +409,7 @@ SurfaceHit Meshes::surface(const MeshHit& hit, const Vector3f& w, float pixel_ra
   s.normal = interpolated;
   const bool front = interpolated.dot(s.face) * s.face.dot(w) < 0;
   s.unlit = shading.material.unlit;
+  s.opacity = shading.opacity;
   if (front || s.unlit)
     s.emission = placed.mesh.white_radiance * (s.unlit ? shading.material.base_color : shading.material.emission);
   s.face_ray(w);

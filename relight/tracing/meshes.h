@@ -22,6 +22,7 @@ struct SurfaceHit {
   Eigen::Vector3f normal = Eigen::Vector3f::UnitZ();  ///< unit, interpolated and by the normal map, on the same side
   BsdfParams bsdf;
   Rgb emission = Rgb::Zero();  ///< radiance that leaves the point on the side of the ray's origin, W/sr/m²
+  float opacity = 1;           ///< the fraction of the surface that is there (Model::Part::blends)
   bool unlit = false;          ///< the camera sees `emission` alone, and that lights nothing (Material::unlit)
   /// Whether a transmissive material bounds a volume here, and what the medium beyond the surface absorbs, 1/m.
   bool bounds_volume = false;
@@ -48,6 +49,19 @@ struct RayFan {
   std::uint32_t some = 0;  ///< bit mask of the active rays
   std::array<Eigen::Vector3f, kMaxRays> w;
   std::array<float, kMaxRays> limit_m;
+};
+
+/// Which surfaces with partial coverage a ray meets.
+enum class Coverage {
+  by_chance,  ///< each with the probability of its opacity, the same for the same ray (Enderton et al. 2010)
+  full        ///< whatever their opacity, as if they were opaque
+};
+
+/// What surfaces leave of the light along the rays of a fan.
+struct FanOcclusion {
+  std::uint32_t some = 0;                           ///< bit mask of the rays that meet a surface before their limit
+  std::array<float, RayFan::kMaxRays> open;         ///< fraction that passes; 1 without a surface
+  std::array<float, RayFan::kMaxRays> nearest_m{};  ///< of the surfaces of those rays
 };
 
 /// Acceleration structure (BVH) of a model, in its frame.
@@ -88,8 +102,13 @@ class Meshes {
   ~Meshes();
 
   bool empty() const;
-  /// The nearest triangle along a unit direction, nearer than `limit_m`.
+  /// The nearest triangle along a unit direction, nearer than `limit_m`. All rays meet surfaces with partial coverage
+  /// by chance where nothing else is said, so that the mean of many is what a fraction of the surface does.
   std::optional<MeshHit> hit(const Eigen::Vector3f& from_m, const Eigen::Vector3f& w, float limit_m) const;
+  /// Of all layers, the next one farther than a hit.
+  std::optional<MeshHit> hit_beyond(float t_m, const Eigen::Vector3f& from_m, const Eigen::Vector3f& w) const;
+  /// Whether any of the materials has partial coverage.
+  bool any_blended() const;
   /// Whether the hit mesh occludes what is behind it (ReferenceMesh::hides).
   bool hides(const MeshHit& hit) const;
   /// Whether light passes any of the mesh's materials.
@@ -99,7 +118,9 @@ class Meshes {
   /// Whether an occluding mesh is nearer than `limit_m`.
   bool blocked(const Eigen::Vector3f& from_m, const Eigen::Vector3f& w, float limit_m) const;
   /// Bit mask of the rays that hit a triangle before their limit; their nearest hits are in `found`.
-  std::uint32_t hits(const RayFan& fan, std::array<MeshHit, RayFan::kMaxRays>& found) const;
+  std::uint32_t hits(const RayFan& fan, std::array<MeshHit, RayFan::kMaxRays>& found, Coverage coverage) const;
+  /// Of hiding and other meshes, without chance: the product of what their layers leave.
+  FanOcclusion occlusion(const RayFan& fan) const;
   std::uint32_t blocked(const RayFan& fan) const;  ///< likewise, for occluding meshes
   /// `pixel_rad`: angle between neighbouring rays; textures are averaged over the ray's footprint.
   SurfaceHit surface(const MeshHit& hit, const Eigen::Vector3f& w, float pixel_rad = 0) const;

@@ -3,6 +3,7 @@
 
 namespace lumigraft::relight {
 inline constexpr struct TracingParameters {
+  float between_layers = 1e-5f;                        ///< least distance of surfaces along a ray, relative
   float lift = 3e-5f, before_lamp_m = 1e-4f;           ///< ray origins, m within 1 m of the origin; ends of shadow rays
   float same_depth = 0.004f, same_surface_voxels = 2;  ///< relative difference up to which a pixel shows the point
   int sky_width = 128, sky_height = 64;                ///< of spherical harmonics as an image, pixels

@@ -181,10 +181,10 @@ ObjectStore::Entry& ObjectStore::entry_of(const std::shared_ptr<const Model>& mo
   Entry& entry = models_[model.get()];
   if (entry.stored) return entry;
   entry.stored = std::make_shared<StoredModel>();
-  entry.stored->model = model;
+  entry.stored->model = without_blending(model);
   if (model->rig) entry.stored->prepared = prepared;
   describe(*prepared, *entry.stored);
-  for (const Model::Part& part : model->parts)
+  for (const Model::Part& part : entry.stored->model->parts)
     entry.stored->max_emission = entry.stored->max_emission.cwiseMax(part.material.emission);
   entry.uploads = uploads(prepared, *entry.stored);
   return entry;

@@ -173,7 +173,8 @@ float largest_radius_m(const Rig& rig, std::size_t animation) {
 
 }  // namespace
 
-std::shared_ptr<const UploadModel> make_upload_model(const std::shared_ptr<const Model>& model) {
+std::shared_ptr<const UploadModel> make_upload_model(const std::shared_ptr<const Model>& whole) {
+  const std::shared_ptr<const Model>& model = without_blending(whole);
   auto made = std::make_shared<UploadModel>();
   made->full = model;
   made->simple = evenly_divided(*simplify_model(*model, kUpload.simple_triangles));

@@ -37,8 +37,13 @@ struct UploadModel {
 };
 using UploadModels = PreparedModels<UploadModel>;
 
+/// What devices draw of a model: blended materials are cut.
+inline const std::shared_ptr<const Model>& without_blending(const std::shared_ptr<const Model>& model) {
+  return model->cut ? model->cut : model;
+}
+
 /// Takes up to seconds.
-std::shared_ptr<const UploadModel> make_upload_model(const std::shared_ptr<const Model>& model);
+std::shared_ptr<const UploadModel> make_upload_model(const std::shared_ptr<const Model>& whole);
 /// The same model in a pose, without its field and what all poses share: textures and the extent of its animations.
 std::shared_ptr<const UploadModel> posed_upload_model(const UploadModel& at_rest, const RigPose& pose);
 /// With the field, which takes tenths of a second; it is coarser, posed_field_voxels.

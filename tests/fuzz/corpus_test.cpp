@@ -37,6 +37,9 @@ TEST(FuzzCorpus, Recordings) { EXPECT_GT(play("mkv", fuzz::mkv), 10); }
 TEST(FuzzCorpus, Sessions) { EXPECT_GT(play("session", fuzz::session), 10); }
 TEST(FuzzCorpus, Calibrations) { EXPECT_GT(play("calibration", fuzz::calibration), 10); }
 TEST(FuzzCorpus, Models) { EXPECT_GT(play("gltf", fuzz::gltf), 10); }
+TEST(FuzzCorpus, PlyModels) { EXPECT_GT(play("ply", fuzz::ply), 2); }
+TEST(FuzzCorpus, ObjModels) { EXPECT_GT(play("obj", fuzz::obj), 2); }
+TEST(FuzzCorpus, Pictures) { EXPECT_GT(play("picture", fuzz::picture), 10); }
 TEST(FuzzCorpus, OpenNiRecordings) { EXPECT_GT(play("oni", fuzz::oni), 10); }
 
 }  // namespace

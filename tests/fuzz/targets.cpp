@@ -16,6 +16,7 @@
 #include "capture/session/config.h"
 #include "capture/session/session.h"
 #include "relight/exhibit/load_gltf.h"
+#include "relight/exhibit/picture_decode.h"
 
 namespace lumigraft::fuzz {
 namespace {
@@ -34,6 +35,20 @@ void expect_answer(const Action& action) {
 /// The streams of the recordings in the corpus.
 const std::vector<capture::StreamSpec> kOniStreams = {{.stream = capture::Stream::color, .width = 160, .height = 120},
                                                       {.stream = capture::Stream::depth, .width = 160, .height = 120}};
+
+/// A name with this extension for file_with.
+std::filesystem::path named_file_with(Bytes bytes, const char* extension) {
+  const std::filesystem::path name =
+      std::filesystem::temp_directory_path() / ("fuzz_" + std::to_string(getpid()) + extension);
+  std::filesystem::remove(name);
+  std::filesystem::create_symlink(file_with(bytes), name);
+  return name;
+}
+
+void load_and_remove(const std::filesystem::path& name) {
+  expect_answer([&] { relight::load_model(name, 'z'); });
+  std::filesystem::remove(name);
+}
 
 void play_oni(capture::Source&& recording) {
   while (!recording.finished()) {
@@ -103,6 +118,19 @@ size_m = 0.1
 
 void gltf(Bytes bytes) {
   expect_answer([&] { relight::load_gltf(file_with(bytes), 'y'); });
+}
+
+void ply(Bytes bytes) { load_and_remove(named_file_with(bytes, ".ply")); }
+
+void obj(Bytes bytes) { load_and_remove(named_file_with(bytes, ".obj")); }
+
+void picture(Bytes bytes) {
+  constexpr std::int64_t kFewTexels = 1000;
+  relight::picture_header(bytes);
+  for (const std::int64_t texels : {relight::kAllTexels, kFewTexels}) {
+    expect_answer([&] { relight::decode_picture(bytes, texels); });
+    expect_answer([&] { relight::decode_alpha(bytes, texels); });
+  }
 }
 
 void oni(Bytes bytes) {

@@ -2,10 +2,14 @@
 // Fuzz targets: each reads arbitrary bytes as one kind of input, to the end. InputError and CameraFault are correct
 // results; any other exception, a crash, a hang or exhausted memory is a fault.
 //
-// libFuzzer generates the bytes, in a build of its own with clang:
+// libFuzzer generates the bytes, in a build of its own with clang (Debian: clang, libclang-rt-14-dev):
 //
 //   cmake --preset fuzz && cmake --build --preset fuzz
 //   build/fuzz/fuzz_mkv -max_total_time=600 -rss_limit_mb=1500 -max_len=20000 new_corpus tests/fuzz/corpus/mkv
+//
+//   build/fuzz/fuzz_gltf -max_total_time=600 -rss_limit_mb=1500 -max_len=20000 new_corpus tests/fuzz/corpus/gltf
+//
+// and likewise for the others; make_seeds.py writes the first pictures, PLY and OBJ files.
 //
 //   tests/fuzz/openni_with_coverage.sh build/fuzz/openni
 //   export LD_LIBRARY_PATH=build/fuzz/openni ASAN_OPTIONS=detect_leaks=0:allocator_may_return_null=1
@@ -25,6 +29,9 @@ void mkv(Bytes bytes);          ///< a Matroska recording; the first byte select
 void session(Bytes bytes);      ///< a session.toml
 void calibration(Bytes bytes);  ///< the calibration file of a session.toml
 void gltf(Bytes bytes);         ///< a model, .gltf or .glb
+void ply(Bytes bytes);          ///< a model, .ply
+void obj(Bytes bytes);          ///< a model, .obj
+void picture(Bytes bytes);      ///< of a texture, whole and scaled down
 void oni(Bytes bytes);          ///< a recording of OpenNI2, read by the helper program
 /// The same in this process, so that libFuzzer measures coverage of OpenNI2 as built by openni_with_coverage.sh.
 /// OpenNI2 may crash.

@@ -11,7 +11,7 @@ constexpr std::int64_t kFrame_ns = 33'333'333;
 
 Exhibit one_object(const Material& material) {
   auto model = std::make_shared<Model>();
-  model->parts.push_back({.material = material});
+  model->parts.emplace_back().material = material;
   Exhibit exhibit;
   exhibit.objects.push_back({});
   exhibit.objects[0].model = model;

@@ -1,5 +1,7 @@
 #include "relight/exhibit/load_gltf.h"
 
+#include <algorithm>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <set>
@@ -44,11 +46,36 @@ class GltfLoader {
     used_.clear();
     for (const GltfInstance& instance : scene_.instances) add(instance);
     SourceMixes mixes(static_cast<std::uint32_t>(rig_->vertices()));
-    builder_.cut_out(masks_, mixes);
+    std::set<std::size_t> blended;
+    std::ranges::copy_if(used_, std::inserter(blended, blended.end()),
+                         [&](std::size_t material) { return parts_.at(material).blends(); });
+    std::optional<ModelBuilder> to_cut;
+    SourceMixes mixes_of_cut = mixes;
+    if (!blended.empty()) to_cut = builder_;
+    std::map<std::size_t, AlphaMask> masks = masks_;
+    std::erase_if(masks, [&](const auto& of) { return parts_.at(of.first).blends(); });
+    builder_.cut_out(masks, mixes);
     const std::shared_ptr<Model> model = builder_.build([&](std::size_t material) { return parts_.at(material); });
     model->rig = rig_->take();
     model->mixes = mixes.take();
     model->not_drawn = gltf_not_drawn(document_, textures_, used_);
+    if (!to_cut) return model;
+    model->blended = gltf_blended(document_, blended);
+    model->cut = cut(*to_cut, *model, std::move(mixes_of_cut));
+    return model;
+  }
+
+  /// As Model::cut.
+  std::shared_ptr<const Model> cut(ModelBuilder& triangles, const Model& whole, SourceMixes mixes) {
+    triangles.cut_out(masks_, mixes);
+    const std::shared_ptr<Model> model = triangles.build([&](std::size_t material) {
+      Model::Part part = parts_.at(material);
+      part.opacity_factor = 1;
+      part.opacity_texture = {};
+      return part;
+    });
+    model->rig = whole.rig;
+    model->mixes = mixes.take();
     return model;
   }
 

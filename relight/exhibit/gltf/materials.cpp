@@ -125,6 +125,16 @@ void read_anisotropy(const GltfValue& anisotropy, GltfTextures& textures, Model:
   if (const TexturePicture& picture = part->anisotropy_texture.picture) read.anisotropy *= mean_of(*picture, 2);
 }
 
+/// A material of which nothing is transparent is not blended.
+void read_opacity(const GltfValue& material, const GltfValue& pbr, GltfTextures& textures, Model::Part* part) {
+  if (material.text("alphaMode", "OPAQUE") != "BLEND") return;
+  if (const auto factor = pbr.numbers("baseColorFactor", 4, -kAnyNumber, kAnyNumber))
+    part->opacity_factor = static_cast<float>(std::clamp((*factor)[3], 0.0, 1.0));
+  const Model::TextureSlot slot = textures.slot_of_alpha(pbr.member("baseColorTexture"));
+  if (slot.picture && std::ranges::any_of(slot.picture->data, [](std::uint8_t a) { return a < 255; }))
+    part->opacity_texture = slot;
+}
+
 }  // namespace
 
 bool reflects_totally(const GltfValue& material) {
@@ -153,6 +163,7 @@ Model::Part read_material(const GltfValue& material, GltfTextures& textures) {
   part.material.gltf = true;
   part.material.base_color = unit_color(pbr, "baseColorFactor", 4, 1);
   part.base_color_texture = textures.slot(pbr.member("baseColorTexture"));
+  read_opacity(material, pbr, textures, &part);
   if (is_unlit(material)) {
     part.material.unlit = true;
     part.material.specular = 0;

@@ -11,8 +11,8 @@ namespace lumigraft::relight {
 /// Whether KHR_materials_ior asks for total reflection, which is not drawn: its index is read as 1.5 then.
 bool reflects_totally(const GltfValue& material);
 
-/// Where a material is opaque; nothing: everywhere. With the mode BLEND, which is not drawn, where alpha is at least a
-/// half. `part`: what `read_material` gives of it. Throws InputError.
+/// Where a material is opaque; nothing: everywhere. With the mode BLEND where alpha is at least a half, for methods
+/// without partial coverage. `part`: what `read_material` gives of it. Throws InputError.
 std::optional<AlphaMask> read_alpha(const GltfValue& material, const Model::Part& part, GltfTextures& textures);
 
 /// Whether a material has KHR_materials_unlit: nothing but its base colour and alpha counts.

@@ -36,7 +36,6 @@ void add_of_texture(const GltfTextures& textures, const GltfValue& info, std::ve
 
 std::vector<std::string> of_material(const GltfTextures& textures, const GltfValue& material) {
   std::vector<std::string> features;
-  if (material.text("alphaMode", "OPAQUE") == "BLEND") features.emplace_back("alphaMode BLEND");
   const GltfValue pbr = material.member("pbrMetallicRoughness");
   if (is_unlit(material)) {
     add_of_texture(textures, pbr.member("baseColorTexture"), features);
@@ -64,12 +63,16 @@ std::vector<std::string> of_material(const GltfTextures& textures, const GltfVal
   return features;
 }
 
+/// The first material, and how many more there are.
+struct Users {
+  std::string first;
+  std::size_t others = 0;
+
+  std::string text() const { return first + (others ? " and " + std::to_string(others) + " more" : std::string()); }
+};
+
 std::vector<std::string> of_materials(const GltfDocument& document, const GltfTextures& textures,
                                       const std::set<std::size_t>& used) {
-  struct Users {
-    std::string first;
-    std::size_t others = 0;
-  };
   std::map<std::string, Users> features;
   const GltfValue materials = document.root().member("materials");
   for (const std::size_t i : used) {
@@ -82,10 +85,7 @@ std::vector<std::string> of_materials(const GltfDocument& document, const GltfTe
     }
   }
   std::vector<std::string> lines;
-  for (const auto& [feature, users] : features) {
-    lines.push_back(printable(feature) + " (" + users.first +
-                    (users.others ? " and " + std::to_string(users.others) + " more" : std::string()) + ")");
-  }
+  for (const auto& [feature, users] : features) lines.push_back(printable(feature) + " (" + users.text() + ")");
   return lines;
 }
 
@@ -134,6 +134,18 @@ std::vector<std::string> gltf_not_drawn(const GltfDocument& document, const Gltf
     lines.push_back(std::to_string(more) + " more features");
   }
   return lines;
+}
+
+std::string gltf_blended(const GltfDocument& document, const std::set<std::size_t>& materials) {
+  const GltfValue all = document.root().member("materials");
+  Users users;
+  for (const std::size_t i : materials) {
+    if (users.first.empty())
+      users.first = name_of(all[i], i);
+    else
+      ++users.others;
+  }
+  return users.text();
 }
 
 }  // namespace lumigraft::relight

@@ -13,4 +13,7 @@ namespace lumigraft::relight {
 std::vector<std::string> gltf_not_drawn(const GltfDocument& document, const GltfTextures& textures,
                                         const std::set<std::size_t>& materials);
 
+/// As Model::blended, of these materials.
+std::string gltf_blended(const GltfDocument& document, const std::set<std::size_t>& materials);
+
 }  // namespace lumigraft::relight

@@ -2,6 +2,7 @@
 // light changes as on the floor next to it.
 #include <cmath>
 
+#include "reconstruct/room/enclosure.h"
 #include "relight/gather/ray_renderer.h"
 #include "tests/relight/closed_form/closed_scene.h"
 
@@ -64,13 +65,25 @@ reconstruct::Scene unknown_strip(const ClosedScene& closed, bool fused) {
   return scene;
 }
 
+/// The sides of a room around a table, whose floor is seen through the strip.
+std::shared_ptr<const reconstruct::Enclosure> room_around() {
+  return std::make_shared<const reconstruct::Enclosure>(reconstruct::Enclosure{{{{0, 0, 1}, 0.4f, true},
+                                                                                {{0, 0, -1}, 2, true},
+                                                                                {{1, 0, 0}, 1.5f, true},
+                                                                                {{-1, 0, 0}, 1.5f, true},
+                                                                                {{0, 1, 0}, 1.5f, true},
+                                                                                {{0, -1, 0}, 1.5f, true}},
+                                                                               Eigen::Vector3f(0, 0, 0.3f)});
+}
+
 /// RMS error of the strip's light relative to its change; `make(session)` creates a renderer.
 template <typename Make>
-double strip_error(const Make& make, const relight::Plan& plan, bool fused) {
+double strip_error(const Make& make, const relight::Plan& plan, bool fused,
+                   std::shared_ptr<const reconstruct::Enclosure> enclosure = nullptr) {
   const ClosedScene closed = ball_before_lamp();
   const capture::Session session = closed.session();
-  const auto relit = [&](const capture::FrameSet& frame, const reconstruct::Scene& scene,
-                         const relight::Exhibit& exhibit) {
+  const auto relit = [&](const capture::FrameSet& frame, reconstruct::Scene scene, const relight::Exhibit& exhibit) {
+    scene.enclosure = enclosure;
     return make(session)->relight(frame, scene, exhibit, plan, true);
   };
   const relight::RelitPicture complete = relit(closed.frame(), closed.scene(), closed.exhibit);
@@ -122,6 +135,15 @@ TEST(RaysHole, ColourOrSurfaceUnknown) {
         0.3)
         << fused;
   }
+}
+
+// Through the hole of the fused surface a ray meets the modelled sides of the room, which are darker than the picture.
+TEST(RaysHole, BeforeTheEnclosure) {
+  relight::Plan plan = careful_plan();
+  plan.method = "rays";
+  EXPECT_LT(strip_error([](const capture::Session& s) { return std::make_unique<relight::RayRenderer>(s); }, plan,
+                        /*fused=*/false, room_around()),
+            0.3);
 }
 
 }  // namespace

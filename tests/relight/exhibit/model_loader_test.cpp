@@ -168,6 +168,26 @@ TEST(LoadModel, GltfTexturesEmbeddedAndInFiles) {
   }
 }
 
+// So its face has no vertices, at which assimp would end the program.
+TEST(LoadModel, APlyWithAnUnknownTypeIsRefused) {
+  TemporaryFolder folder;
+  std::string ply =
+      "ply\nformat binary_big_endian 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+      "property float nx\nproperty float ny\nproperty fl=at nz\nproperty uchar red\nproperty uchar green\n"
+      "property uchar blue\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
+  const std::string position(12, '\0'), one("\x3f\x80\0\0", 4), zero(4, '\0'), color("\xc8\x64\x32", 3);
+  const std::string normal = zero + zero + one + color;
+  ply += position + normal + one + zero + zero + normal + zero + one + zero + normal;
+  ply += std::string("\3\0\0\0\0\0\0\0\1\0\0\0\2", 13);
+  EXPECT_THROW(load_model(folder.write("a.ply", ply), 'z'), capture::InputError);
+}
+
+TEST(LoadModel, APlyElementWithoutANumberIsRefused) {
+  TemporaryFolder folder;
+  const std::string ply = "ply\nformat ascii 1.0\nelement vertex float x\nproperty float y\nend_header\n0 0 0\n";
+  EXPECT_THROW(load_model(folder.write("a.ply", ply), 'z'), capture::InputError);
+}
+
 TEST(LoadModel, WhatIsNotDrawnOfGltfIsNamed) {
   TemporaryFolder folder;
   GltfFile file = textured("data:image/png;base64," + test::red_grey_png);
@@ -175,13 +195,12 @@ TEST(LoadModel, WhatIsNotDrawnOfGltfIsNamed) {
   file.json["cameras"] = {{{"type", "perspective"}}};
   auto& material = file.json["materials"][0];
   material["name"] = "lacquer\n";
-  material["alphaMode"] = "BLEND";
   material["extensions"] = {{"KHR_materials_iridescence", {{"iridescenceFactor", 1}}},
                             {"KHR_materials_specular", {{"specularFactor", 0.5}}}};
   file.json["materials"].push_back(material);  // which no triangle has
   const auto model = load_model(folder.write("b.gltf", file.gltf()), 'y');
-  EXPECT_EQ(model->not_drawn, (std::vector<std::string>{"KHR_materials_iridescence (material \"lacquer \")",
-                                                        "alphaMode BLEND (material \"lacquer \")", "cameras"}));
+  EXPECT_EQ(model->not_drawn,
+            (std::vector<std::string>{"KHR_materials_iridescence (material \"lacquer \")", "cameras"}));
   EXPECT_FLOAT_EQ(model->parts[0].material.specular, 0.5f);
 }
 

@@ -89,12 +89,12 @@ TEST(RaysBadInput, WhatAModelLacksIsSaid) {
   scene.exhibit.objects = {sphere_object(0.1f, {0, 0, 0.12f}, 1)};
   auto model = std::make_shared<relight::Model>(*scene.exhibit.objects[0].model);
   model->unusable_triangles = 3;
-  model->not_drawn = {"alphaMode BLEND (material \"veil\")", "cameras"};
+  model->not_drawn = {"KHR_materials_iridescence (material \"veil\")", "cameras"};
   scene.exhibit.objects[0].model = model;
   const relight::RelitPicture picture = relit(scene);
   ASSERT_EQ(picture.warnings.size(), 2u);
   EXPECT_NE(picture.warnings[0].find("3 triangles without area or finite position"), std::string::npos);
-  EXPECT_NE(picture.warnings[1].find(" is drawn without alphaMode BLEND (material \"veil\"), cameras"),
+  EXPECT_NE(picture.warnings[1].find(" is drawn without KHR_materials_iridescence (material \"veil\"), cameras"),
             std::string::npos);
 }
 

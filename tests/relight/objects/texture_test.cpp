@@ -154,6 +154,34 @@ TEST(Texture, ParallelogramsAgainstSupersampling) {
   }
 }
 
+// The same across the picture's border and far from it, of a picture without symmetry.
+TEST(Texture, ParallelogramsBeyondTheBorder) {
+  constexpr int kEdge = 64, kSamples = 64;
+  const auto ramp = picture(kEdge, kEdge, [](int u, int v) {
+    return Bytes{static_cast<std::uint8_t>(4 * u), static_cast<std::uint8_t>(4 * v),
+                 static_cast<std::uint8_t>((u / 4 + v / 4) % 2 ? 230 : 20)};
+  });
+  const Texture with(ramp, Texels::srgb, true), without(ramp, Texels::srgb, false);
+  Eigen::Matrix2f shape;
+  shape << 7, -2, 3, 6;
+  for (const Wrap wrap : {Wrap::repeat, Wrap::clamp_to_edge, Wrap::mirrored_repeat}) {
+    for (const float scale : {0.3f, 1.0f, 2.5f}) {
+      for (const Vector2f& uv : {Vector2f(0.01f, 0.5f), Vector2f(-0.02f, 1.03f), Vector2f(3.3f, -2.25f),
+                                 Vector2f(1.98f, 0.99f), Vector2f(900.4f, -1200.7f)}) {
+        const Eigen::Matrix2f edges = scale * shape / kEdge;
+        Vector3f truth = Vector3f::Zero();
+        for (int i = 0; i < kSamples * kSamples; ++i) {
+          const Vector2f off((static_cast<float>(i % kSamples) + 0.5f) / kSamples - 0.5f,
+                             (static_cast<float>(i / kSamples) + 0.5f) / kSamples - 0.5f);
+          truth += without.at(uv + edges * off, 1, wrap, wrap) / (kSamples * kSamples);
+        }
+        EXPECT_LT((with.mean(uv, edges, wrap, wrap) - truth).cwiseAbs().maxCoeff(), 0.03f)
+            << static_cast<int>(wrap) << ' ' << scale << " at " << uv.transpose();
+      }
+    }
+  }
+}
+
 // Texels tilted by ± 0.2 along u.
 TEST(Texture, TheMeanOfNormalsIsShorterByWhatTheyDiffer) {
   const float tilt = 0.2f;

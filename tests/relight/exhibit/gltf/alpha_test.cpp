@@ -101,20 +101,48 @@ TEST(GltfAlpha, TransformAndWrapOfTheBaseColour) {
   EXPECT_NEAR(area_of(file), kDisc / 16, 0.0005);
 }
 
-TEST(GltfAlpha, BlendIsCutAtAHalfAndNamed) {
-  GltfFile file = masked(disc_png(), "BLEND");
-  EXPECT_NEAR(area_of(file), kDisc, 0.002);
-  EXPECT_EQ(loaded(file.gltf())->not_drawn, std::vector<std::string>{"alphaMode BLEND (material 0)"});
+TEST(GltfAlpha, BlendIsPartialCoverageOfTheWholeSurface) {
+  GltfFile file = masked(alpha_png(4, [](double u, double) { return u < 0.5 ? 0.2 : 1.0; }), "BLEND");
+  alpha_material(file)["pbrMetallicRoughness"]["baseColorFactor"] = {1, 1, 1, 0.75};
+  const auto model = loaded(file.gltf());
+  EXPECT_TRUE(model->not_drawn.empty());
+  const Model::Part& part = model->parts.at(0);
+  EXPECT_NEAR(area_of(*model, part), 0.5, 1e-6);
+  EXPECT_TRUE(part.blends());
+  EXPECT_FLOAT_EQ(part.opacity_factor, 0.75f);
+  ASSERT_NE(part.opacity_texture.picture, nullptr);
+  EXPECT_EQ(part.opacity_texture.picture->at(0, 0, 0), 51);
+  EXPECT_EQ(part.opacity_texture.picture->at(3, 0, 0), 255);
+  EXPECT_EQ(model->blended, "material 0");
+}
+
+TEST(GltfAlpha, ForMethodsWithoutItBlendIsCutAtAHalf) {
+  const auto model = loaded(masked(disc_png(), "BLEND").gltf());
+  ASSERT_NE(model->cut, nullptr);
+  EXPECT_NEAR(area_of(*model->cut, model->cut->parts[0]), kDisc, 0.002);
+  EXPECT_FALSE(model->cut->parts[0].blends());
+  EXPECT_EQ(loaded(masked(disc_png()).gltf())->cut, nullptr);
+}
+
+TEST(GltfAlpha, BlendWithoutTransparencyIsOpaque) {
+  GltfFile file = masked(alpha_png(4, [](double, double) { return 1.0; }), "BLEND");
+  for (const auto& model :
+       {loaded(file.gltf()), loaded(masked(picture_bytes(".png", 4, 4, {0, 0, 255}), "BLEND").gltf())}) {
+    EXPECT_FALSE(model->parts[0].blends());
+    EXPECT_TRUE(model->blended.empty());
+    EXPECT_EQ(model->cut, nullptr);
+  }
 }
 
 TEST(GltfAlpha, WhereNothingWouldRemainAllRemains) {
   GltfFile file = masked(alpha_png(4, [](double, double) { return 0.2; }), "BLEND");
-  EXPECT_NEAR(area_of(file), 0.5, 1e-6) << "the whole model";
+  EXPECT_NEAR(area_of(*loaded(file.gltf())->cut, loaded(file.gltf())->cut->parts[0]), 0.5, 1e-6) << "the whole model";
   file.json["materials"].push_back(nlohmann::json::object());
   nlohmann::json second = file.primitive();
   second["material"] = 1;
   file.json["meshes"][0]["primitives"].push_back(second);
-  EXPECT_EQ(loaded(file.gltf())->parts.size(), 1u) << "one of two materials";
+  EXPECT_EQ(loaded(file.gltf())->cut->parts.size(), 1u) << "one of two materials";
+  EXPECT_EQ(loaded(file.gltf())->parts.size(), 2u);
 }
 
 // What is too fine is followed coarsely: half of it remains, and no part is missing.

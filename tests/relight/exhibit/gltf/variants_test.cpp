@@ -63,12 +63,16 @@ TEST(GltfVariants, AMaskAndASecondSetOfTextureCoordinatesOfAVariant) {
   EXPECT_EQ(model->variants[1].model->indices.size(), 3u) << "alpha is below the cutoff";
 }
 
-TEST(GltfVariants, NotDrawnIsWhatTheVariantAsksFor) {
+TEST(GltfVariants, NotDrawnAndBlendedIsWhatTheVariantAsksFor) {
   GltfFile file = grey_red_or_blue();
   file.json["materials"][1]["alphaMode"] = "BLEND";
+  file.json["materials"][1]["pbrMetallicRoughness"]["baseColorFactor"] = {1, 1, 1, 0.5};
+  file.json["materials"][1]["extensions"]["KHR_materials_iridescence"]["iridescenceFactor"] = 1;
   const auto model = loaded(file.gltf());
   EXPECT_TRUE(model->not_drawn.empty());
-  EXPECT_EQ(model->variants[0].model->not_drawn, std::vector<std::string>{"alphaMode BLEND (material 1)"});
+  EXPECT_TRUE(model->blended.empty());
+  EXPECT_EQ(model->variants[0].model->not_drawn, std::vector<std::string>{"KHR_materials_iridescence (material 1)"});
+  EXPECT_EQ(model->variants[0].model->blended, "material 1");
 }
 
 TEST(GltfVariants, FaultsAreNamedWithTheirPlace) {

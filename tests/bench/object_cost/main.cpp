@@ -1,8 +1,11 @@
-// Cost of a frame with an animated object over that with a rigid one that turns, alone and beside one that stands
-// still, of 20000 triangles each, at 320 × 240 pixels with live settings.
+// Cost of a frame with an object that moves over that with a simpler one, with live settings:
+// - an animated one over a rigid one that turns, alone and beside one that stands still, of 20000 triangles each, at
+//   320 × 240 pixels;
+// - one of 50000 triangles with five textures of 2048² texels over one with their means, which both turn, at 640 × 480.
 //
-//   build/release/animation_cost [METHOD...]
+//   build/release/object_cost [METHOD...]
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -22,28 +25,31 @@
 namespace lumigraft::test {
 namespace {
 
-constexpr int kEdge = 100, kSettle = 30, kMeasured = 60;  ///< of a ball's net; frames
+constexpr int kEdge = 100, kFineEdge = 158;  ///< of a ball's net
+constexpr int kSettle = 30, kMeasured = 60;  ///< frames
+constexpr int kTexels = 2048;                ///< along an edge
 constexpr double kFrame_s = 1.0 / 30;
 
-/// A ball of 2 kEdge² triangles, 18 cm high, standing on the floor.
-relight::Model ball() {
+/// A ball of 2 edge² triangles, 18 cm high, standing on the floor.
+relight::Model ball(int edge = kEdge) {
   relight::Model model;
-  for (int i = 0; i <= kEdge; ++i) {
-    for (int j = 0; j <= kEdge; ++j) {
-      const double a = std::numbers::pi * i / kEdge, b = 2 * std::numbers::pi * j / kEdge;
+  for (int i = 0; i <= edge; ++i) {
+    for (int j = 0; j <= edge; ++j) {
+      const double a = std::numbers::pi * i / edge, b = 2 * std::numbers::pi * j / edge;
       const Eigen::Vector3f n =
           Eigen::Vector3d(std::sin(a) * std::cos(b), std::sin(a) * std::sin(b), std::cos(a)).cast<float>();
       model.positions_m.push_back(0.09f * n + Eigen::Vector3f(0, 0, 0.1f));
       model.normals.push_back(n);
-      model.texcoords.emplace_back(0, 0);
+      model.texcoords.emplace_back(static_cast<float>(j) / static_cast<float>(edge),
+                                   static_cast<float>(i) / static_cast<float>(edge));
       model.colors.emplace_back(1, 1, 1);
     }
   }
-  const auto at = [](int i, int j) { return static_cast<std::uint32_t>(i * (kEdge + 1) + j); };
-  for (int i = 0; i < kEdge; ++i) {
-    for (int j = 0; j < kEdge; ++j) {
+  const auto at = [edge](int i, int j) { return static_cast<std::uint32_t>(i * (edge + 1) + j); };
+  for (int i = 0; i < edge; ++i) {
+    for (int j = 0; j < edge; ++j) {
       if (i > 0) model.indices.insert(model.indices.end(), {at(i, j), at(i + 1, j), at(i, j + 1)});
-      if (i + 1 < kEdge) model.indices.insert(model.indices.end(), {at(i, j + 1), at(i + 1, j), at(i + 1, j + 1)});
+      if (i + 1 < edge) model.indices.insert(model.indices.end(), {at(i, j + 1), at(i + 1, j), at(i + 1, j + 1)});
     }
   }
   relight::Model::Part part;
@@ -80,14 +86,62 @@ std::shared_ptr<const relight::Model> skinned_ball() {
   return std::make_shared<relight::Model>(std::move(model));
 }
 
-relight::VirtualObject rigid_object(float x_m, bool turns) {
+/// Smooth noise between two values of each channel, with features of so many texels.
+relight::TexturePicture noise(int texels, const std::array<int, 3>& low, const std::array<int, 3>& high) {
+  auto picture = std::make_shared<capture::Image<std::uint8_t>>(kTexels, kTexels, 3);
+  const auto at = [](int x, int y, int c) {
+    return static_cast<double>((static_cast<unsigned>(x * 73 + y * 151 + c * 57) * 2654435761u) >> 16 & 255) / 255;
+  };
+  for (int y = 0; y < kTexels; ++y) {
+    for (int x = 0; x < kTexels; ++x) {
+      const int i = x / texels, j = y / texels;
+      const double u = static_cast<double>(x % texels) / texels, v = static_cast<double>(y % texels) / texels;
+      for (int c = 0; c < 3; ++c) {
+        const double value = (1 - v) * ((1 - u) * at(i, j, c) + u * at(i + 1, j, c)) +
+                             v * ((1 - u) * at(i, j + 1, c) + u * at(i + 1, j + 1, c));
+        const auto k = static_cast<std::size_t>(c);
+        picture->at(x, y, c) = static_cast<std::uint8_t>(std::lround(low[k] + value * (high[k] - low[k])));
+      }
+    }
+  }
+  return picture;
+}
+
+relight::VirtualObject turning(relight::Model model, float x_m) {
   relight::VirtualObject object;
-  object.model = std::make_shared<relight::Model>(ball());
+  object.model = std::make_shared<relight::Model>(std::move(model));
   object.position_m.x() = x_m;
-  for (int i = 0; turns && i < 400; ++i) {
+  for (int i = 0; i < 400; ++i) {
     object.motion.push_back({static_cast<double>(i) / 4, object.position_m,
                              Eigen::Quaterniond(Eigen::AngleAxisd(0.15 * i, Eigen::Vector3d::UnitZ()))});
   }
+  return object;
+}
+
+/// Of glTF materials, with base colour, metallic and roughness, normals, emission and specular factor of pictures, or
+/// with about their means.
+relight::VirtualObject material_object(bool textured) {
+  relight::Model model = ball(kFineEdge);
+  relight::Model::Part& part = model.parts[0];
+  part.material = {.base_color = {0.35f, 0.3f, 0.25f}, .metallic = 0.3f, .roughness = 0.5f, .gltf = true};
+  part.material.emission.setConstant(0.02f);
+  if (textured) {
+    part.material.base_color.setOnes();
+    part.material.emission.setConstant(0.1f);
+    part.base_color_texture.picture = noise(4, {100, 90, 80}, {220, 210, 200});
+    part.metallic_roughness_texture.picture = noise(16, {0, 90, 40}, {255, 170, 110});
+    part.normal_texture.picture = noise(8, {110, 110, 230}, {146, 146, 255});
+    part.emissive_texture.picture = noise(32, {0, 0, 0}, {255, 255, 255});
+    part.specular_texture.picture = noise(16, {200, 200, 200}, {255, 255, 255});
+  }
+  return turning(std::move(model), 0);
+}
+
+relight::VirtualObject rigid_object(float x_m, bool turns) {
+  if (turns) return turning(ball(), x_m);
+  relight::VirtualObject object;
+  object.model = std::make_shared<relight::Model>(ball());
+  object.position_m.x() = x_m;
   return object;
 }
 
@@ -121,11 +175,11 @@ Cost cost_of(relight::Renderer& renderer, const ClosedScene& scene, const religh
   return cost;
 }
 
-Cost cost_of(const std::string& method, std::vector<relight::VirtualObject> objects) {
+Cost cost_of(const std::string& method, std::vector<relight::VirtualObject> objects, int width = 320) {
   ClosedScene scene = box_on_floor();
-  scene.width = 320;
-  scene.height = 240;
-  scene.focal_px = 257;
+  scene.width = width;
+  scene.height = width * 3 / 4;
+  scene.focal_px = 0.8 * width;
   for (std::size_t i = 0; i < objects.size(); ++i) objects[i].name = std::to_string(i);
   scene.exhibit.objects = std::move(objects);
   if (method == "rays") {
@@ -138,11 +192,12 @@ Cost cost_of(const std::string& method, std::vector<relight::VirtualObject> obje
   return cost_of(renderer, scene, plan);
 }
 
-void print(const char* what, const Cost& cost, double rigid_ms) {
-  std::printf("  %-28s %7.1f ms of processor time, %.2f of rigid, %7.1f ms;", what, cost.cpu_ms, cost.cpu_ms / rigid_ms,
+void print(const char* what, const Cost& cost, double simple_ms) {
+  std::printf("  %-28s %7.1f ms of processor time, %.2f times, %7.1f ms;", what, cost.cpu_ms, cost.cpu_ms / simple_ms,
               cost.wall_ms);
   for (const auto& [pass, ms] : cost.passes_ms) std::printf(" %s %.1f", pass.c_str(), ms);
   std::printf("\n");
+  std::fflush(stdout);
 }
 
 void compare(const std::string& method) {
@@ -153,6 +208,9 @@ void compare(const std::string& method) {
   const Cost two = cost_of(method, {rigid_object(0, true), rigid_object(0.22f, false)});
   print("rigid, turns, beside still", two, two.cpu_ms);
   print("animated beside still", cost_of(method, {animated_object(), rigid_object(0.22f, false)}), two.cpu_ms);
+  const Cost plain = cost_of(method, {material_object(false)}, 640);
+  print("one material", plain, plain.cpu_ms);
+  print("five textures", cost_of(method, {material_object(true)}, 640), plain.cpu_ms);
 }
 
 }  // namespace
