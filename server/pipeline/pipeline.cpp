@@ -229,7 +229,7 @@ PosedFrame Pipeline::State::pose_of(const PlayedFrame& played) {
 
 void Pipeline::State::pose_turn(std::uint64_t& round) {
   pose_waits_for_relight = true;
-  if (!to_relight.wait_until_taken(kPipeline.tick) || !sleep_until(just_in_time.pose_begins())) return;
+  if (!to_relight.wait_until_taken(kPipeline.tick) || !just_in_time.wait_for_pose(stopping.get_token())) return;
   pose_waits_for_relight = false;
   const std::optional<PlayedFrame> played = to_pose.take(kPipeline.tick);
   if (!played) return;
@@ -253,7 +253,6 @@ void Pipeline::State::relight_turn() {
   const std::shared_ptr<const PosedFrame> posed = to_relight.take(kPipeline.tick).value_or(nullptr);
   if (!posed) return;
   just_in_time.relight_begins();
-  const Clock::time_point begin = Clock::now();
   const capture::FrameSet& frame = posed->completed;
   const reconstruct::PoseStage::Result& located = posed->located;
   std::vector<std::string> warnings = frame.warnings;
@@ -302,7 +301,7 @@ void Pipeline::State::relight_turn() {
         .albedo_version = scene.albedo ? scene.albedo->version : 0};
   }
   put(to_encode, std::move(shown));
-  just_in_time.relight_took(Clock::now() - begin);
+  just_in_time.relight_ends();
 }
 
 void Pipeline::State::geometry_turn() {
