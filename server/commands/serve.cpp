@@ -92,7 +92,9 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
   Pipeline::Cameras cameras = open();
   const bool live = cameras.frames->live();
   std::optional<RecordButton> button;
-  if (live && !server.recordings.empty()) button.emplace(input.session_text, named, server.recordings, tap);
+  if (live && !server.recordings.empty())
+    button.emplace(input.session_text, named, RecordingsFolder(server.recordings, server.recording_limits),
+                   server.recording_limits.max_s, tap);
 
   std::optional<TagMapFile> tag_map;
   if (!session.tag.extra.empty() && (live || !session.tag.map.empty())) {
