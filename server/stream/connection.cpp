@@ -10,6 +10,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "server/stream/parameters.h"
 #include "server/stream/request_guard.h"
 #include "server/stream/token_bucket.h"
 #include "server/stream/viewer_queue.h"
