@@ -55,11 +55,17 @@ void PairingReader::pull_all_waiting() {
   }
 }
 
+std::vector<const StreamLane::Entry*> PairingReader::good_entries() const {
+  std::vector<const StreamLane::Entry*> out;
+  for (const StreamLane::Entry& entry : color_.queue) {
+    if (!is_lost(entry.item)) out.push_back(&entry);
+  }
+  return out;
+}
+
 std::vector<const Stamp*> PairingReader::good_colors() const {
   std::vector<const Stamp*> out;
-  for (const StreamLane::Entry& entry : color_.queue) {
-    if (!is_lost(entry.item)) out.push_back(&stamp_of(entry.item));
-  }
+  for (const StreamLane::Entry* entry : good_entries()) out.push_back(&stamp_of(entry->item));
   return out;
 }
 
@@ -78,11 +84,12 @@ std::int64_t PairingReader::bound_ns() const {
   return std::clamp(*middle / 2, kNsPerMs, sources_.live ? kLongestLiveBound_ns : kLatest_ns);
 }
 
-/// The source to read next before the first colour frame can be paired with certainty; null if it can be paired now.
+/// Of a recording: the source to read next before the first colour frame can be paired with certainty; null if it can
+/// be paired now.
 Source* PairingReader::wanted() const {
   const std::vector<const Stamp*> good = good_colors();
-  const std::size_t enough = sources_.live ? 1 : 2;  // the second determines the period
-  if (good.size() < enough && !color_.source->finished() && (good.empty() || color_.queue.size() < kMaxAhead)) {
+  constexpr std::size_t kEnough = 2;  // the second determines the period
+  if (good.size() < kEnough && !color_.source->finished() && (good.empty() || color_.queue.size() < kMaxAhead)) {
     return color_.source;
   }
   if (good.empty()) return nullptr;
@@ -93,43 +100,80 @@ Source* PairingReader::wanted() const {
            lane.source->fault().empty();
   };
   if (must_read(depth_, time_ns)) return depth_.source;
-  // A bracket is complete once a later frame has arrived. A live fish-eye is never waited for: light changes slowly.
-  if (!sources_.live && must_read(fisheye_, time_ns + bound_ns() + 1)) return fisheye_.source;
+  // A bracket is complete once a later frame has arrived.
+  if (must_read(fisheye_, time_ns + bound_ns() + 1)) return fisheye_.source;
   return nullptr;
 }
 
 std::optional<FrameSet> PairingReader::next(std::chrono::milliseconds timeout) {
-  using Clock = std::chrono::steady_clock;
-  using std::chrono::milliseconds;
-  if (!sources_.live) {
-    while (Source* source = wanted()) {
-      if (!pull(*source, timeout) && !source->finished()) return std::nullopt;
-    }
-    return good_colors().empty() ? std::nullopt : std::optional<FrameSet>(emit());
+  if (sources_.live) return next_live(timeout);
+  while (Source* source = wanted()) {
+    if (!pull(*source, timeout) && !source->finished()) return std::nullopt;
   }
+  return good_colors().empty() ? std::nullopt : std::optional<FrameSet>(emit());
+}
+
+/// Whether a depth frame that has not arrived may be the nearest to this time.
+bool PairingReader::depth_may_come(std::int64_t time_ns) const {
+  const Source* source = depth_.source;
+  if (source == nullptr || source->finished() || !source->fault().empty() || depth_.last_time_ns >= time_ns) {
+    return false;
+  }
+  const std::optional<std::int64_t> period_ns = depth_.period_ns();
+  if (!period_ns) return true;
+  const std::int64_t after_ns = depth_.last_time_ns + *period_ns - time_ns, before_ns = time_ns - depth_.last_time_ns;
+  return after_ns <= bound_ns() && (before_ns > bound_ns() || after_ns < before_ns);
+}
+
+/// The index, among the good colour frames, of the one to give now: the newest with depth, or, where the newest waits
+/// for none any more and no older one has it, the newest.
+std::optional<std::size_t> PairingReader::newest_ready(StreamLane::Clock::time_point now) const {
+  const std::vector<const StreamLane::Entry*> good = good_entries();
+  const std::int64_t bound = bound_ns();
+  for (std::size_t newest = good.size(); newest-- > 0;) {
+    const bool waits = now < good[newest]->arrived + std::chrono::nanoseconds(2 * bound);
+    if (waits && depth_may_come(time_of(good[newest]->item))) continue;
+    for (std::size_t i = newest + 1; i-- > 0;) {
+      if (nearest_ns(depth_, false, time_of(good[i]->item), bound)) return i;
+    }
+    return newest;
+  }
+  return std::nullopt;
+}
+
+std::optional<FrameSet> PairingReader::next_live(std::chrono::milliseconds timeout) {
+  using Clock = StreamLane::Clock;
+  using std::chrono::milliseconds;
   const Clock::time_point deadline = Clock::now() + timeout;
-  std::optional<Clock::time_point> color_deadline;
   for (;;) {
     pull_all_waiting();
-    Source* source = wanted();
-    const bool color_waits = !good_colors().empty();
     const Clock::time_point now = Clock::now();
-    if (color_waits && !color_deadline) color_deadline = now + std::chrono::nanoseconds(2 * bound_ns());
-    if (color_waits && (source == nullptr || now >= *color_deadline)) return emit();
-    if (source == nullptr || now >= deadline) return std::nullopt;
-    const Clock::time_point until = color_deadline ? std::min(deadline, *color_deadline) : deadline;
-    pull(*source, std::min(std::chrono::ceil<milliseconds>(until - now), milliseconds(50)));
+    if (const std::optional<std::size_t> ready = newest_ready(now)) return emit(*ready);
+    const std::vector<const StreamLane::Entry*> good = good_entries();
+    if (now >= deadline || (good.empty() && color_.source->finished())) return std::nullopt;
+    Clock::time_point until = deadline;
+    if (!good.empty()) until = std::min(until, good.front()->arrived + std::chrono::nanoseconds(2 * bound_ns()));
+    pull(good.empty() ? *color_.source : *depth_.source,
+         std::min(std::chrono::ceil<milliseconds>(until - now), milliseconds(50)));
   }
 }
 
-FrameSet PairingReader::emit() {
+/// The first good colour frame after those that are skipped.
+FrameSet PairingReader::emit(std::size_t skipped) {
   FrameSet set;
   const std::int64_t bound = bound_ns();
   if (const int dropped = std::exchange(color_.dropped, 0); dropped > 0) {
     set.warnings.push_back(std::to_string(dropped) + " damaged colour pictures dropped");
   }
+  if (skipped > 0) {
+    set.warnings.push_back(std::to_string(skipped) + " colour " + (skipped == 1 ? "picture" : "pictures") +
+                           " skipped: newer ones had come");
+  }
   SourceItem color = color_.pop(set.warnings);
-  while (is_lost(color)) color = color_.pop(set.warnings);
+  while (is_lost(color) || skipped > 0) {
+    skipped -= is_lost(color) ? 0 : 1;
+    color = color_.pop(set.warnings);
+  }
   set.color = std::make_shared<const Frame>(std::move(std::get<Frame>(color)));
   const Stamp& stamp = set.color->stamp;
   set.index = stamp.sequence;

@@ -6,9 +6,11 @@
 // warnings of the next FrameSet.
 //
 // A recording is read ahead until the result is certain, so the same files always give the same FrameSets. A live
-// colour frame waits for its depth for at most one colour period, and never for the fish-eye: a fish-eye frame that
+// colour frame waits for its depth for at most one colour period from its arrival, not at all where the next depth
+// frame will be too late for it by the depth camera's own rate, and never for the fish-eye: a fish-eye frame that
 // arrives after its FrameSet was emitted, as every bracket does, is added to the next one, up to 250 ms later, because
-// light changes slowly.
+// light changes slowly. Live, the newest colour frame that has its depth is given, and older ones are skipped and
+// counted: who reads too slowly gets no old frames.
 #include <deque>
 #include <memory>
 #include <optional>
@@ -52,10 +54,14 @@ class PairingReader : public FrameReader {
   bool pull(Source& source, std::chrono::milliseconds timeout);
   void pull_all_waiting();
   std::vector<const Stamp*> good_colors() const;
+  std::vector<const StreamLane::Entry*> good_entries() const;
   std::int64_t bound_ns() const;
   Source* wanted() const;
+  std::optional<FrameSet> next_live(std::chrono::milliseconds timeout);
+  bool depth_may_come(std::int64_t time_ns) const;
+  std::optional<std::size_t> newest_ready(StreamLane::Clock::time_point now) const;
 
-  FrameSet emit();
+  FrameSet emit(std::size_t skipped = 0);
   static std::optional<std::int64_t> nearest_ns(const StreamLane& lane, bool lost, std::int64_t time_ns,
                                                 std::int64_t bound);
   static std::optional<std::int64_t> newest_ns(const StreamLane& lane, std::int64_t from_ns, std::int64_t to_ns);

@@ -1,5 +1,6 @@
 #include "capture/sync/stream_lane.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace lumigraft::capture {
@@ -13,7 +14,7 @@ std::string lost_text(const SourceItem& item) {
 
 }  // namespace
 
-void StreamLane::accept(SourceItem item) {
+void StreamLane::accept(SourceItem item, Clock::time_point now) {
   const Stream stream = stream_of(item);
   Stamp stamp = stamp_of(item);
   const std::string name = name_of(stream);
@@ -21,6 +22,7 @@ void StreamLane::accept(SourceItem item) {
     notes.push_back(std::to_string(stamp.sequence - next_sequence) + " " + name + " pictures missing before picture " +
                     std::to_string(stamp.sequence));
   }
+  const auto steps = static_cast<std::int64_t>(std::max(stamp.sequence + 1, next_sequence + 1) - next_sequence);
   next_sequence = stamp.sequence + 1;
   if (stamp.time_ns > kLatest_ns || stamp.time_ns < -kLatest_ns) {
     notes.push_back(name + " picture " + std::to_string(stamp.sequence) + " has an impossible time: dropped");
@@ -37,9 +39,22 @@ void StreamLane::accept(SourceItem item) {
                                         ms_text(last_time_ns - stamp.time_ns) + " older than the one before: dropped");
     return;
   }
+  constexpr std::size_t kPeriods = 15;  // their median is the period
+  if (!bracket && last_time_ns != std::numeric_limits<std::int64_t>::min()) {
+    periods_ns.push_back((stamp.time_ns - last_time_ns) / steps);
+    if (periods_ns.size() > kPeriods) periods_ns.pop_front();
+  }
   last_time_ns = stamp.time_ns;
-  queue.push_back({std::move(item), std::move(notes)});
+  queue.push_back({std::move(item), now, std::move(notes)});
   notes.clear();
+}
+
+std::optional<std::int64_t> StreamLane::period_ns() const {
+  if (periods_ns.empty()) return std::nullopt;
+  std::vector<std::int64_t> periods(periods_ns.begin(), periods_ns.end());
+  const auto middle = periods.begin() + static_cast<std::ptrdiff_t>(periods.size() / 2);
+  std::ranges::nth_element(periods, middle);
+  return *middle;
 }
 
 void StreamLane::keep_newest(std::size_t count) {

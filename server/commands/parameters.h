@@ -15,6 +15,7 @@ inline constexpr struct CommandParameters {
   std::size_t max_remembered = 200, more_after_refusal = 5;  ///< warnings that contain numbers; moments after which
   int enough_views = 15;                                     ///< calibration is attempted again, first with these
   std::chrono::milliseconds snapshots_apart{200};            ///< encoded
+  std::chrono::milliseconds recording_check{500};            ///< of a recording's limits: 60 MB at 120 MB/s
   /// A thread without an iteration for so long hangs.
   std::chrono::seconds hung_after{10};
   double not_grafting_after_s = 60;  ///< as while the tag is hidden

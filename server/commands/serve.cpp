@@ -2,6 +2,8 @@
 
 #include <chrono>
 #include <cstdio>
+#include <future>
+#include <utility>
 
 #include "capture/error.h"
 #include "capture/message_text.h"
@@ -69,7 +71,7 @@ std::string hung_in(const Pipeline& pipeline, WebServer& web) {
 }  // namespace
 
 void run_serve(const ServiceFiles& files, const std::string& listen) {
-  static StopSignal stop;  // its thread runs until the process ends
+  static StopSignal stop(true);  // its thread runs until the process ends
   ServiceInput input = read_service(files, interactive_plan(), kPipeline.max_model_bytes);
   for (const std::string& warning : input.warnings) std::fprintf(stderr, "lumigraft: %s\n", warning.c_str());
   if (!listen.empty()) input.server.listeners = {listener_at(listen, "--listen")};
@@ -92,7 +94,9 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
   Pipeline::Cameras cameras = open();
   const bool live = cameras.frames->live();
   std::optional<RecordButton> button;
-  if (live && !server.recordings.empty()) button.emplace(input.session_text, named, server.recordings, tap);
+  if (live && !server.recordings.empty())
+    button.emplace(input.session_text, named, RecordingsFolder(server.recordings, server.recording_limits),
+                   server.recording_limits.max_s, tap);
 
   std::optional<TagMapFile> tag_map;
   if (!session.tag.extra.empty() && (live || !session.tag.map.empty())) {
@@ -172,12 +176,38 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
     const std::string failure = kept ? views->save(*kept) : "";
     if (!failure.empty()) std::fprintf(stderr, "lumigraft: %s\n", failure.c_str());
   };
+  // Reads the files again, on a thread of its own: models may take seconds.
+  const auto reload = [&] {
+    try {
+      ServiceInput again = read_service(files, interactive_plan());
+      if (!listen.empty()) again.server.listeners = {listener_at(listen, "--listen")};
+      std::vector<std::string> said = web.change_listeners(again.server.listeners);
+      pipeline.replace_exhibit(std::move(again.exhibit), std::move(again.limits));
+      web.greet();  // permissions
+      reconstruct::append_warnings(said, again.warnings);
+      reconstruct::append_warnings(said, listener_warnings(again.server.listeners));
+      for (const std::string& line : said) std::fprintf(stderr, "lumigraft: %s\n", line.c_str());
+      std::fprintf(stderr, "lumigraft: read the exhibit and the listeners again\n");
+    } catch (const std::exception& e) {
+      std::fprintf(stderr, "lumigraft: not read again, what runs goes on: %s\n", e.what());
+    }
+  };
+  std::future<void> reloading;
+  bool reload_wanted = false;
+  std::size_t replaced = 0;
   // Some megabytes; new views are many in the first minute and rare later.
   auto views_saved = std::chrono::steady_clock::now();
   std::size_t models_given = 0;
   ServeLog log;
   ServiceManager manager;
   while (!stop.wait(std::chrono::seconds(1))) {
+    const bool reloads = reloading.valid() && reloading.wait_for(std::chrono::seconds(0)) != std::future_status::ready;
+    reload_wanted = stop.take_reload() || reload_wanted;
+    if (reload_wanted && !reloads) {
+      reload_wanted = false;
+      reloading = std::async(std::launch::async, reload);
+    }
+    if (const std::size_t now = pipeline.exhibit().replaced(); now != std::exchange(replaced, now)) web.greet();
     const Pipeline::Record record = pipeline.newest_record();
     log.tick(record.warnings, metrics.drops());  // before viewers know: whoever reads of it finds it in the log
     web.publish_text("stats",

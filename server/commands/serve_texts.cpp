@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "server/commands/parameters.h"
+#include "server/commands/viewer_text.h"
 #include "server/metrics/version.h"
 #include "server/pipeline/json_text.h"
 
@@ -13,7 +14,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 Json recording_json(const RecordButton::State& state) {
-  constexpr const char* kDoing[] = {"nothing", "recording", "finishing", "compressing"};
+  constexpr const char* kDoing[] = {"nothing", "starting", "recording", "finishing", "compressing"};
   return {{"doing", kDoing[static_cast<int>(state.doing)]},
           {"seconds", state.seconds},
           {"folder", std::filesystem::path(state.folder).filename().string()},  // viewers need no path of this machine
@@ -44,6 +45,8 @@ std::string state_text(const ExhibitState& exhibit) {
 std::string stats_text(const Pipeline::Record& record, const Metrics& metrics, const Metrics::Interval& interval,
                        const std::optional<RecordButton::State>& recording,
                        const std::optional<Playback::State>& playback) {
+  Json warnings = Json::array();
+  for (const std::string& warning : record.warnings) warnings.push_back(without_folders(warning));
   Json json{{"type", "stats"},
             {"fps", interval.seconds > 0 ? static_cast<double>(interval.frames) / interval.seconds : 0.0},
             {"frames", metrics.frames()},
@@ -58,7 +61,7 @@ std::string stats_text(const Pipeline::Record& record, const Metrics& metrics, c
               {"field", record.field_version},
               {"light", record.light_version},
               {"albedo", record.albedo_version}}},
-            {"warnings", record.warnings},
+            {"warnings", warnings},
             {"recording", recording ? recording_json(*recording) : Json()},
             {"playback", Json()}};
   if (playback) {

@@ -3,24 +3,34 @@
 #include <unistd.h>
 
 #include <thread>
+#include <utility>
 
 #include "server/commands/parameters.h"
 
 namespace lumigraft::server {
 
-StopSignal::StopSignal() {
+StopSignal::StopSignal(bool reloads) {
   std::signal(SIGPIPE, SIG_IGN);  // a closed connection is reported as an error code
   sigset_t set;
   sigemptyset(&set);
   sigaddset(&set, SIGINT);
   sigaddset(&set, SIGTERM);
+  const sigset_t stops = set;
+  if (reloads) sigaddset(&set, SIGHUP);
   pthread_sigmask(SIG_BLOCK, &set, nullptr);
-  std::thread([this, set] {
-    int number = 0;
-    sigwait(&set, &number);
+  std::thread([this, set, stops] {
+    wait_for_stop(set);
     came();
-    end_process(set);
+    end_process(stops);
   }).detach();
+}
+
+void StopSignal::wait_for_stop(const sigset_t& all) {
+  for (int number = 0; sigwait(&all, &number) == 0 && number == SIGHUP;) {
+    const std::lock_guard lock(mutex_);
+    reload_ = true;
+    changed_.notify_all();
+  }
 }
 
 /// After all is saved it waits only stop_patience: a solver or a software GPU may be in a call that cannot be
@@ -58,7 +68,13 @@ void StopSignal::saved() {
 
 bool StopSignal::wait(std::chrono::milliseconds timeout) {
   std::unique_lock lock(mutex_);
-  return changed_.wait_for(lock, timeout, [this] { return came_; });
+  changed_.wait_for(lock, timeout, [this] { return came_ || reload_; });
+  return came_;
+}
+
+bool StopSignal::take_reload() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(reload_, false);
 }
 
 }  // namespace lumigraft::server

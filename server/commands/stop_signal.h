@@ -1,5 +1,5 @@
 #pragma once
-// Handles SIGINT and SIGTERM in a program with many threads, including those of libraries.
+// Handles SIGINT, SIGTERM and SIGHUP in a program with many threads, including those of libraries.
 #include <chrono>
 #include <condition_variable>
 #include <csignal>
@@ -14,21 +14,26 @@ namespace lumigraft::server {
 /// second signal ends it at once.
 class StopSignal {
  public:
-  StopSignal();
+  /// With `reloads`, SIGHUP asks for the configuration to be read again; else it ends the process as it does by
+  /// default.
+  explicit StopSignal(bool reloads = false);
 
   void arm();
-  /// True when a signal has arrived.
+  /// True when a signal to stop has arrived. Returns early for SIGHUP, too.
   bool wait(std::chrono::milliseconds timeout);
+  /// Whether SIGHUP has arrived since the last call.
+  bool take_reload();
   /// Call after a signal arrived, when all is written that must not be lost.
   void saved();
 
  private:
+  void wait_for_stop(const sigset_t& all);
   void came();
   void end_process(const sigset_t& signals);
 
   std::mutex mutex_;
   std::condition_variable changed_;
-  bool armed_ = false, came_ = false, saved_ = false;
+  bool armed_ = false, came_ = false, saved_ = false, reload_ = false;
 };
 
 }  // namespace lumigraft::server

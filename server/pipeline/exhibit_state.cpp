@@ -118,13 +118,37 @@ relight::Exhibit shown_exhibit(const relight::Exhibit& exhibit, const reconstruc
                          time_s);
 }
 
-ExhibitState::ExhibitState(relight::Exhibit exhibit, ExhibitLimits limits)
-    : limits_(std::move(limits)), configured_(exhibit) {
+ExhibitState::ExhibitState(relight::Exhibit exhibit, ExhibitLimits limits) : limits_(std::move(limits)) {
+  begin(std::move(exhibit));
+}
+
+void ExhibitState::begin(relight::Exhibit exhibit) {
+  configured_ = exhibit;
+  rest_.clear();
+  yaw_degrees_.clear();
   for (const relight::VirtualObject& object : exhibit.objects) {
     rest_.push_back(object.rotation);
     yaw_degrees_.push_back(0.0);
   }
   exhibit_ = std::make_shared<const relight::Exhibit>(std::move(exhibit));
+}
+
+void ExhibitState::replace(relight::Exhibit exhibit, ExhibitLimits limits) {
+  const std::lock_guard lock(mutex_);
+  limits_ = std::move(limits);
+  last_command_.reset();
+  begin(std::move(exhibit));
+  auto begun = std::make_shared<relight::Exhibit>(*exhibit_);
+  for (relight::VirtualObject& object : begun->objects) {
+    if (object.animation) object.animation->begin_s += time_s_.value_or(0);  // without frames, `at` does it
+  }
+  exhibit_ = std::move(begun);
+  ++replaced_;
+}
+
+std::size_t ExhibitState::replaced() const {
+  const std::lock_guard lock(mutex_);
+  return replaced_;
 }
 
 std::shared_ptr<const relight::Exhibit> ExhibitState::newest() const {

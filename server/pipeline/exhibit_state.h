@@ -39,6 +39,9 @@ class ExhibitState {
   /// Gives a model to an object that has none. Throws what `give` throws.
   void give_model(std::size_t index, const relight::GiveModel& give);
   std::size_t models_given() const;  ///< so far
+  /// Another exhibit in place of this one, as configured.
+  void replace(relight::Exhibit exhibit, ExhibitLimits limits);
+  std::size_t replaced() const;  ///< so often
   /// The object that the command means; empty if there is none.
   std::optional<relight::VirtualObject> object(const ObjectCommand& command) const;
   /// Returns the error of the command, if any. `on_pixel` counts for nothing here. An object that a viewer moves or
@@ -50,17 +53,18 @@ class ExhibitState {
   std::string objects_json() const;
 
  private:
+  void begin(relight::Exhibit exhibit);
   void reset(relight::Exhibit& exhibit, std::size_t index);
 
   mutable std::mutex mutex_;
-  const ExhibitLimits limits_;
+  ExhibitLimits limits_;
   relight::Exhibit configured_;
   std::shared_ptr<const relight::Exhibit> exhibit_;
   std::optional<Clock::time_point> last_command_;  ///< since it was as configured
   std::vector<Eigen::Quaterniond> rest_;           ///< rotations before viewers changed them
   std::vector<double> yaw_degrees_;
   std::optional<double> time_s_;  ///< of the last frame
-  std::size_t models_given_ = 0;
+  std::size_t models_given_ = 0, replaced_ = 0;
 };
 
 }  // namespace lumigraft::server

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "server/pipeline/pacing.h"
-
 namespace lumigraft::server {
 namespace {
 
@@ -23,10 +21,11 @@ std::size_t bytes_of(const capture::FrameSet& frame) {
 
 }  // namespace
 
-FramePlayer::FramePlayer(std::unique_ptr<capture::FrameReader> reader, std::size_t memory_bytes)
+FramePlayer::FramePlayer(std::unique_ptr<capture::FrameReader> reader, std::size_t memory_bytes, PlayClock clock)
     : reader_(std::move(reader)),
       seekable_(dynamic_cast<capture::SeekableReader*>(reader_.get())),
       memory_bytes_(memory_bytes),
+      clock_(std::move(clock)),
       length_ns_(seekable_ != nullptr ? seekable_->length_ns().value_or(0) : 0) {}
 
 std::shared_ptr<const capture::FrameSet> FramePlayer::read() {
@@ -76,28 +75,34 @@ bool FramePlayer::begin_again() {
   return true;
 }
 
-void FramePlayer::set_due(const capture::FrameSet& frame) {
-  const Clock::time_point now = Clock::now();
+/// False: the frame is late and to be skipped.
+bool FramePlayer::due(const capture::FrameSet& frame) {
+  const std::int64_t before_ns = std::exchange(last_time_ns_, frame.time_ns);
   if (jumped_ || !newest_) {
-    due_ = now;
-  } else if (position_ == 0) {
-    due_ += usual_gap_;
-  } else {
-    usual_gap_ = std::chrono::nanoseconds(std::max<std::int64_t>(frame.time_ns - last_time_ns_, 1'000'000));
-    due_ += usual_gap_;
+    pace_.begin(clock_.now());
+    return true;
   }
-  last_time_ns_ = frame.time_ns;
-  if (now > due_ + kPipeline.too_late) due_ = now;
+  return pace_.shows(position_ == 0 ? pace_.gap() : std::chrono::nanoseconds(frame.time_ns - before_ns), clock_.now());
+}
+
+/// The next frame of this round or of the next one.
+std::shared_ptr<const capture::FrameSet> FramePlayer::read_round() {
+  std::shared_ptr<const capture::FrameSet> frame = read();
+  if (frame || reader_->live() || (!from_memory_ && !reader_->finished())) return frame;
+  if (begin_again()) return read();
+  gone_ = true;
+  return nullptr;
 }
 
 /// The newest frame again, with a later time.
 std::optional<PlayedFrame> FramePlayer::repeat_newest(const std::stop_token& stop) {
-  due_ = std::max(due_ + usual_gap_, Clock::now());
-  repeated_ns_ += usual_gap_.count();
+  pace_.repeat(clock_.now());
+  repeated_ns_ += std::chrono::nanoseconds(pace_.gap()).count();
   auto again = std::make_shared<capture::FrameSet>(*newest_);
   again->time_ns += repeated_ns_;
   again->warnings.clear();
-  return sleep_until(due_, stop) ? std::optional(PlayedFrame{std::move(again), due_, round_}) : std::nullopt;
+  return clock_.sleep_until(pace_.due(), stop) ? std::optional(PlayedFrame{std::move(again), pace_.due(), round_})
+                                               : std::nullopt;
 }
 
 std::optional<PlayedFrame> FramePlayer::next(const std::stop_token& stop, const Playback::Orders& orders) {
@@ -107,25 +112,28 @@ std::optional<PlayedFrame> FramePlayer::next(const std::stop_token& stop, const 
     repeated_ns_ = 0;
     ++round_;  // the next frame's time is earlier than that of the last repeated one
   }
-  std::shared_ptr<const capture::FrameSet> frame = read();
-  if (!frame && !reader_->live() && (from_memory_ || reader_->finished())) {
-    if (!begin_again()) {
-      gone_ = true;
-      return std::nullopt;
-    }
-    frame = read();
+  std::shared_ptr<const capture::FrameSet> frame = read_round();
+  std::vector<std::shared_ptr<const capture::Frame>> fisheye;  // of skipped frames: light has another pace
+  while (frame && !reader_->live() && !due(*frame)) {
+    if (!frame->fisheye.empty()) fisheye = frame->fisheye;
+    length_ns_ = std::max(length_ns_, frame->time_ns - first_time_ns_);
+    ++position_;
+    frame = read_round();
   }
   if (!frame) return std::nullopt;
-  PlayedFrame played{frame, Clock::now(), round_};
+  PlayedFrame played{frame, clock_.now(), round_};
   if (!reader_->live()) {
-    set_due(*frame);
-    if (!sleep_until(due_, stop)) return std::nullopt;
-    played.captured = due_;
-    played.round = round_;
+    if (!clock_.sleep_until(pace_.due(), stop)) return std::nullopt;
+    played.captured = pace_.due();
     first_time_ns_ = newest_ ? first_time_ns_ : frame->time_ns;
     length_ns_ = std::max(length_ns_, frame->time_ns - first_time_ns_);
     newest_ = frame;
     jumped_ = false;
+    if (frame->fisheye.empty() && !fisheye.empty()) {
+      auto with_fisheye = std::make_shared<capture::FrameSet>(*frame);
+      with_fisheye->fisheye = std::move(fisheye);
+      played.frame = std::move(with_fisheye);
+    }
   } else if (const std::int64_t host_ns = frame->color->stamp.host_time_ns; host_ns > 0) {
     played.captured = Clock::time_point(std::chrono::nanoseconds(host_ns));
   }

@@ -1,7 +1,7 @@
 #pragma once
 // Frames of a live camera, or of a recording at its recorded rate, in a loop. A recording that fits in memory is
-// decoded once. While it is paused its current frame is repeated, as from a camera that does not move, so that changes
-// by viewers are rendered.
+// decoded once. Frames that are late are skipped (recorded_pace.h). While it is paused its current frame is repeated,
+// as from a camera that does not move, so that changes by viewers are rendered.
 #include <chrono>
 #include <cstddef>
 #include <memory>
@@ -12,8 +12,10 @@
 
 #include "capture/recorded/seekable_reader.h"
 #include "capture/source.h"
+#include "server/pipeline/pacing.h"
 #include "server/pipeline/parameters.h"
 #include "server/pipeline/playback.h"
+#include "server/pipeline/recorded_pace.h"
 
 namespace lumigraft::server {
 
@@ -25,7 +27,8 @@ struct PlayedFrame {
 
 class FramePlayer {
  public:
-  explicit FramePlayer(std::unique_ptr<capture::FrameReader> reader, std::size_t memory_bytes = kPipeline.memory_bytes);
+  explicit FramePlayer(std::unique_ptr<capture::FrameReader> reader, std::size_t memory_bytes = kPipeline.memory_bytes,
+                       PlayClock clock = {});
 
   /// Waits until the next frame is due. Empty: stopped, or no frame arrived within `patience` and the caller retries.
   /// `orders` apply to recordings only.
@@ -47,12 +50,14 @@ class FramePlayer {
   void seek(std::int64_t from_ns);
   bool begin_again();
   std::optional<PlayedFrame> repeat_newest(const std::stop_token& stop);
-  void set_due(const capture::FrameSet& frame);
+  std::shared_ptr<const capture::FrameSet> read_round();
+  bool due(const capture::FrameSet& frame);
 
   using Clock = std::chrono::steady_clock;
   std::unique_ptr<capture::FrameReader> reader_;
   capture::SeekableReader* seekable_;  ///< the reader, if it can seek
   std::size_t memory_bytes_;
+  PlayClock clock_;
   std::size_t kept_bytes_ = 0;
   std::vector<std::shared_ptr<const capture::FrameSet>> kept_;
   bool too_large_ = false;  ///< to be held in memory
@@ -67,8 +72,7 @@ class FramePlayer {
   std::int64_t length_ns_ = 0;
   bool gone_ = false;
   std::int64_t last_time_ns_ = 0;  ///< recorded time of the previous frame
-  Clock::time_point due_{};        ///< when that frame was due
-  Clock::duration usual_gap_ = std::chrono::milliseconds(33);
+  RecordedPace pace_;
 };
 
 }  // namespace lumigraft::server

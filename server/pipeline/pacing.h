@@ -6,8 +6,11 @@
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
+#include <functional>
 #include <mutex>
 #include <stop_token>
+
+#include "server/metrics/usual_duration.h"
 
 namespace lumigraft::server {
 
@@ -20,6 +23,14 @@ inline bool sleep_until(PaceClock::time_point moment, const std::stop_token& sto
   std::condition_variable_any().wait_until(lock, stop, moment, [] { return false; });
   return !stop.stop_requested();
 }
+
+/// The time and the waiting of who plays a recording; tests have another.
+struct PlayClock {
+  std::function<PaceClock::time_point()> now = [] { return PaceClock::now(); };
+  /// False if stop was requested meanwhile.
+  std::function<bool(PaceClock::time_point, const std::stop_token&)> sleep_until =
+      [](PaceClock::time_point moment, const std::stop_token& stop) { return server::sleep_until(moment, stop); };
+};
 
 /// Duty cycle of a background stage: it keeps a minimum interval, and rests for a multiple of the processor time that
 /// it used, so its fraction of a core is bounded even if a busy machine prolongs its work. No input is queued while it
@@ -72,21 +83,50 @@ class ScopedWork {
 };
 
 /// When pose should begin so that its frame is ready when relight becomes free, not up to one frame earlier: the begin
-/// of relight plus the usual duration of relight minus that of pose.
+/// of relight plus the usual duration of relight minus that of pose, and at once where relight is free. Any thread.
 class LatencyScheduler {
  public:
-  void relight_begins() { began_ = PaceClock::now().time_since_epoch().count(); }
-  void relight_took(PaceClock::duration took) { relight_ = smoothed(relight_, took); }
-  void pose_took(PaceClock::duration took) { pose_ = smoothed(pose_, took); }
+  void relight_begins(PaceClock::time_point now = PaceClock::now()) {
+    const std::lock_guard lock(mutex_);
+    began_ = now;
+    busy_ = true;
+  }
+  void relight_ends(PaceClock::time_point now = PaceClock::now()) {
+    {
+      const std::lock_guard lock(mutex_);
+      relight_.add(now - began_);
+      busy_ = false;
+    }
+    ended_.notify_all();
+  }
+  void pose_took(PaceClock::duration took) {
+    const std::lock_guard lock(mutex_);
+    pose_.add(took);
+  }
+  /// In the past where relight is free.
   PaceClock::time_point pose_begins() const {
-    const PaceClock::duration pose =
-        PaceClock::duration(pose_) + PaceClock::duration(pose_) / 4;  // early by a margin: late would delay relight
-    return PaceClock::time_point(PaceClock::duration(began_)) + PaceClock::duration(relight_) - pose;
+    const std::lock_guard lock(mutex_);
+    return begins();
+  }
+  /// False if stop was requested meanwhile.
+  bool wait_for_pose(const std::stop_token& stop) {
+    std::unique_lock lock(mutex_);
+    ended_.wait_until(lock, stop, begins(), [this] { return !busy_; });
+    return !stop.stop_requested();
   }
 
  private:
-  static PaceClock::rep smoothed(PaceClock::rep before, PaceClock::duration now) { return (before + now.count()) / 2; }
-  std::atomic<PaceClock::rep> began_ = 0, relight_ = 0, pose_ = 0;
+  PaceClock::time_point begins() const {
+    if (!busy_) return PaceClock::time_point::min();
+    // Early by a margin: late would delay relight.
+    return began_ + relight_.usual() - pose_.usual() - pose_.usual() / 4;
+  }
+
+  mutable std::mutex mutex_;
+  std::condition_variable_any ended_;
+  bool busy_ = false;
+  PaceClock::time_point began_{};
+  UsualDuration relight_, pose_;
 };
 
 }  // namespace lumigraft::server

@@ -7,7 +7,7 @@
 namespace lumigraft::server {
 inline constexpr struct PipelineParameters {
   /// A stage waits for input for a tick (for a frame: patience), then looks whether it is to stop. The last picture is
-  /// encoded again after keep_alive. A recording later than too_late continues at its rate instead of catching up.
+  /// encoded again after keep_alive. A recording later than too_late continues where it was instead of skipping frames.
   std::chrono::milliseconds tick{100}, patience{100}, keep_alive{1000}, too_late{500};
   std::chrono::milliseconds geometry_every{100}, light_every{100}, room_every{1000}, albedo_every{1000};
   std::chrono::seconds first_pause{1}, longest_pause{30};  ///< until a device that failed is made again

@@ -42,6 +42,8 @@ struct Pipeline::State {
   ExhibitState exhibit;
   std::vector<relight::UnloadedObject> unloaded;  ///< in reverse; used by the models thread only, and so is
   std::vector<std::string> load_failures;         ///< this
+  std::mutex next_exhibit_mutex;
+  std::optional<std::pair<relight::Exhibit, ExhibitLimits>> next_exhibit;  ///< to be prepared and shown
   OpenCameras open_again;
   FramePlayer frames;
   const std::unique_ptr<capture::FisheyeReader> fisheye;
@@ -148,6 +150,8 @@ struct Pipeline::State {
   void albedo_turn();
   void room_turn();
   void load_next_model();
+  bool prepare_model_of(const relight::Exhibit& shown);
+  bool replace_exhibit();
   void models_turn();
   void keep_turn();
   bool keep_room();
@@ -229,7 +233,7 @@ PosedFrame Pipeline::State::pose_of(const PlayedFrame& played) {
 
 void Pipeline::State::pose_turn(std::uint64_t& round) {
   pose_waits_for_relight = true;
-  if (!to_relight.wait_until_taken(kPipeline.tick) || !sleep_until(just_in_time.pose_begins())) return;
+  if (!to_relight.wait_until_taken(kPipeline.tick) || !just_in_time.wait_for_pose(stopping.get_token())) return;
   pose_waits_for_relight = false;
   const std::optional<PlayedFrame> played = to_pose.take(kPipeline.tick);
   if (!played) return;
@@ -253,7 +257,6 @@ void Pipeline::State::relight_turn() {
   const std::shared_ptr<const PosedFrame> posed = to_relight.take(kPipeline.tick).value_or(nullptr);
   if (!posed) return;
   just_in_time.relight_begins();
-  const Clock::time_point begin = Clock::now();
   const capture::FrameSet& frame = posed->completed;
   const reconstruct::PoseStage::Result& located = posed->located;
   std::vector<std::string> warnings = frame.warnings;
@@ -302,7 +305,7 @@ void Pipeline::State::relight_turn() {
         .albedo_version = scene.albedo ? scene.albedo->version : 0};
   }
   put(to_encode, std::move(shown));
-  just_in_time.relight_took(Clock::now() - begin);
+  just_in_time.relight_ends();
 }
 
 void Pipeline::State::geometry_turn() {
@@ -383,19 +386,37 @@ void Pipeline::State::load_next_model() {
   warn("");
 }
 
+/// False if all are prepared.
+bool Pipeline::State::prepare_model_of(const relight::Exhibit& shown) {
+  if (!relighter.wants_models(shown)) return false;
+  const StageTimer timer(metrics, "models");
+  relighter.prepare_model(shown);
+  store.publish_warnings("models stage", {});
+  return true;
+}
+
+/// One step towards the next exhibit. False if there is none.
+bool Pipeline::State::replace_exhibit() {
+  const std::lock_guard lock(next_exhibit_mutex);
+  if (!next_exhibit) return false;
+  relight::Exhibit both = *exhibit.newest();  // what is shown stays prepared
+  both.objects.insert(both.objects.end(), next_exhibit->first.objects.begin(), next_exhibit->first.objects.end());
+  if (prepare_model_of(both)) return true;
+  unloaded.clear();  // they belong to the exhibit before
+  load_failures.clear();
+  store.publish_warnings("loading", {});
+  exhibit.replace(std::move(next_exhibit->first), std::move(next_exhibit->second));
+  next_exhibit.reset();
+  return true;
+}
+
 void Pipeline::State::models_turn() {
+  if (replace_exhibit()) return;
   if (!unloaded.empty()) {
     load_next_model();
     return;
   }
-  const std::shared_ptr<const relight::Exhibit> shown = exhibit.newest();
-  if (!relighter.wants_models(*shown)) {
-    sleep_until(Clock::now() + kPipeline.tick / 2);
-    return;
-  }
-  const StageTimer timer(metrics, "models");
-  relighter.prepare_model(*shown);
-  store.publish_warnings("models stage", {});
+  if (!prepare_model_of(*exhibit.newest())) sleep_until(Clock::now() + kPipeline.tick / 2);
 }
 
 /// The room is shared with the stages until it is written, and copied in chunks; no stage waits for it.
@@ -494,6 +515,11 @@ std::optional<std::string> Pipeline::change_object(ObjectCommand command) {
     command.position_m = std::get<Eigen::Vector3d>(place);
   }
   return s.exhibit.apply(command);
+}
+
+void Pipeline::replace_exhibit(relight::Exhibit exhibit, ExhibitLimits limits) {
+  const std::lock_guard lock(state_->next_exhibit_mutex);
+  state_->next_exhibit = {std::move(exhibit), std::move(limits)};
 }
 
 Playback& Pipeline::playback() { return state_->playback; }

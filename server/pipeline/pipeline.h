@@ -63,6 +63,9 @@ class Pipeline {
   ExhibitState& exhibit();
   /// ExhibitState::apply, with `on_pixel` of the newest picture. Returns the error, if any. Any thread.
   std::optional<std::string> change_object(ObjectCommand command);
+  /// Shows another exhibit, all of whose models are loaded, once its models are prepared; until then the one before.
+  /// Any thread.
+  void replace_exhibit(relight::Exhibit exhibit, ExhibitLimits limits);
   /// Playback of a recording; without effect on live cameras.
   Playback& playback();
   /// Where the tags are, if more was learnt since the last call.

@@ -22,6 +22,10 @@ ServerSettings read_server(const capture::ConfigTable& root) {
     settings.listeners = read_listeners(*table, settings.max_viewers);
     settings.jpeg_quality = table->integer("jpeg_quality", 1, 100, settings.jpeg_quality);
     if (table->has("recordings")) settings.recordings = table->folder() / table->text("recordings");
+    RecordingLimits& limits = settings.recording_limits;
+    limits.max_s = table->number("max_recording_s", 1, 86400, limits.max_s);
+    limits.max_total_gb = table->number("max_recordings_gb", 0.1, 1e6, limits.max_total_gb);
+    limits.min_free_gb = table->number("min_free_disk_gb", 0.1, 1e6, limits.min_free_gb);
     settings.backend = *relight::gpu::backend_named(table->choice("backend", {"best", "vulkan", "egl"}, "best"));
     double& memory_mb = settings.fusion.max_memory_mb;
     if (table->has("room")) settings.room = table->folder() / table->text("room");
@@ -123,6 +127,9 @@ std::string settable_keys() {
       "  server.jpeg_quality  (1 to 100)\n      of JPEG streams and snapshots; 85\n"
       "  server.recordings  (DIR)\n      where the page's record button writes sessions of live cameras; none: no "
       "button\n"
+      "  server.max_recording_s  (1 to 86400)\n      a recording ends after so long; 600\n"
+      "  server.max_recordings_gb  (0.1 to 1000000)\n      of all recordings together; the oldest are removed; 50\n"
+      "  server.min_free_disk_gb  (0.1 to 1000000)\n      of the recordings' disk, left to others; 5\n"
       "  server.backend  (best, vulkan, egl)\n      what draws; best: a hardware GPU before software, Vulkan before "
       "EGL\n"
       "  server.max_field_memory_mb  (64 to 1048576)\n      memory of the reconstructed room; where it is short, what "

@@ -20,11 +20,19 @@
 
 namespace lumigraft::server {
 
+/// What recordings from the page may take of the disk.
+struct RecordingLimits {
+  double max_s = 600;        ///< a recording ends after so long
+  double max_total_gb = 50;  ///< of all recordings together; the oldest go
+  double min_free_gb = 5;    ///< left to others on the disk; the oldest recordings go
+};
+
 struct ServerSettings {
   std::vector<ListenerSettings> listeners;
   int max_viewers = 64;  ///< of all listeners together
   int jpeg_quality = 85;
   std::filesystem::path recordings;  ///< folder for recordings from the page; empty: it cannot record
+  RecordingLimits recording_limits;
   relight::gpu::Backend backend = relight::gpu::Backend::best;  ///< also for replay
   reconstruct::FusionSettings fusion;                           ///< also for replay
   std::filesystem::path room;  ///< file of the kept room, also for replay; empty: the default of live cameras

@@ -10,6 +10,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "server/stream/parameters.h"
 #include "server/stream/request_guard.h"
 #include "server/stream/token_bucket.h"
 #include "server/stream/viewer_queue.h"
@@ -57,7 +58,11 @@ class StreamConnection final : public Connection {
   Codec codec() const override { return queue_.codec(); }
 
   void offer(const std::shared_ptr<const StreamMessage>& message) override {
-    if (queue_.offer(message)) server_.metrics.drop("viewer");
+    const auto now = std::chrono::steady_clock::now();
+    if (queue_.offer(message, now)) {
+      server_.metrics.drop("viewer");
+      if (queue_.wants_key(now)) server_.demand.key = true;
+    }
     write_next();
   }
 
@@ -240,7 +245,7 @@ class StreamConnection final : public Connection {
         self->open_ = true;
         self->buffer_.consume(self->buffer_.size());
         self->queue_.offer_text("hello", self->server_.handlers.hello(self->listener_.settings.permissions));
-        if (self->server_.config) self->queue_.offer(self->server_.config);
+        if (self->server_.config) self->queue_.offer(self->server_.config, std::chrono::steady_clock::now());
         self->write_next();
         self->read_message();
       });
@@ -288,7 +293,7 @@ class StreamConnection final : public Connection {
     } else if (std::holds_alternative<KeyCommand>(command)) {
       server_.demand.key = true;
     } else if (const auto* ack = std::get_if<AckCommand>(&command)) {
-      if (queue_.acknowledge(ack->sequence)) server_.acknowledged(ack->sequence);
+      if (queue_.acknowledge(ack->sequence, std::chrono::steady_clock::now())) server_.acknowledged(ack->sequence);
       write_next();
     } else if (const auto* object = std::get_if<ObjectCommand>(&command)) {
       wrong = server_.handlers.change_object(*object);
@@ -310,7 +315,8 @@ class StreamConnection final : public Connection {
 
   void write_next() {
     if (closed_ || !open_ || writing_) return;
-    std::optional<ViewerQueue::Outgoing> next = leaving_ ? queue_.next_text() : queue_.next();
+    std::optional<ViewerQueue::Outgoing> next =
+        leaving_ ? queue_.next_text() : queue_.next(std::chrono::steady_clock::now());
     if (!next) {
       if (leaving_) send_close();
       return;

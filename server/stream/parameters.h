@@ -9,8 +9,14 @@ inline constexpr struct StreamParameters {
   double max_position_m = 100, max_at_s = 1e7;  ///< in commands: of objects; in a recording
   double max_pixel = 65535;                     ///< in which a pixel is picked
   std::size_t max_name_bytes = 200, max_body_bytes = 1024;
-  std::size_t max_queued = 8, remembered_frames = 256;  ///< H.264 frames of a viewer; whose capture time is known
-  std::uint32_t max_in_flight = 16, max_header_bytes = 8 * 1024;  ///< frames sent but not acknowledged; of a request
+  /// H.264 frames of a viewer that wait: each is a period older when it is shown, and a third asks for a key frame.
+  std::size_t max_queued = 2;
+  std::size_t remembered_frames = 256;  ///< whose capture time is known
+  /// Frames sent but not acknowledged, at most: half a second at 30 Hz, more than any network's round trip.
+  std::size_t max_in_flight = 16;
+  std::chrono::milliseconds ack_patience{1000};  ///< until a frame that is not acknowledged counts as lost, at first
+  std::chrono::seconds window_stays{30};         ///< after a queue was seen: it is tried again twice a minute
+  std::uint32_t max_header_bytes = 8 * 1024;     ///< of a request
   std::int64_t key_every_ns = 2'000'000'000;
   /// Between key frames on request: a viewer that requests them continuously must not reduce the others' quality.
   /// Between states that are sent. For viewers to receive the end of the stream.

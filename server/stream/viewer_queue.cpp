@@ -1,6 +1,6 @@
 #include "server/stream/viewer_queue.h"
 
-#include <algorithm>
+#include "server/stream/parameters.h"
 
 namespace lumigraft::server {
 
@@ -11,12 +11,9 @@ void ViewerQueue::want(Codec codec) {
   config_sent_ = false;
 }
 
-bool ViewerQueue::offer(std::shared_ptr<const StreamMessage> message) {
-  // A viewer that loses frames on its side never acknowledges them: after max_in_flight more frames the count restarts.
-  if (owes_acknowledgements() && ++held_back_ >= kStream.max_in_flight) {
-    under_way_.clear();
-    held_back_ = 0;
-  }
+bool ViewerQueue::offer(std::shared_ptr<const StreamMessage> message, Clock::time_point now) {
+  const StreamKind kind = message->header.kind;
+  if (kind != StreamKind::config && codec_ == (kind == StreamKind::jpeg ? Codec::jpeg : Codec::h264)) window_.made(now);
   return offer_frame(std::move(message));
 }
 
@@ -45,15 +42,6 @@ bool ViewerQueue::offer_frame(std::shared_ptr<const StreamMessage> message) {
   return false;
 }
 
-bool ViewerQueue::acknowledge(std::uint32_t sequence) {
-  acknowledges_ = true;
-  const auto known = std::find(under_way_.begin(), under_way_.end(), sequence);
-  if (known == under_way_.end()) return false;
-  under_way_.erase(under_way_.begin(), known + 1);  // earlier frames were skipped by the viewer
-  held_back_ = 0;
-  return true;
-}
-
 std::optional<ViewerQueue::Outgoing> ViewerQueue::next_text() {
   for (const char* kind : {"hello", "error", "state", "stats"}) {
     if (auto found = texts_.find(kind); found != texts_.end()) {
@@ -65,17 +53,16 @@ std::optional<ViewerQueue::Outgoing> ViewerQueue::next_text() {
   return std::nullopt;
 }
 
-std::optional<ViewerQueue::Outgoing> ViewerQueue::next() {
+std::optional<ViewerQueue::Outgoing> ViewerQueue::next(Clock::time_point now) {
   if (std::optional<Outgoing> text = next_text()) return text;
-  if (frames_.empty() || owes_acknowledgements()) return std::nullopt;
+  if (frames_.empty() || window_.full(now)) return std::nullopt;
   if (frames_.front()->header.kind == StreamKind::h264_key && config_ && !config_sent_) {
     config_sent_ = true;
     return config_;
   }
   auto frame = std::move(frames_.front());
   frames_.pop_front();
-  under_way_.push_back(frame->header.sequence);
-  if (under_way_.size() > kStream.max_in_flight) under_way_.pop_front();
+  window_.sent(frame->header.sequence, now);
   return frame;
 }
 

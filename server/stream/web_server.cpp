@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <stdexcept>
 #include <thread>
+#include <tuple>
 #include <type_traits>
 #include <utility>
 
@@ -56,7 +57,7 @@ void remove_old_socket(const std::filesystem::path& path, asio::io_context& io) 
 }  // namespace
 
 Listener::Listener(const ListenerSettings& the_settings, asio::io_context& io)
-    : settings(the_settings), login(the_settings.token), acceptor(Tcp(io)), retry(io) {
+    : settings(the_settings), login(the_settings.token), acceptor(std::in_place_type<Tcp>, io), retry(io) {
   if (settings.encrypted()) tls.emplace(tls_of(settings));
   const auto listen = [](auto& on, const auto& endpoint, bool again) {
     on.open(endpoint.protocol());
@@ -215,6 +216,52 @@ std::uint16_t WebServer::port(std::size_t listener) const {
 void WebServer::start() {
   for (Listener& listener : state_->listeners) state_->accept(listener);
   state_->thread = std::thread([this] { state_->run(); });
+}
+
+std::vector<std::string> WebServer::change_listeners(const std::vector<ListenerSettings>& wanted) {
+  struct Change {
+    Listener& listener;
+    ListenerSettings settings;
+    std::optional<asio::ssl::context> tls;
+  };
+  State& s = *state_;
+  const auto place = [](const ListenerSettings& one) { return std::tuple(one.socket, one.address, one.port); };
+  auto changes = std::make_shared<std::vector<Change>>();
+  std::vector<ListenerSettings> fresh = wanted;
+  std::vector<std::string> later;
+  auto listener = s.listeners.begin();
+  for (const ListenerSettings& now : s.settings.listeners) {  // as of the start; no thread changes these
+    Listener& there = *listener++;
+    const auto found = std::ranges::find(fresh, place(now), place);
+    if (found == fresh.end()) {
+      later.push_back(now.url(now.port) + ": not in the configuration any more, served until the next start");
+      continue;
+    }
+    changes->push_back({there, *found, found->encrypted() ? std::optional(tls_of(*found)) : std::nullopt});
+    fresh.erase(found);
+  }
+  for (const ListenerSettings& other : fresh)
+    later.push_back(other.url(other.port) + ": a new address takes effect at the next start");
+  asio::post(s.io, [&s, changes] {
+    for (Change& change : *changes) {
+      const bool other_token = change.settings.token != change.listener.settings.token;
+      if (other_token) change.listener.login = Login(change.settings.token);
+      change.listener.settings = std::move(change.settings);
+      change.listener.tls = std::move(change.tls);
+      const bool nobody = !change.listener.settings.permissions.has(Permission::view);
+      for (const auto& viewer : s.viewers())
+        if (&viewer->listener() == &change.listener && (other_token || nobody))
+          viewer->leave(websocket::close_code::policy_error);
+    }
+  });
+  return later;
+}
+
+void WebServer::greet() {
+  asio::post(state_->io, [&s = *state_] {
+    for (const auto& viewer : s.viewers())
+      viewer->offer_text("hello", s.handlers.hello(viewer->listener().settings.permissions));
+  });
 }
 
 void WebServer::publish(std::shared_ptr<const StreamMessage> message) {

@@ -56,6 +56,13 @@ class WebServer {
   /// Of the listener with this index; 0: a Unix socket.
   std::uint16_t port(std::size_t listener = 0) const;
   void start();
+  /// Takes over permissions, names, reserved places, tokens and certificates of listeners at the same addresses.
+  /// Viewers of one whose token changed, or where nobody may view any more, are closed; the others go on. Returns what
+  /// does not take effect: other addresses. Throws std::runtime_error where a certificate cannot be read; then nothing
+  /// changes. Any one thread.
+  std::vector<std::string> change_listeners(const std::vector<ListenerSettings>& listeners);
+  /// Sends `hello` again to every viewer, as after objects came or went. Thread-safe.
+  void greet();
   /// Sends to every viewer that requests this kind. Thread-safe.
   void publish(std::shared_ptr<const StreamMessage> message);
   /// Sends to every viewer; replaces a queued text of the same kind. Thread-safe.

@@ -29,7 +29,7 @@ struct Listener {
   using Tcp = boost::asio::ip::tcp::acceptor;
   using Unix = boost::asio::local::stream_protocol::acceptor;
 
-  const ListenerSettings& settings;
+  ListenerSettings settings;
   Login login;
   std::optional<boost::asio::ssl::context> tls;
   std::variant<Tcp, Unix> acceptor;

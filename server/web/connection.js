@@ -1,7 +1,13 @@
-// A websocket that reconnects: after 0.5 s, doubling each time, at most 8 s.
+// A websocket that reconnects: after 0.5 s, doubling each time, at most 4 s.
+//
+// The service sends something at least once a second. A connection on which nothing came for 2.5 s is dead, whatever the
+// browser says of it: a cable that was pulled or a network that was left is noticed by TCP after minutes.
 
 const FIRST_WAIT_MS = 500;
-const LONGEST_WAIT_MS = 8000;
+const LONGEST_WAIT_MS = 4000;
+const SILENCE_MS = 2500;
+const LOOK_MS = 250;
+const OPENING_MS = 5000;
 
 export class Connection {
   /** handlers: onState("connecting" | "open" | "lost"), onText(object), onBinary(ArrayBuffer) */
@@ -9,6 +15,7 @@ export class Connection {
     this.url = url;
     this.handlers = handlers;
     this.waitMs = FIRST_WAIT_MS;
+    setInterval(() => this.look(), LOOK_MS);
     this.open();
   }
 
@@ -17,22 +24,44 @@ export class Connection {
     const socket = new WebSocket(this.url);
     socket.binaryType = "arraybuffer";
     socket.onopen = () => {
-      this.waitMs = FIRST_WAIT_MS;
+      this.heard();
       this.handlers.onState("open");
     };
     socket.onmessage = ({ data }) => {
+      this.heard();
+      this.waitMs = FIRST_WAIT_MS; // not before: a service may accept and say nothing
       if (typeof data === "string") this.handlers.onText(JSON.parse(data));
       else this.handlers.onBinary(data);
     };
-    socket.onclose = () => {
-      this.handlers.onState("lost");
-      setTimeout(() => this.open(), this.waitMs);
-      this.waitMs = Math.min(2 * this.waitMs, LONGEST_WAIT_MS);
-    };
+    socket.onclose = () => this.lost();
     this.socket = socket;
+    this.heardAt = this.lookedAt = performance.now();
+  }
+
+  heard() { this.heardAt = performance.now(); }
+
+  /** Whether the connection lives. */
+  look() {
+    const now = performance.now();
+    // After a pause of the page itself, as of a laptop that slept, messages may be waiting.
+    if (now - this.lookedAt > SILENCE_MS) this.heardAt = now;
+    this.lookedAt = now;
+    if (!this.socket) return;
+    const patience = this.socket.readyState === WebSocket.CONNECTING ? OPENING_MS : SILENCE_MS;
+    if (now - this.heardAt > patience) this.lost();
+  }
+
+  lost() {
+    const socket = this.socket;
+    this.socket = null;
+    socket.onopen = socket.onmessage = socket.onclose = null; // closing a dead connection takes the browser minutes
+    socket.close();
+    this.handlers.onState("lost");
+    setTimeout(() => this.open(), this.waitMs);
+    this.waitMs = Math.min(2 * this.waitMs, LONGEST_WAIT_MS);
   }
 
   send(message) {
-    if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
+    if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
   }
 }

@@ -14,6 +14,8 @@ export class Panel {
     const words = { connecting: "connecting…", open: "connected", lost: "connection lost, trying again" };
     $("connection").dataset.state = state;
     $("connection").textContent = words[state];
+    // Until there is a connection again, also while trying.
+    if (state !== "connecting") $("lost").hidden = state === "open";
   }
 
   received(byteCount) { this.bytes.push([performance.now(), byteCount]); }

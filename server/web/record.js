@@ -8,12 +8,14 @@ function time(seconds) {
 }
 
 function words({ doing, seconds, folder, pictures, lost, error }) {
+  if (doing === "starting") return "beginning";
   if (!folder) return "";
   const kept = `${pictures} pictures${lost ? `, ${lost} lost` : ""}`;
   if (doing === "recording") return `recording ${time(seconds)}, ${kept}, to ${folder}`;
   if (doing === "finishing") return `writing the rest, to ${folder}`;
   const then = doing === "compressing" ? "; its depth is being compressed" : "";
-  return error ? `the recording ended: ${error}` : `recorded ${time(seconds)}, ${kept}, to ${folder}${then}`;
+  if (error && pictures === 0) return `not recorded: ${error}`;
+  return error ? `the recording ended: ${error}; ${kept}, in ${folder}${then}` : `recorded ${time(seconds)}, ${kept}, to ${folder}${then}`;
 }
 
 export class RecordButton {
@@ -33,7 +35,7 @@ export class RecordButton {
     const on = recording.doing === "recording";
     $("record").setAttribute("aria-pressed", on);
     $("record").textContent = on ? "Stop" : "Record";
-    $("record").disabled = recording.doing === "finishing";
+    $("record").disabled = recording.doing === "finishing" || recording.doing === "starting";
     $("record-state").textContent = words(recording);
     $("record-state").dataset.doing = recording.doing;
     $("record-state").dataset.failed = Boolean(recording.error);

@@ -334,6 +334,47 @@ TEST(PairingReader, LiveWaitsForDepthOnePeriodAndNoLonger) {
   EXPECT_TRUE(reader.finished());
 }
 
+/// "colour/depth" of the next FrameSet of live cameras.
+std::string live_pair(PairingReader& reader) {
+  const auto set = reader.next(1s);
+  if (!set) return "none";
+  return std::to_string(set->index) + "/" + (set->raw_depth ? std::to_string(set->raw_depth->stamp.sequence) : "");
+}
+
+TEST(PairingReader, WhoReadsLiveFramesTooSlowlyGetsTheNewestThatPairs) {
+  auto device = std::make_shared<Device>();
+  PairingReader reader(PairedSources{device, device, nullptr, true});
+  for (std::uint64_t i = 0; i < 10; ++i) {  // the reader stands still for ten periods
+    device->give(color(i, 1000 + 33 * std::int64_t(i)));
+    if (i < 8) device->give(depth(i, 1001 + 33 * std::int64_t(i)));
+  }
+  const auto set = reader.next(1s);
+  ASSERT_TRUE(set);
+  EXPECT_EQ(set->index, 7u);
+  EXPECT_TRUE(set->raw_depth);
+  EXPECT_EQ(set->warnings, (Lines{"7 colour pictures skipped: newer ones had come",
+                                  "7 depth pictures late or without a colour picture: dropped"}));
+  device->give(depth(8, 1265));
+  EXPECT_EQ(live_pair(reader), "8/8") << "9 may still get its depth";
+  EXPECT_EQ(live_pair(reader), "9/") << "it gets none within a period";
+}
+
+TEST(PairingReader, LiveWaitsForNoDepthThatItsCameraIsTooSlowToGive) {
+  auto device = std::make_shared<Device>();
+  PairingReader reader(PairedSources{device, device, nullptr, true});
+  for (std::uint64_t i = 0; i < 4; i += 2) {  // colour at 1 Hz, depth at half of it
+    device->give(color(i, 1000 + 1000 * std::int64_t(i)));
+    device->give(depth(i / 2, 1001 + 1000 * std::int64_t(i)));
+    EXPECT_EQ(live_pair(reader), std::to_string(i) + "/" + std::to_string(i / 2));
+  }
+  device->give(color(3, 4000));
+  const auto without = reader.next(0ms);
+  ASSERT_TRUE(without);
+  EXPECT_EQ(without->index, 3u);
+  device->give(color(4, 5000));
+  EXPECT_FALSE(reader.next(0ms)) << "one may come";
+}
+
 /// The fish-eye pictures of the next FrameSet, and its warnings.
 std::string live_fisheyes(PairingReader& reader) {
   const auto set = reader.next(1s);

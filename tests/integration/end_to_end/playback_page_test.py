@@ -68,6 +68,8 @@ class PlaybackPageTest(unittest.TestCase):
         first = self.moment()
         self.assertAlmostEqual(first[1], 23 / 12, delta=0.1)
         page.wait(lambda: self.moment() != first, "the recording to go on")
+        learnt = "return document.getElementById('learning').hidden"
+        page.wait(lambda: page.driver.execute_script(learnt), "the room to be learnt: while it is, the same frame looks different later")
         page.click("pause")
         page.wait(lambda: page.text("pause") == "Play", "the pause")
         for seconds in (1.6, 0.5):  # both places once before, so that what is seen there is known

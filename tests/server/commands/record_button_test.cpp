@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
+
 #include "capture/session/stream_spec.h"
 #include "server/pipeline/service_config.h"
 #include "tests/server/tiny_session.h"
@@ -36,7 +38,20 @@ class RecordButtonTest : public testing::Test {
     files.session = tiny_.folder;
     const ServiceInput input = read_service(files, interactive_plan());
     sources_ = tap_.on({std::make_shared<MadeUp>(), nullptr, nullptr, true});
-    button_ = std::make_unique<RecordButton>(input.session_text, input.session, tiny_.folder / "recorded", tap_);
+    text_ = input.session_text;
+    session_ = input.session;
+    make({.max_s = 600, .max_total_gb = 1, .min_free_gb = 1e-3});
+  }
+  void make(const RecordingLimits& limits, RecordingsFolder::FreeBytes free_bytes = RecordingsFolder::disk_free_bytes) {
+    button_.reset();
+    button_ = std::make_unique<RecordButton>(text_, session_,
+                                             RecordingsFolder(tiny_.folder / "recorded", limits, std::move(free_bytes)),
+                                             limits.max_s, tap_);
+  }
+  void begin() const {
+    button_->press(true);
+    EXPECT_NE(button_->state().doing, RecordButton::Doing::nothing) << "all viewers see that it begins";
+    while (button_->state().doing == RecordButton::Doing::starting) std::this_thread::sleep_for(1ms);
   }
   void show(int frames) const {
     for (int i = 0; i < frames; ++i) EXPECT_TRUE(sources_.color->next(0ms));
@@ -52,13 +67,15 @@ class RecordButtonTest : public testing::Test {
   const TinySession tiny_{"record-button"};
   capture::SourceObserver tap_;
   capture::PairedSources sources_;
+  capture::SessionText text_;
+  capture::Session session_;
   std::unique_ptr<RecordButton> button_;
 };
 
 TEST_F(RecordButtonTest, KeepsWhatPassesBetweenTheTwoPresses) {
   EXPECT_EQ(button_->state().folder, "");
   show(3);
-  button_->press(true);
+  begin();
   button_->press(true);
   show(20);
   EXPECT_EQ(button_->state().doing, RecordButton::Doing::recording);
@@ -77,25 +94,70 @@ TEST_F(RecordButtonTest, KeepsWhatPassesBetweenTheTwoPresses) {
 }
 
 TEST_F(RecordButtonTest, SaysWhyNothingIsKept) {
-  button_->press(true);
+  begin();
   button_->press(false);
   EXPECT_EQ(ended().error, "no colour picture came, so it cannot be replayed");
   std::filesystem::remove_all(tiny_.folder / "recorded");
   tiny_.write("recorded", "a file");
-  button_->press(true);
-  EXPECT_NE(button_->state().error.find("recorded"), std::string::npos) << button_->state().error;
+  begin();
+  EXPECT_NE(button_->state().error.find("Not a directory"), std::string::npos) << button_->state().error;
   EXPECT_EQ(button_->state().doing, RecordButton::Doing::nothing);
   std::filesystem::remove(tiny_.folder / "recorded");
 }
 
 TEST_F(RecordButtonTest, EndsByItselfWhereTheDiskTakesNoMore) {
-  button_->press(true);
+  begin();
   std::filesystem::create_directory(std::filesystem::path(button_->state().folder) / "color.mkv");
   show(3);
   const Clock::time_point begin = Clock::now();
   while (button_->state().error.empty() && Clock::now() - begin < 10s) show(1);
   EXPECT_NE(ended().error.find("color.mkv"), std::string::npos) << button_->state().error;
   show(3);
+}
+
+TEST_F(RecordButtonTest, APressWhileItBeginsEndsIt) {
+  button_->press(true);
+  button_->press(false);
+  EXPECT_EQ(ended().error, "no colour picture came, so it cannot be replayed");
+}
+
+TEST_F(RecordButtonTest, EndsAfterTheLongestTimeAndIsComplete) {
+  make({.max_s = 1, .max_total_gb = 1, .min_free_gb = 1e-3});
+  begin();
+  const Clock::time_point start = Clock::now();
+  while (button_->state().doing == RecordButton::Doing::recording && Clock::now() - start < 30s) {
+    show(1);
+    std::this_thread::sleep_for(5ms);
+  }
+  const RecordButton::State state = ended();
+  EXPECT_EQ(state.error, "it has lasted 1 s (server.max_recording_s)");
+  EXPECT_GT(state.frames, 0u);
+}
+
+TEST_F(RecordButtonTest, OlderRecordingsGoForItAndADiskThatIsFullEndsIt) {
+  std::atomic<std::uintmax_t> free_bytes = 5'000'000'000;
+  make({.max_s = 600, .max_total_gb = 1, .min_free_gb = 1},
+       [&](const std::filesystem::path&) { return free_bytes.load(); });
+  begin();
+  show(3);
+  button_->press(false);
+  const std::filesystem::path first = ended().folder;
+  EXPECT_TRUE(std::filesystem::exists(first / RecordingsFolder::kMark));
+  free_bytes = 999'999'999;  // one byte is missing
+  begin();
+  EXPECT_FALSE(std::filesystem::exists(first));
+  show(3);
+  free_bytes = 10;
+  const std::string error = ended().error;
+  EXPECT_EQ(
+      error,
+      "less than 1 GB are free on the disk of recordings (server.min_free_disk_gb), and removing older ones would "
+      "not suffice");
+  const std::filesystem::path second = button_->state().folder;
+  begin();
+  EXPECT_EQ(button_->state().error, error);
+  EXPECT_EQ(button_->state().doing, RecordButton::Doing::nothing);
+  EXPECT_TRUE(std::filesystem::exists(second)) << "what was written until then stays";
 }
 
 }  // namespace

@@ -45,6 +45,28 @@ TEST(ExhibitState, ObjectsStayWithinTheBounds) {
   EXPECT_EQ(board.newest()->objects[1].position_m, Eigen::Vector3d(0.2, -0.5, 1));
 }
 
+TEST(ExhibitState, AnotherTakesItsPlace) {
+  ExhibitState board(two_objects());
+  apply(board, R"({"type":"object","name":"box","yaw_degrees":90})");
+  board.at(5);
+  const std::shared_ptr<const relight::Exhibit> before = board.newest();
+  relight::Exhibit next;
+  next.objects.resize(3);
+  next.objects[2].name = "vase";
+  const Eigen::AlignedBox3d bounds(Eigen::Vector3d(-1, -1, 0), Eigen::Vector3d(1, 1, 1));
+  EXPECT_EQ(board.replaced(), 0u);
+  board.replace(next, {.bounds_m = bounds, .reset_after_s = {}});
+  EXPECT_EQ(board.replaced(), 1u);
+  EXPECT_EQ(before->objects.size(), 2u) << "a frame in the making keeps what it has";
+  EXPECT_EQ(board.newest()->objects.size(), 3u);
+  EXPECT_NE(board.objects_json().find("vase"), std::string::npos);
+  EXPECT_EQ(board.objects_json().find("90"), std::string::npos) << board.objects_json();
+  EXPECT_EQ(apply(board, R"({"type":"object","name":"vase","position_m":[5,0,0]})"), std::nullopt);
+  EXPECT_EQ(board.newest()->objects[2].position_m.x(), 1) << "within its own bounds";
+  EXPECT_EQ(apply(board, R"({"type":"object","name":"vase","reset":true})"), std::nullopt);
+  EXPECT_EQ(board.newest()->objects[2].position_m.x(), 0);
+}
+
 TEST(ExhibitState, IsAsConfiguredAgain) {
   const auto begin = ExhibitState::Clock::now();
   ExhibitState board(two_objects(), {.bounds_m = {}, .reset_after_s = 60});

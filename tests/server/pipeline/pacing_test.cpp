@@ -43,14 +43,37 @@ TEST(DutyCycle, KeepsToTheRateOfShortWork) {
 
 TEST(LatencyScheduler, PoseBeginsWhenRelightIsNearlyDone) {
   LatencyScheduler pace;
-  for (int i = 0; i < 20; ++i) {
-    pace.relight_took(milliseconds(400));
+  const PaceClock::time_point begin{};
+  for (int i = 0; i < 3; ++i) {
+    pace.relight_begins(begin);
+    pace.relight_ends(begin + milliseconds(400));
     pace.pose_took(milliseconds(40));
   }
-  const auto before = PaceClock::now();
+  EXPECT_LE(pace.pose_begins(), begin) << "relight is free";
+  pace.relight_begins(begin);
+  EXPECT_EQ(pace.pose_begins() - begin, milliseconds(350));
+}
+
+TEST(LatencyScheduler, OneStallChangesNothing) {
+  LatencyScheduler pace;
+  PaceClock::time_point now{};
+  for (const int took_ms : {50, 50, 50, 2000}) {
+    pace.relight_begins(now);
+    now += milliseconds(took_ms);
+    pace.relight_ends(now);
+  }
+  pace.relight_begins(now);
+  EXPECT_EQ(pace.pose_begins() - now, milliseconds(50));
+}
+
+TEST(LatencyScheduler, TheWaitEndsWithRelight) {
+  LatencyScheduler pace;
+  pace.relight_begins(PaceClock::now());
+  pace.relight_ends(PaceClock::now() + std::chrono::hours(1));
   pace.relight_begins();
-  const auto after = PaceClock::now();
-  EXPECT_NEAR((pace.pose_begins() - before) / milliseconds(1), 350, 2 + (after - before) / milliseconds(1));
+  const std::stop_source stop;
+  const std::jthread relight([&] { pace.relight_ends(); });
+  EXPECT_TRUE(pace.wait_for_pose(stop.get_token())) << "the usual end is an hour away";
 }
 
 }  // namespace

@@ -130,6 +130,50 @@ TEST_F(ListenerTest, ATokenIsNeeded) {
   EXPECT_NE(log_in(std::string("token=") + kToken).find(" 429 "), std::string::npos);
 }
 
+TEST_F(ListenerTest, PermissionsAndTokensChangeWhileItRuns) {
+  ListenerSettings one, other;
+  one.token = kToken;
+  start({one, other});
+  const std::string token = std::string("Authorization: Bearer ") + kToken + "\r\n";
+  WebsocketClient secret(web_->port(0), token), open(web_->port(1));
+  EXPECT_TRUE(secret.receive_text("hello of 4"));
+  EXPECT_TRUE(open.receive_text("hello of 4"));
+  other.permissions = {Permission::view};
+  EXPECT_TRUE(web_->change_listeners({one, other}).empty());
+  web_->greet();
+  EXPECT_TRUE(open.receive_text("hello of 1"));
+  open.send_text(R"({"type":"object","index":0,"visible":false})");
+  EXPECT_TRUE(open.receive_text("permit"));
+  secret.send_text(R"({"type":"object","index":0,"visible":false})");
+  EXPECT_TRUE(secret.receive_text("state")) << "nothing changed for it";
+
+  one.token = "fedcba9876543210";
+  EXPECT_TRUE(web_->change_listeners({one, other}).empty());
+  EXPECT_TRUE(secret.closed_by_peer()) << "it knows the former token only";
+  EXPECT_FALSE(WebsocketClient(web_->port(0), token).open());
+  EXPECT_TRUE(WebsocketClient(web_->port(0), "Authorization: Bearer fedcba9876543210\r\n").open());
+  web_->greet();
+  EXPECT_TRUE(open.receive_text("hello of 1")) << "the others go on";
+
+  other.permissions = {};
+  web_->change_listeners({one, other});
+  EXPECT_TRUE(open.closed_by_peer()) << "nobody may view there";
+}
+
+TEST_F(ListenerTest, WhatCannotChangeIsSaidAndChangesNothing) {
+  ListenerSettings one, elsewhere;
+  start({one});
+  elsewhere.address = "127.0.0.7";
+  const std::vector<std::string> said = web_->change_listeners({elsewhere});
+  ASSERT_EQ(said.size(), 2u);
+  EXPECT_NE(said[0].find("not in the configuration any more"), std::string::npos);
+  EXPECT_NE(said[1].find("127.0.0.7"), std::string::npos);
+  one.permissions = {};
+  one.certificate = one.key = tiny_.folder / "absent.pem";
+  EXPECT_THROW(web_->change_listeners({one}), std::runtime_error);
+  EXPECT_NE(get(0, "/").find(" 200 "), std::string::npos);
+}
+
 TEST_F(ListenerTest, AHandlerThatFailsEndsItsConnectionAlone) {
   start({ListenerSettings{}});
   WebsocketClient viewer(web_->port()), other(web_->port());

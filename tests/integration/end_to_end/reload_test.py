@@ -1,0 +1,154 @@
+#!/usr/bin/env python3
+"""A real `lumigraft serve` reads exhibit and listeners again at SIGHUP.
+
+  reload_test.py PROGRAM RECORDING
+
+Checks that a new object and other permissions come to a viewer whose pictures go on, and that a wrong file is named in
+the log and changes nothing.
+"""
+import base64
+import json
+import os
+import shutil
+import signal
+import socket
+import struct
+import sys
+import tempfile
+import time
+import unittest
+
+from browser_page import free_port
+from child_process import interrupt, start
+
+PROGRAM, RECORDING = (os.path.abspath(p) for p in sys.argv[1:3])
+WAIT_S = 300  # on two busy cores; no test here measures time
+
+CONFIG = """session = "{recording}"
+exhibit = "exhibit.toml"
+[plan]
+method = "rays"
+trace_scale = 8
+[[server.listener]]
+listen = "127.0.0.1:{port}"
+permissions = {permissions}
+"""
+
+OBJECT = """[[object]]
+name = "{name}"
+model = "cube.obj"
+size_m = 0.05
+position_m = [{x}, 0.0, 0.05]
+"""
+
+CUBE = "".join(f"v {x} {y} {z}\n" for x in (0, 1) for y in (0, 1) for z in (0, 1)) + """f 1 2 4 3
+f 5 7 8 6
+f 1 5 6 2
+f 3 4 8 7
+f 1 3 7 5
+f 2 6 8 4
+"""
+
+
+class Viewer:
+    def __init__(self, port):
+        self.socket = socket.create_connection(("127.0.0.1", port), timeout=WAIT_S)
+        self.socket.sendall(f"GET /ws HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+                            f"Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: {base64.b64encode(os.urandom(16)).decode()}\r\n\r\n".encode())
+        self.input = self.socket.makefile("rb")
+        while self.input.readline() not in (b"\r\n", b""):
+            pass
+        self.pictures = 0
+
+    def send(self, message):
+        data = json.dumps(message).encode()
+        self.socket.sendall(bytes([0x81, 0x80 | len(data)]) + bytes(4) + data)
+
+    def text(self):
+        """The next text message; pictures are counted."""
+        while True:
+            first, length = self.input.read(2)
+            if length == 126:
+                length, = struct.unpack(">H", self.input.read(2))
+            elif length == 127:
+                length, = struct.unpack(">Q", self.input.read(8))
+            data = self.input.read(length)
+            if first & 15 == 1:
+                return json.loads(data)
+            if first & 15 == 2:
+                self.pictures += 1
+
+    def wait(self, condition, what):
+        end = time.monotonic() + WAIT_S
+        while time.monotonic() < end:
+            message = self.text()
+            if condition(message):
+                return message
+        raise AssertionError(f"waited {WAIT_S} s for {what}")
+
+
+class ReloadTest(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.mkdtemp(prefix="lumigraft-reload-")
+        self.addCleanup(shutil.rmtree, self.folder, ignore_errors=True)
+        self.port = free_port()
+        self.write("cube.obj", CUBE)
+        self.configure(["view", "control"])
+        self.write("exhibit.toml", OBJECT.format(name="first", x=0))
+        self.log = open(os.path.join(self.folder, "log"), "w+")
+        self.addCleanup(self.log.close)
+        self.service = start([PROGRAM, "serve", "--config", os.path.join(self.folder, "kiosk.toml")], stderr=self.log)
+        self.addCleanup(interrupt, self.service)
+        self.wait_for_log("serving")
+
+    def write(self, name, text):
+        with open(os.path.join(self.folder, name), "w") as f:
+            f.write(text)
+
+    def configure(self, permissions):
+        self.write("kiosk.toml", CONFIG.format(recording=RECORDING, port=self.port, permissions=json.dumps(permissions)))
+
+    def said(self):
+        with open(os.path.join(self.folder, "log")) as f:
+            return f.read()
+
+    def wait_for_log(self, words, count=1):
+        end = time.monotonic() + WAIT_S
+        while self.said().count(words) < count:
+            self.assertLess(time.monotonic(), end, f"waited for \"{words}\" in {self.said()}")
+            time.sleep(0.1)
+
+    def test_a_new_exhibit_and_permissions_without_a_gap(self):
+        viewer = Viewer(self.port)
+        hello = viewer.wait(lambda m: m["type"] == "hello", "hello")
+        self.assertEqual([o["name"] for o in hello["objects"]], ["first"])
+        viewer.send({"type": "want", "codec": "jpeg"})
+        viewer.wait(lambda m: viewer.pictures > 3, "pictures")
+
+        self.write("exhibit.toml", OBJECT.format(name="first", x=0) + OBJECT.format(name="second", x=0.1))
+        self.configure(["view"])
+        self.service.send_signal(signal.SIGHUP)
+        hello = viewer.wait(lambda m: m["type"] == "hello" and len(m["objects"]) == 2, "the new object")
+        self.assertEqual(hello["permissions"], ["view"])
+        self.assertEqual(hello["objects"][1]["name"], "second")
+        self.wait_for_log("read the exhibit and the listeners again")
+        before = viewer.pictures
+        viewer.wait(lambda m: viewer.pictures > before + 3, "pictures on the same connection")
+
+        self.write("exhibit.toml", OBJECT.format(name="third", x="wrong"))
+        self.service.send_signal(signal.SIGHUP)
+        self.wait_for_log("what runs goes on")
+        self.assertIn("exhibit.toml", self.said().rsplit("what runs goes on", 1)[1])
+        before = viewer.pictures
+        viewer.wait(lambda m: viewer.pictures > before + 3, "pictures after a wrong file")
+        newcomer = Viewer(self.port)
+        hello = newcomer.wait(lambda m: m["type"] == "hello", "hello")
+        self.assertEqual([o["name"] for o in hello["objects"]], ["first", "second"])
+
+        self.write("exhibit.toml", OBJECT.format(name="third", x=0.2))
+        self.service.send_signal(signal.SIGHUP)
+        viewer.wait(lambda m: m["type"] == "hello" and [o["name"] for o in m["objects"]] == ["third"], "the mended file")
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1] + sys.argv[3:], verbosity=2)
