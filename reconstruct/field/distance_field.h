@@ -50,8 +50,8 @@ struct alignas(64) FieldBrick {  // so that a row of eight voxels is in one cach
   float radiance_weight(std::size_t voxel) const { return color ? std::max(color->weight[voxel], 0.0f) : 0; }
   /// The channels in which radiance() is a lower bound, one bit each, 1 is red; all where none of it was observed.
   int clipped_channels(std::size_t voxel) const {
-    const float weight = color ? color->weight[voxel] : 0;
-    return weight > 0 ? 0 : weight < 0 ? static_cast<int>(-weight) : kAllChannels;
+    const float sum = color ? -color->weight[voxel] : 0;
+    return sum < 0 ? 0 : sum > 0 ? static_cast<int>(sum) : kAllChannels;
   }
   static constexpr int kAllChannels = 7;
   /// Replaces the colour by a copy that no other brick shares, to be written.

@@ -43,7 +43,11 @@ bool WorkingBrick::drifted(const FieldBrick& next, float voxel_m) {
   std::array<std::uint16_t, kBrickVoxels> with_color{};
   std::size_t colored = 0;
   for (std::size_t i = 0; next.color && i < kBrickVoxels; i += 4) {
-    if (!any(load(&next.color->weight[i]) > 0)) continue;
+    const Simd4 weights = load(&next.color->weight[i]);
+    // Of a lower bound, which channels it is of.
+    const Simd4 before = old.color ? load(&old.color->weight[i]) : Simd4{};
+    if (any((weights < 0) & (weights != before))) return true;
+    if (!any(weights > 0)) continue;
     for (std::size_t k = i; k < i + 4; ++k) {
       with_color[colored] = static_cast<std::uint16_t>(k);
       colored += next.color->weight[k] > 0 ? 1 : 0;
