@@ -9,6 +9,17 @@ const SILENCE_MS = 2500;
 const LOOK_MS = 250;
 const OPENING_MS = 5000;
 
+/** Whether the service sends who asks for the page to another one: a websocket that is refused does not tell why. */
+async function mustLogIn() {
+  try {
+    const reply = await fetch(location.pathname, { method: "HEAD", redirect: "manual", cache: "no-store",
+                                                   signal: AbortSignal.timeout(SILENCE_MS) });
+    return reply.type === "opaqueredirect";
+  } catch {
+    return false; // not there, or the network is dead
+  }
+}
+
 export class Connection {
   /** handlers: onState("connecting" | "open" | "lost"), onText(object), onBinary(ArrayBuffer) */
   constructor(url, handlers) {
@@ -57,8 +68,13 @@ export class Connection {
     socket.onopen = socket.onmessage = socket.onclose = null; // closing a dead connection takes the browser minutes
     socket.close();
     this.handlers.onState("lost");
-    setTimeout(() => this.open(), this.waitMs);
+    setTimeout(() => this.reopen(), this.waitMs);
     this.waitMs = Math.min(2 * this.waitMs, LONGEST_WAIT_MS);
+  }
+
+  async reopen() {
+    if (await mustLogIn()) location.reload();
+    else this.open();
   }
 
   send(message) {

@@ -8,6 +8,7 @@ that may only view has no controls; and that a token is asked for.
 """
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -18,6 +19,7 @@ from child_process import interrupt, start
 
 PROGRAM, RECORDING, CONFIGS = (os.path.abspath(p) for p in sys.argv[1:4])
 TOKEN = "0123456789abcdef0123456789abcdef"
+OTHER_TOKEN = "fedcba9876543210fedcba9876543210"
 
 
 def config_for(name, replaced):
@@ -125,6 +127,17 @@ token_file = "token"
         self.page.wait(lambda: self.page.driver.title == "lumigraft", "the page")
         self.expect_pictures()
         self.assertTrue(self.shown("object-panel"))
+
+        # Another token: the page asks for it by itself.
+        with open(os.path.join(self.folder, "token"), "w") as f:
+            f.write(OTHER_TOKEN + "\n")
+        self.service.send_signal(signal.SIGHUP)
+        self.page.wait(lambda: "log in" in self.page.driver.title, "to be asked for the token")
+        field = self.page.driver.find_element("name", "token")
+        field.send_keys(OTHER_TOKEN)
+        field.submit()
+        self.page.wait(lambda: self.page.driver.title == "lumigraft", "the page")
+        self.expect_pictures()
 
 
 if __name__ == "__main__":
