@@ -117,8 +117,8 @@ void NoiseEstimator::take(std::shared_ptr<const Picture> picture, const Viewpoin
     found[i] = patch_at(now, before, places[i], there.cast<int>());
   });
   std::vector<Patch> patches;
-  for (std::optional<Patch>& patch : found) {
-    if (patch) patches.push_back(*std::move(patch));
+  for (const std::optional<Patch>& patch : found) {
+    if (patch) patches.push_back(*patch);
   }
   if (gain_changed(patches)) forget();
   std::erase_if(patches, [&](const Patch& patch) { return shows_motion(patch); });
