@@ -3,56 +3,39 @@
 
   picture_age.py PROGRAM RECORDING [--codec jpeg] [--slower 1.1] [--stall 2] [--seconds 12] [--set KEY=VALUE ...]
 
-The viewer acknowledges a picture once it has shown it, which takes it `slower` times the time in which the service makes
-one (0: none). After `seconds` it stands still for `stall` seconds, and goes on for as long again. Prints a line of JSON:
+The viewer acknowledges each picture after `slower` times the time in which the service makes one (0: at once). After
+`seconds` it stalls for `stall` seconds, and continues for as long again. Prints a line of JSON:
 the time between two pictures of a viewer who is fast, ms, and the age of those that were shown, median and 95 of 100, in
 times between two pictures that the service made at that time: of the fast viewer, of the slow one before the stall, and
 from 2 s after it.
 """
 import argparse
-import base64
 import json
-import os
-import signal
+import pathlib
 import socket
 import struct
 import subprocess
+import sys
 import time
+
+import websocket
+
+sys.path.insert(0, str(pathlib.Path(__file__).parents[2] / "integration/end_to_end"))
+from browser_page import free_port  # noqa: E402
+from child_process import interrupt, start  # noqa: E402
 
 HEADER = struct.Struct("<4sBBHIHHqq")
 
 
-class Viewer:
-    """A websocket client of the stream."""
-
-    def __init__(self, port):
-        self.socket = socket.create_connection(("127.0.0.1", port))
-        self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        self.socket.sendall(f"GET /ws HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
-                            f"Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: {base64.b64encode(os.urandom(16)).decode()}\r\n\r\n".encode())
-        self.input = self.socket.makefile("rb")
-        while self.input.readline() not in (b"\r\n", b""):
-            pass
-
-    def send(self, message, opcode=1):
-        data = message if isinstance(message, bytes) else json.dumps(message).encode()
-        self.socket.sendall(bytes([0x80 | opcode, 0x80 | len(data)]) + bytes(4) + data)  # the mask is zero
-
-    def picture(self):
-        """(sequence, time of capture, time when it was encoded; s) of the next picture."""
-        while True:
-            first, length = self.input.read(2)
-            if length == 126:
-                length, = struct.unpack(">H", self.input.read(2))
-            elif length == 127:
-                length, = struct.unpack(">Q", self.input.read(8))
-            data = self.input.read(length)
-            if first & 15 == 9:
-                self.send(data, 10)
-            elif first & 15 == 2:
-                _, _, kind, _, sequence, _, _, captured_ns, sent_ns = HEADER.unpack_from(data)
-                if kind != 1:
-                    return sequence, 1e-9 * captured_ns, 1e-9 * sent_ns
+def picture(viewer):
+    """(sequence, time of capture, time when it was encoded; s) of the next picture."""
+    while True:
+        opcode, data = viewer.recv_data()
+        if opcode != websocket.ABNF.OPCODE_BINARY:
+            continue
+        _, _, kind, _, sequence, _, _, captured_ns, sent_ns = HEADER.unpack_from(data)
+        if kind != 1:
+            return sequence, 1e-9 * captured_ns, 1e-9 * sent_ns
 
 
 def watch(viewer, seconds, slower):
@@ -60,11 +43,11 @@ def watch(viewer, seconds, slower):
     shown, made = [], []
     end = time.time() + seconds
     while time.time() < end:
-        sequence, captured, sent = viewer.picture()
+        sequence, captured, sent = picture(viewer)
         made = (made + [(sequence, sent)])[-8:]
         period = (made[-1][1] - made[0][1]) / max(1, made[-1][0] - made[0][0])
         time.sleep(slower * period)
-        viewer.send({"type": "ack", "sequence": sequence})
+        viewer.send(json.dumps({"type": "ack", "sequence": sequence}))
         shown.append((time.time(), time.time() - captured, period))
     return shown[3:]
 
@@ -72,12 +55,6 @@ def watch(viewer, seconds, slower):
 def summary(shown):
     ages = sorted(age / period for _, age, period in shown)
     return {"median": round(ages[len(ages) // 2], 1), "of95": round(ages[int(0.95 * len(ages))], 1), "pictures": len(ages)}
-
-
-def free_port():
-    with socket.socket() as s:
-        s.bind(("127.0.0.1", 0))
-        return s.getsockname()[1]
 
 
 def main():
@@ -91,16 +68,16 @@ def main():
     arguments.add_argument("--set", action="append", default=["plan.method=rays", "plan.trace_scale=8"])
     given = arguments.parse_args()
     port = free_port()
-    service = subprocess.Popen([given.program, "serve", "--session", given.recording, "--listen", f"127.0.0.1:{port}"] +
-                               [word for line in given.set for word in ("--set", line)], stderr=subprocess.DEVNULL)
+    service = start([given.program, "serve", "--session", given.recording, "--listen", f"127.0.0.1:{port}"] +
+                    [word for line in given.set for word in ("--set", line)], stderr=subprocess.DEVNULL)
     try:
         for _ in range(600):
             with socket.socket() as s:
                 if s.connect_ex(("127.0.0.1", port)) == 0:
                     break
             time.sleep(0.1)
-        viewer = Viewer(port)
-        viewer.send({"type": "want", "codec": given.codec})
+        viewer = websocket.create_connection(f"ws://127.0.0.1:{port}/ws")
+        viewer.send(json.dumps({"type": "want", "codec": given.codec}))
         watch(viewer, 10, 0)  # the room is learnt
         fast = watch(viewer, given.seconds, 0)
         before = watch(viewer, given.seconds, given.slower)
@@ -110,8 +87,7 @@ def main():
         period_ms = 1e3 * (fast[-1][0] - fast[0][0]) / max(1, len(fast) - 1)
         print(json.dumps({"period_ms": round(period_ms), "fast": summary(fast), "slow": summary(before), "after_stall": summary(late)}))
     finally:
-        service.send_signal(signal.SIGINT)
-        service.wait(20)
+        interrupt(service)
 
 
 if __name__ == "__main__":

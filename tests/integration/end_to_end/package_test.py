@@ -9,12 +9,14 @@ import os
 import pathlib
 import re
 import shutil
-import socket
 import subprocess
 import sys
 import tempfile
 import time
 import urllib.request
+
+from browser_page import free_port
+from child_process import interrupt, start
 
 
 def output(*command, **more):
@@ -23,16 +25,10 @@ def output(*command, **more):
     return done.stdout
 
 
-def free_port():
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
-
-
 def check_serving(program, recording, folder):
     port = free_port()
     log = open(folder / "serve.log", "w+")
-    serve = subprocess.Popen([program, "serve", "--session", recording, "--listen", f"127.0.0.1:{port}"], stderr=log)
+    serve = start([program, "serve", "--session", recording, "--listen", f"127.0.0.1:{port}"], stderr=log)
     try:
         for _ in range(120):
             time.sleep(1)
@@ -45,8 +41,7 @@ def check_serving(program, recording, folder):
                 pass
         raise AssertionError(f"no picture within two minutes: {open(log.name).read()}")
     finally:
-        serve.terminate()
-        serve.wait(60)
+        interrupt(serve)
 
 
 def check_help(program, usr):

@@ -6,17 +6,16 @@
 Checks that a new object and other permissions come to a viewer whose pictures go on, and that a wrong file is named in
 the log and changes nothing.
 """
-import base64
 import json
 import os
 import shutil
 import signal
-import socket
-import struct
 import sys
 import tempfile
 import time
 import unittest
+
+import websocket
 
 from browser_page import free_port
 from child_process import interrupt, start
@@ -52,31 +51,19 @@ f 2 6 8 4
 
 class Viewer:
     def __init__(self, port):
-        self.socket = socket.create_connection(("127.0.0.1", port), timeout=WAIT_S)
-        self.socket.sendall(f"GET /ws HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
-                            f"Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: {base64.b64encode(os.urandom(16)).decode()}\r\n\r\n".encode())
-        self.input = self.socket.makefile("rb")
-        while self.input.readline() not in (b"\r\n", b""):
-            pass
+        self.socket = websocket.create_connection(f"ws://127.0.0.1:{port}/ws", timeout=WAIT_S)
         self.pictures = 0
 
     def send(self, message):
-        data = json.dumps(message).encode()
-        self.socket.sendall(bytes([0x81, 0x80 | len(data)]) + bytes(4) + data)
+        self.socket.send(json.dumps(message))
 
     def text(self):
         """The next text message; pictures are counted."""
         while True:
-            first, length = self.input.read(2)
-            if length == 126:
-                length, = struct.unpack(">H", self.input.read(2))
-            elif length == 127:
-                length, = struct.unpack(">Q", self.input.read(8))
-            data = self.input.read(length)
-            if first & 15 == 1:
+            opcode, data = self.socket.recv_data()
+            if opcode == websocket.ABNF.OPCODE_TEXT:
                 return json.loads(data)
-            if first & 15 == 2:
-                self.pictures += 1
+            self.pictures += opcode == websocket.ABNF.OPCODE_BINARY
 
     def wait(self, condition, what):
         end = time.monotonic() + WAIT_S
