@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "reconstruct/albedo/parameters.h"
+#include "reconstruct/field/radiance_bound.h"
 #include "reconstruct/light/fluence.h"
 #include "reconstruct/math/median.h"
 
@@ -47,7 +48,7 @@ class Extension {
     for (const auto& [key, brick] : field_.bricks) {
       if (!brick->color) continue;
       for (std::size_t i = 0; i < kBrickVoxels; ++i) {
-        if (brick->radiance_weight(i) > 0 || brick->color->radiance[i].isZero(0) || !(brick->weight[i] > 0) ||
+        if (!radiance_is_bound(*brick, i) || !(brick->weight[i] > 0) ||
             std::abs(brick->distance_m[i]) >= field_.voxel_m ||
             metal_.contains(field_.voxel_m * voxel_in(key, static_cast<int>(i)).cast<float>()))
           continue;

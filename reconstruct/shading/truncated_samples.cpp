@@ -3,6 +3,7 @@
 #include <cmath>
 #include <map>
 
+#include "reconstruct/field/radiance_bound.h"
 #include "reconstruct/shading/parameters.h"
 
 namespace lumigraft::reconstruct {
@@ -20,7 +21,7 @@ SampleCell of_all_normals(SampleCell cell) {
 
 bool clips(const FieldBrick& brick, std::size_t voxel, float voxel_m) {
   return brick.weight[voxel] > 0 && std::abs(brick.distance_m[voxel]) <= 0.5f * voxel_m &&
-         !(brick.radiance_weight(voxel) > 0) && !brick.radiance(voxel).isZero(0);
+         radiance_is_bound(brick, voxel);
 }
 
 Counts counts_of(const DistanceField& field, const Surface& surface) {

@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "reconstruct/field/radiance_bound.h"
 #include "reconstruct/math/tag_family.h"
 #include "relight/gather/parameters.h"
 
@@ -37,7 +38,7 @@ bool clips_at(const reconstruct::DistanceField& field, const Vector3f& p_m) {
   const Eigen::Vector3i voxel = (p_m / field.voxel_m).array().round().matrix().cast<int>();
   const reconstruct::FieldBrick* brick = field.brick(reconstruct::brick_of(voxel));
   const auto i = static_cast<std::size_t>(reconstruct::index_in_brick(voxel));
-  return brick && !(brick->radiance_weight(i) > 0) && !brick->radiance(i).isZero(0);
+  return brick && reconstruct::radiance_is_bound(*brick, i);
 }
 
 bool is_in_front(const Vector3f& eye_m, const Vector3f& p_m, const Vector3f& normal) {

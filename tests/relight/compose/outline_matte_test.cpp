@@ -38,6 +38,12 @@ struct Straight {
   }
 
   double by_cells(int u, int v) const {
+    const relight::OutlineMatte::Mixture mixture = read({{u, v}}).front();
+    EXPECT_TRUE(mixture.both);
+    return mixture.values_behind[1] - mixture.values_behind[0] * mixture.values_behind[0];
+  }
+  /// By one reader.
+  std::vector<relight::OutlineMatte::Mixture> read(const std::vector<cv::Point>& pixels) const {
     relight::CameraUpload picture(session.color);
     capture::FrameSet frame;
     auto color = std::make_shared<capture::Frame>();
@@ -48,10 +54,11 @@ struct Straight {
     const relight::CurrentDepth depth(rays, &depth_m, 0.008f);
     const relight::OutlineDistance away(front, reach.samples_px);
     relight::OutlineMatte matte({depth}, picture, {0, 0}, away, &places);
-    matte.prepare({{u, v}});
-    const relight::OutlineMatte::Mixture mixture = relight::OutlineMatte::Reader(matte).at(u, v);
-    EXPECT_TRUE(mixture.both);
-    return mixture.values_behind[1] - mixture.values_behind[0] * mixture.values_behind[0];
+    matte.prepare(pixels);
+    relight::OutlineMatte::Reader reader(matte);
+    std::vector<relight::OutlineMatte::Mixture> mixtures;
+    for (const cv::Point& pixel : pixels) mixtures.push_back(reader.at(pixel.x, pixel.y));
+    return mixtures;
   }
   /// Of all pixels within the reach, with weights 1 / (1 + r²/s²)², s half of the reach, and less near the outline.
   double by_pixels(int u, int v) const {
@@ -82,6 +89,22 @@ TEST(OutlineMatte, CellsSumColoursFromAsFarAsPixels) {
       }
     std::printf("%d: variance %.2f by cells, %.2f by pixels\n", width, cells / 16, pixels / 16);
     EXPECT_NEAR(cells / pixels, 1, 0.15) << width;
+  }
+}
+
+/// A reader keeps sums between nodes from one pixel to the next.
+TEST(OutlineMatte, OneReaderGivesWhatOneForEachPixelGives) {
+  const Straight scene(640);
+  std::vector<cv::Point> pixels;
+  for (const int du : {0, 1, 5}) {
+    for (int v = scene.height / 2; v < scene.height / 2 + 9; ++v)
+      pixels.emplace_back(scene.edge + du, v);  // down a column
+  }
+  const std::vector<relight::OutlineMatte::Mixture> by_one = scene.read(pixels);
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    const relight::OutlineMatte::Mixture own = scene.read({pixels[i]}).front();
+    EXPECT_FLOAT_EQ(by_one[i].values_behind[0], own.values_behind[0]) << pixels[i];
+    EXPECT_FLOAT_EQ(by_one[i].foreground, own.foreground) << pixels[i];
   }
 }
 
