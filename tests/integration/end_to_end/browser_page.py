@@ -31,8 +31,8 @@ class Page:
         options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
         self.driver = webdriver.Chrome(service=Service(popen_kw={"preexec_fn": end_with_parent}), options=options)
 
-    def open(self, port):
-        self.driver.get(f"http://127.0.0.1:{port}/")
+    def open(self, port, query=""):
+        self.driver.get(f"http://127.0.0.1:{port}/{query}")
 
     def data(self, key):
         return self.driver.execute_script(f"return document.getElementById('picture').dataset.{key} ?? null")

@@ -22,25 +22,10 @@ import numpy as np
 
 from browser_page import WAIT_S, Page, free_port
 from child_process import interrupt, start
+from still_session import still_session
 
 PROGRAM, RECORDING = (os.path.abspath(p) for p in sys.argv[1:3])
 CHANGED = 12  # pixel values: above the codec's noise
-
-
-def still_session(folder):
-    """Writes a session that repeats the recording's first frame, so that only the object changes."""
-    session = os.path.join(folder, "still")
-    os.makedirs(session)
-    for name in os.listdir(RECORDING):
-        if name not in ("truth", "color.txt", "depth.txt", "fisheye.txt"):
-            os.symlink(os.path.join(RECORDING, name), os.path.join(session, name))
-    for stream in ("color", "depth", "fisheye"):
-        with open(os.path.join(RECORDING, f"{stream}.txt")) as f:
-            lines = [line.split() for line in f if line.strip() and not line.startswith("#")]
-        with open(os.path.join(session, f"{stream}.txt"), "w") as f:
-            for line in lines:
-                f.write(" ".join([line[0], *lines[0][1:]]) + "\n")
-    return session
 
 
 class Service:
@@ -65,7 +50,7 @@ class BrowserTest(unittest.TestCase):
     def setUpClass(cls):
         cls.folder = tempfile.mkdtemp(prefix="lumigraft-browser-")
         cls.addClassCleanup(shutil.rmtree, cls.folder, ignore_errors=True)
-        cls.session = still_session(cls.folder)
+        cls.session = still_session(RECORDING, cls.folder)
         with open(os.path.join(cls.session, "session.toml"), "rb") as f:
             cls.color = tomllib.load(f)["color"]
         with open(os.path.join(RECORDING, "truth/000000/pose.json")) as f:
