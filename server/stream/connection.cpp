@@ -158,7 +158,7 @@ class StreamConnection final : public Connection {
   bool answer_login(std::string_view path) {
     const auto& request = parser_->get();
     // What a watchdog or the form itself needs says nothing.
-    if (path == "/healthz" || path == "/style.css") return false;
+    if (path == "/healthz" || path == "/style.css" || path == "/text.js" || path == "/texts.js") return false;
     if (path == "/login" && request.method() == http::verb::post) {
       std::string cookie;
       switch (listener_.login.log_in(request.body(), remote_, now_s(), cookie)) {

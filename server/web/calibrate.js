@@ -1,14 +1,23 @@
 // Guides the person who holds the board: pictures with detected corners, regions that lack corners, and the result.
+import { say } from "./messages.js";
+import { number, text } from "./text.js";
 
 const EVERY_MS = 400;
 const $ = (id) => document.getElementById(id);
 const SVG = "http://www.w3.org/2000/svg";
 
+/** The service's names of a picture's sides. */
+const SIDES = {
+  "right": text("calibrate.side.right"), "lower right": text("calibrate.side.lower-right"), "bottom": text("calibrate.side.bottom"),
+  "lower left": text("calibrate.side.lower-left"), "left": text("calibrate.side.left"), "upper left": text("calibrate.side.upper-left"),
+  "top": text("calibrate.side.top"), "upper right": text("calibrate.side.upper-right"),
+};
+
 function advice(camera) {
-  if (camera.corners_now === 0) return "The board is not seen: hold it closer, still, and out of the glare.";
-  if (camera.missing) return `Hold the board still in the ${camera.missing} of the picture, at a slant.`;
-  if (camera.views < camera.views_wanted) return "Turn and tilt the board, and hold it still each time.";
-  return "This camera has seen enough.";
+  if (camera.corners_now === 0) return text("calibrate.advice.unseen");
+  if (camera.missing) return text("calibrate.advice.corners", { where: SIDES[camera.missing] ?? camera.missing });
+  if (camera.views < camera.views_wanted) return text("calibrate.advice.tilt");
+  return text("calibrate.advice.enough");
 }
 
 /** Draws a pinhole's cells as a grid, a fish-eye's as rings around the axis and sectors, clockwise from the right. */
@@ -54,9 +63,9 @@ function show(camera, looking) {
   }
   if (looking || !figure.querySelector(".shown").src) figure.querySelector(".shown").src = `${camera.picture}?${Date.now()}`;
   figure.querySelector(".map").replaceChildren(map(camera));
+  const seen = { views: number(camera.views), wanted: number(camera.views_wanted), percent: number(100 * camera.reached) };
   figure.querySelector(".views").textContent =
-    `${camera.views} views, ${camera.views_wanted} needed; corners in ${Math.round(100 * camera.reached)} % of the ` +
-    (camera.rings ? "field" : "picture");
+    camera.rings ? text("calibrate.views.fisheye", seen) : text("calibrate.views.picture", seen);
   figure.querySelector(".advice").textContent = looking ? advice(camera) : "";
 }
 
@@ -66,8 +75,9 @@ function lastLine(report) { return report.trim().split("\n").at(-1); }
 async function tick() {
   try {
     const state = await (await fetch("calibrate.json")).json();
-    const words = { looking: "looking for the board", calculating: "calculating…", done: "done", refused: "refused" };
-    $("doing").textContent = words[state.doing];
+    const words = { looking: text("calibrate.looking"), calculating: text("calibrate.calculating"), done: text("calibrate.done"),
+                    refused: text("calibrate.refused") };
+    say($("doing"), words[state.doing]);
     $("doing").dataset.doing = state.doing;
     state.cameras.forEach((camera) => show(camera, state.doing === "looking"));
     $("finish").hidden = state.doing !== "looking";
@@ -75,10 +85,10 @@ async function tick() {
     $("both").hidden = state.doing !== "looking" || state.cameras.length < 2;
     $("result").hidden = !state.report && !state.refusal;
     $("verdict").textContent = state.doing === "done" ? lastLine(state.report) : "";
-    $("refusal").textContent = state.refusal;
+    say($("refusal"), state.refusal);
     $("report").textContent = state.report;
   } catch {
-    $("doing").textContent = "the program has ended";
+    say($("doing"), text("calibrate.ended"));
   }
 }
 $("finish").onclick = () => {

@@ -1,5 +1,8 @@
-// Controls of the objects: the panel, and dragging in the picture.
-import { pointOnPlane } from "./camera.js";
+// Controls of the objects: the panel, and what is sent when it or the picture changes them.
+import { Gallery } from "./gallery.js";
+import { announce } from "./messages.js";
+import { PictureControls } from "./picture.js";
+import { number, text } from "./text.js";
 
 const OPAQUE = { emission: [0, 0, 0], transmission: 0, ior: 1.5, thin_walled: false, attenuation_color: [1, 1, 1], attenuation_distance_m: 1,
   clearcoat: 0, clearcoat_roughness: 0 };
@@ -13,8 +16,6 @@ const MATERIALS = {
   lamp: { ...OPAQUE, base_color: [0.8, 0.8, 0.8], metallic: 0, roughness: 1, specular: 0, emission: [4, 2.8, 1.5] },
   glass: { ...OPAQUE, base_color: [1, 1, 1], metallic: 0, roughness: 0, specular: 1, transmission: 1 },
 };
-const STEP_M = 0.01;
-const TURN_DEGREES = 5;
 const MESSAGES_A_SECOND = 30;
 
 const $ = (id) => document.getElementById(id);
@@ -28,19 +29,18 @@ export class Controls {
     this.camera = null;
     this.T_tag_camera = null;
     this.pending = null;
+    this.gallery = new Gallery($("gallery"), () => this.show());
     this.bind();
   }
 
-  get index() { return $("object").selectedIndex; }
+  get index() { return this.gallery.index; }
   get current() { return this.permitted ? this.objects[this.index] : undefined; }
 
   hello(message) {
     this.camera = message.camera ?? null;
     this.permitted = message.permissions?.includes("control") ?? true;
     $("object-panel").hidden = message.objects.length === 0 || !this.permitted;
-    const chosen = Math.max(0, this.index);
-    $("object").replaceChildren(...message.objects.map((o) => new Option(o.name, o.index)));
-    $("object").selectedIndex = Math.min(chosen, message.objects.length - 1);
+    this.gallery.fill(message.objects);
     $("only").hidden = message.objects.length < 2;
     this.state(message.objects);
   }
@@ -52,12 +52,20 @@ export class Controls {
 
   pose(T_tag_camera) { this.T_tag_camera = T_tag_camera; }
 
+  /** Chooses an object by its place in the list. */
+  choose(index) {
+    this.gallery.index = index;
+    this.show();
+    if (this.current) announce(text("object.chosen", this.current));
+  }
+
   show() {
+    this.gallery.show(this.objects);
     const object = this.current;
     if (!object) return;
     $("visible").checked = object.visible;
     if (document.activeElement !== $("yaw")) $("yaw").value = object.yaw_degrees;
-    $("yaw-value").textContent = `${Math.round(object.yaw_degrees)}°`;
+    $("yaw-value").textContent = `${number(object.yaw_degrees)}°`;
     ["x", "y", "z"].forEach((axis, i) => {
       if (document.activeElement !== $(axis)) $(axis).value = object.position_m[i].toFixed(3);
     });
@@ -72,7 +80,7 @@ export class Controls {
     const names = [...$("variant").options].slice(1).map((option) => option.text);
     if ($("variant").options.length === 0 || names.join("\n") !== variants.names.join("\n")) {
       const all = variants.names.map((name, i) => new Option(name, i));
-      $("variant").replaceChildren(new Option("The file's default", ""), ...all);
+      $("variant").replaceChildren(new Option(text("variant.default"), ""), ...all);
     }
     $("variant").selectedIndex = variants.name === null ? 0 : 1 + variants.names.indexOf(variants.name);
   }
@@ -140,7 +148,6 @@ export class Controls {
   }
 
   bind() {
-    $("object").onchange = () => this.show();
     $("visible").onchange = () => this.change({ visible: $("visible").checked });
     $("only").onclick = () => this.showOnly();
     $("yaw").oninput = () => this.change({ yaw_degrees: Number($("yaw").value) });
@@ -172,63 +179,19 @@ export class Controls {
       this.pending = null; // what was changed before
       this.send({ type: "object", index: this.current.index, reset: true });
     };
-    this.bindPicture($("picture"));
+    $("put").onclick = () => this.awaitTap(!this.awaitsTap);
+    new PictureControls($("picture"), this);
   }
 
   /** Whether the next tap on the picture puts the object there. */
   awaitTap(on) { $("put").setAttribute("aria-pressed", String(on)); }
   get awaitsTap() { return $("put").getAttribute("aria-pressed") === "true"; }
 
-  bindPicture(canvas) {
-    let grip = null; // offset from the pointer's hit on the object's plane to the object's position
-    const pixel = (event) => {
-      const box = canvas.getBoundingClientRect();
-      const scale = Math.min(box.width / canvas.width, box.height / canvas.height); // object-fit: contain
-      return [(event.clientX - box.left - (box.width - canvas.width * scale) / 2) / scale - 0.5,
-        (event.clientY - box.top - (box.height - canvas.height * scale) / 2) / scale - 0.5];
-    };
-    const meet = (event) => {
-      if (!this.camera || !this.T_tag_camera || !this.current) return null;
-      return pointOnPlane(this.camera, this.T_tag_camera, ...pixel(event), this.current.position_m[2]);
-    };
-    $("put").onclick = () => this.awaitTap(!this.awaitsTap);
-    canvas.onpointerdown = (event) => {
-      if (this.awaitsTap && this.current) {
-        const [u, v] = pixel(event);
-        if (u < 0 || v < 0 || u > canvas.width - 1 || v > canvas.height - 1) return;
-        this.awaitTap(false);
-        this.flush(); // what was changed before
-        this.send({ type: "object", index: this.current.index, on_pixel: [u, v] });
-        return;
-      }
-      const point = meet(event);
-      if (!point) return;
-      canvas.setPointerCapture(event.pointerId);
-      const place = this.current.position_m;
-      grip = [place[0] - point[0], place[1] - point[1]];
-    };
-    canvas.onpointermove = (event) => {
-      if (!grip) return;
-      const point = meet(event);
-      if (point) this.change({ position_m: [point[0] + grip[0], point[1] + grip[1], this.current.position_m[2]] });
-    };
-    canvas.onpointerup = canvas.onpointercancel = () => { grip = null; };
-    canvas.addEventListener("wheel", (event) => {
-      if (!this.current) return;
-      event.preventDefault();
-      this.turn(event.deltaY > 0 ? -TURN_DEGREES : TURN_DEGREES);
-    }, { passive: false });
-    canvas.onkeydown = (event) => {
-      const action = {
-        ArrowLeft: () => this.move(-STEP_M, 0), ArrowRight: () => this.move(STEP_M, 0),
-        ArrowUp: () => this.move(0, STEP_M), ArrowDown: () => this.move(0, -STEP_M),
-        q: () => this.turn(TURN_DEGREES), e: () => this.turn(-TURN_DEGREES),
-      }[event.key];
-      if (action && this.current) {
-        event.preventDefault();
-        action();
-      }
-    };
+  putOnPixel(u, v) {
+    if (!this.current) return;
+    this.awaitTap(false);
+    this.flush(); // what was changed before
+    this.send({ type: "object", index: this.current.index, on_pixel: [u, v] });
   }
 }
 

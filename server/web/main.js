@@ -2,10 +2,13 @@
 import { Connection } from "./connection.js";
 import { Controls } from "./controls.js";
 import { Decoder, h264Possible } from "./decoder.js";
+import { isKiosk, Kiosk } from "./kiosk.js";
+import { error, warnings } from "./messages.js";
 import { Panel } from "./panel.js";
 import { KIND, parseMessage } from "./protocol.js";
 import { PlaybackBar } from "./playback.js";
 import { RecordButton } from "./record.js";
+import { text } from "./text.js";
 
 const canvas = document.getElementById("picture");
 const context = canvas.getContext("2d");
@@ -13,6 +16,7 @@ const panel = new Panel();
 const controls = new Controls((message) => connection.send(message));
 const playbackBar = new PlaybackBar((message) => connection.send(message));
 const recordButton = new RecordButton((message) => connection.send(message));
+const kiosk = isKiosk ? new Kiosk() : null;
 let h264Works = h264Possible();
 let program = null; // the version that this page belongs to
 
@@ -27,9 +31,10 @@ const decoder = new Decoder({
     canvas.dataset.grafted = !message.passedThrough;
     canvas.dataset.pictures = Number(canvas.dataset.pictures ?? 0) + 1;
     canvas.dataset.codec = message.kind === KIND.jpeg ? "jpeg" : "h264";
-    const instead = window.isSecureContext ? "JPEG" : "JPEG (browsers decode H.264 over https only)";
+    const instead = window.isSecureContext ? "JPEG" : text("stream.https");
     document.getElementById("codec-used").textContent = message.kind === KIND.jpeg ? instead : "H.264";
     panel.picture();
+    kiosk?.picture();
     connection.send({ type: "ack", sequence: message.sequence });
   },
   onNeedKey: () => connection.send({ type: "key" }),
@@ -65,11 +70,13 @@ const connection = new Connection(`${location.protocol === "https:" ? "wss" : "w
       controls.state(message.objects);
     } else if (message.type === "stats") {
       panel.stats(message);
+      warnings(message.warnings ?? []);
       playbackBar.stats(message.playback ?? null);
       recordButton.stats(message.recording ?? null);
       controls.pose(message.T_tag_camera ?? null);
     } else if (message.type === "error") {
-      panel.warnings([message.error]);
+      // What visitors see most often: their tap met no level surface.
+      error(message.error.startsWith("on_pixel:") ? text("object.no-surface") : message.error);
     }
   },
   onBinary(buffer) {

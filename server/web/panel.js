@@ -1,7 +1,10 @@
 // The statistics panel.
+import { say } from "./messages.js";
+import { number, text } from "./text.js";
 
 const $ = (id) => document.getElementById(id);
-const ms = (value) => (value === undefined ? "–" : value < 10 ? value.toFixed(1) : value.toFixed(0));
+const ms = (value) => (value === undefined ? "–" : number(value, value < 10 ? 1 : 0));
+const list = (entries) => entries.map(([key, value]) => `${key} ${value}`).join(", ");
 
 export class Panel {
   constructor() {
@@ -11,9 +14,9 @@ export class Panel {
   }
 
   connection(state) {
-    const words = { connecting: "connecting…", open: "connected", lost: "connection lost, trying again" };
+    const words = { connecting: text("connection.connecting"), open: text("connection.open"), lost: text("connection.lost") };
     $("connection").dataset.state = state;
-    $("connection").textContent = words[state];
+    say($("connection"), words[state]);
     // Until there is a connection again, also while trying.
     if (state !== "connecting") $("lost").hidden = state === "open";
   }
@@ -25,14 +28,14 @@ export class Panel {
     const since = performance.now() - 2000;
     this.shown = this.shown.filter((time) => time > since);
     this.bytes = this.bytes.filter(([time]) => time > since);
-    $("shown-fps").textContent = `${(this.shown.length / 2).toFixed(1)} fps`;
+    $("shown-fps").textContent = text("stream.fps", { count: number(this.shown.length / 2, 1) });
     const bits = this.bytes.reduce((sum, [, count]) => sum + 8 * count, 0) / 2;
-    $("rate").textContent = `${(bits / 1e6).toFixed(2)} Mbit/s`;
+    $("rate").textContent = `${number(bits / 1e6, 2)} Mbit/s`;
   }
 
   stats(stats) {
-    $("made-fps").textContent = `${stats.fps.toFixed(1)} fps`;
-    $("viewers").textContent = stats.clients;
+    $("made-fps").textContent = text("stream.fps", { count: number(stats.fps, 1) });
+    $("viewers").textContent = number(stats.clients);
     const { capture_to_ack: endToEnd, ...stages } = stats.stage_ms;
     if (endToEnd) $("end-to-end").textContent = `${ms(endToEnd.mean)} ms`; // below 1 Hz, some seconds have none
     $("stages").tBodies[0].replaceChildren(...Object.entries(stages).map(([name, time]) => {
@@ -43,18 +46,9 @@ export class Panel {
       return row;
     }));
     const drops = Object.entries(stats.drops ?? {}).filter(([, count]) => count > 0);
-    $("drops").textContent = drops.length ? `dropped because slow: ${drops.map(([who, count]) => `${who} ${count}`).join(", ")}` : "";
-    $("plan").textContent = `plan: ${Object.entries(stats.plan ?? {}).map(([key, value]) => `${key} ${value}`).join(", ")}`;
+    $("drops").textContent = drops.length ? text("stages.dropped", { list: list(drops) }) : "";
+    $("plan").textContent = text("stages.plan", { list: list(Object.entries(stats.plan ?? {})) });
     $("learning").hidden = !(stats.scene?.learning ?? false);
     $("picture").dataset.settled = stats.scene?.settled ?? false;
-    this.warnings(stats.warnings ?? []);
-  }
-
-  warnings(lines) {
-    $("warnings").replaceChildren(...lines.map((line) => {
-      const item = document.createElement("li");
-      item.textContent = line;
-      return item;
-    }));
   }
 }

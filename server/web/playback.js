@@ -1,4 +1,5 @@
 // The seek bar of a recording. Its state comes from the service, so that every viewer sees the same.
+import { number, text } from "./text.js";
 
 const MESSAGES_A_SECOND = 10;
 
@@ -6,7 +7,7 @@ const $ = (id) => document.getElementById(id);
 
 function time(seconds) {
   const tenths = Math.floor(10 * seconds);
-  return `${Math.floor(tenths / 600)}:${String(Math.floor(tenths / 10) % 60).padStart(2, "0")}.${tenths % 10}`;
+  return `${Math.floor(tenths / 600)}:${number((tenths % 600) / 10, 1).padStart(4, "0")}`;
 }
 
 export class PlaybackBar {
@@ -37,14 +38,14 @@ export class PlaybackBar {
     this.command({ at_s: Number($("seek").value) });
   }
 
-  show() { $("moment").textContent = `${time(Number($("seek").value))} of ${time(Number($("seek").max))}`; }
+  show() { $("moment").textContent = text("playback.moment.of", { at: time(Number($("seek").value)), length: time(Number($("seek").max)) }); }
 
   /** playback: from `stats`; null for live cameras */
   stats(playback) {
     $("playback").hidden = !playback || !this.permitted;
     if (!playback) return;
     $("pause").setAttribute("aria-pressed", playback.paused);
-    $("pause").textContent = playback.paused ? "Play" : "Pause";
+    $("pause").textContent = playback.paused ? text("playback.play") : text("playback.pause");
     $("seek").max = playback.length_s;
     if (!this.dragged) $("seek").value = playback.at_s;
     this.show();

@@ -111,6 +111,8 @@ TEST_F(ListenerTest, ATokenIsNeeded) {
   EXPECT_NE(get(0, "/").find("Location: /login"), std::string::npos);
   EXPECT_NE(get(0, "/snapshot.jpg").find(" 401 "), std::string::npos);
   EXPECT_EQ(get(0, "/main.js").find("this is"), std::string::npos);
+  for (const char* of_the_form : {"/style.css", "/text.js", "/texts.js"})
+    EXPECT_NE(get(0, of_the_form).find("this is"), std::string::npos) << of_the_form;
   EXPECT_NE(get(0, "/login").find("this is /login.html"), std::string::npos);
   EXPECT_NE(get(0, "/healthz").find(" 200 "), std::string::npos);
   EXPECT_NE(get(1, "/snapshot.jpg").find(" 200 "), std::string::npos);
