@@ -1,4 +1,5 @@
 // The exhibit's own screen, `/?kiosk`: the picture alone, and nothing that leads away from it.
+import { keyOf } from "./picture.js";
 
 const CURSOR_MS = 3000;
 const PATIENCE_MS = 3000; // without pictures
@@ -26,7 +27,7 @@ function stayHere() {
   }
   addEventListener("wheel", (event) => { if (event.ctrlKey) event.preventDefault(); }, { passive: false }); // zoom
   addEventListener("keydown", (event) => {
-    if (event.ctrlKey || event.altKey || event.metaKey || !KEYS.includes(event.key)) event.preventDefault();
+    if (event.ctrlKey || event.altKey || event.metaKey || !KEYS.includes(keyOf(event))) event.preventDefault();
   }, { capture: true });
   history.pushState(null, "");
   addEventListener("popstate", () => history.pushState(null, ""));

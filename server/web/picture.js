@@ -9,6 +9,8 @@ const REACH_UP_M = 0.15; // an object is taken for as high: the service does not
 const NAMED_MS = 2000;
 
 const $ = (id) => document.getElementById(id);
+/** The name of a key, whether or not capitals are locked. */
+export const keyOf = (event) => (event.key.length === 1 ? event.key.toLowerCase() : event.key);
 const degrees = (angle) => ((((angle + 180) % 360) + 360) % 360) - 180;
 
 function distanceToSegment([u, v], [u0, v0], [u1, v1]) {
@@ -68,6 +70,7 @@ export class PictureControls {
   }
 
   down(event) {
+    if (event.button !== 0) return;
     const at = { x: event.clientX, y: event.clientY };
     if (this.controls.awaitsTap) return this.put(at);
     if (this.pointers.size === 0) this.choose(this.objectAt(at));
@@ -156,7 +159,7 @@ export class PictureControls {
       ArrowLeft: () => controls.move(-STEP_M, 0), ArrowRight: () => controls.move(STEP_M, 0),
       ArrowUp: () => controls.move(0, STEP_M), ArrowDown: () => controls.move(0, -STEP_M),
       q: () => controls.turn(TURN_DEGREES), e: () => controls.turn(-TURN_DEGREES), n: () => this.chooseNext(),
-    }[event.key];
+    }[keyOf(event)];
     if (!action || !controls.current || event.ctrlKey || event.altKey || event.metaKey) return;
     event.preventDefault();
     action();

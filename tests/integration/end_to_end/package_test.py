@@ -75,6 +75,9 @@ def main():
         cameras = output(program, "devices")
         assert "No such file" not in cameras, f"a helper was not found: {cameras}"
         assert "ExecStart=/usr/bin/lumigraft serve" in (usr / "lib/systemd/system/lumigraft.service").read_text()
+        screen = (usr / "lib/systemd/system/lumigraft-screen.service").read_text()
+        policies = re.search(r"^BindReadOnlyPaths=/(usr/[^:]*):", screen, re.M)[1]
+        assert (folder / "root" / policies).is_file(), policies
         check_help(program, usr)
         check_serving(program, usr / "share/lumigraft/recordings/tabletop", folder)
         if shutil.which("lintian"):
