@@ -117,6 +117,8 @@ token_file = "token"
     def test_3_own_certificate_and_token(self):
         self.open(self.own)
         self.assertIn("log in", self.page.driver.title)
+        pressed = "return document.querySelector('[data-language=en]').ariaPressed"
+        self.page.wait(lambda: self.page.driver.execute_script(pressed) == "true", "the form's texts, which need no token")
         field = self.page.driver.find_element("name", "token")
         field.send_keys("guess")
         field.submit()
