@@ -8,7 +8,7 @@ import shutil
 import threading
 import urllib.request
 
-from aiortc import RTCPeerConnection, RTCSessionDescription
+from aiortc import RTCPeerConnection, RTCRtpSender, RTCSessionDescription
 from aiortc.contrib.media import MediaPlayer, MediaRelay
 
 from child_process import interrupt, start
@@ -85,8 +85,10 @@ class WhepServer:
     async def view(self, offer):
         peer = RTCPeerConnection()
         self.peers.append(peer)
-        await peer.setRemoteDescription(RTCSessionDescription(offer, "offer"))
         peer.addTrack(self.relay.subscribe(self.track))
+        h264 = [codec for codec in RTCRtpSender.getCapabilities("video").codecs if codec.mimeType == "video/H264"]
+        peer.getTransceivers()[0].setCodecPreferences(h264)
+        await peer.setRemoteDescription(RTCSessionDescription(offer, "offer"))
         await peer.setLocalDescription(await peer.createAnswer())
         return peer.localDescription.sdp
 
