@@ -35,8 +35,8 @@ struct ServerSettings {
   int jpeg_quality = 85;
   std::filesystem::path recordings;  ///< folder for recordings from the page; empty: it cannot record
   RecordingLimits recording_limits;
-  std::optional<PublishUrl> publish;  ///< a media server to publish to
-  WatchUrl watch;                     ///< where /watch.html gets what is published
+  std::optional<PublishUrl> publish;                            ///< a media server to publish to
+  WatchUrl watch;                                               ///< where /watch.html gets what is published
   relight::gpu::Backend backend = relight::gpu::Backend::best;  ///< also for replay
   reconstruct::FusionSettings fusion;                           ///< also for replay
   std::filesystem::path room;  ///< file of the kept room, also for replay; empty: the default of live cameras

@@ -100,8 +100,8 @@ MediaOutput::MediaOutput(const PublishUrl& url, const Format& format, std::stop_
   if (url.muxer == "rtsp") av_dict_set(&options.all, "rtsp_transport", "tcp", 0);
   if (url.muxer != "mpegts") av_dict_set_int(&options.all, "pkt_size", kPublish.packet_bytes, 0);
   if ((s.output->oformat->flags & AVFMT_NOFILE) == 0) {
-    check("connecting", avio_open2(&s.output->pb, url.url.c_str(), AVIO_FLAG_WRITE, &s.output->interrupt_callback,
-                                   &options.all));
+    check("connecting",
+          avio_open2(&s.output->pb, url.url.c_str(), AVIO_FLAG_WRITE, &s.output->interrupt_callback, &options.all));
   }
   check("connecting", avformat_write_header(s.output, &options.all));
   s.begun = true;

@@ -1,9 +1,9 @@
 #pragma once
 // Publishes the H.264 stream to a media server, which serves it to any number of viewers.
 //
-// It has a thread of its own and a bounded queue: a peer that is slow, gone or silent delays neither the encoder nor the
-// viewers of the websocket. It asks for H.264 while it is connected or tries to connect, since what connects needs a key
-// frame, and not while it waits for the next attempt: nothing is encoded for a server that is away.
+// It has a thread of its own and a bounded queue: a peer that is slow, gone or silent delays neither the encoder nor
+// the viewers of the websocket. It asks for H.264 while it is connected or tries to connect, since what connects needs
+// a key frame, and not while it waits for the next attempt: nothing is encoded for a server that is away.
 #include <chrono>
 #include <condition_variable>
 #include <cstdint>

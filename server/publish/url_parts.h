@@ -7,11 +7,11 @@
 namespace lumigraft::server {
 
 struct UrlParts {
-  std::string scheme;          ///< in lower case
-  bool credentials = false;    ///< whether there are a name or a password
-  std::string host;            ///< an IPv6 address in its brackets
-  std::optional<int> port;     ///< 1 to 65535
-  std::string path;            ///< with its slash; may be empty
+  std::string scheme;        ///< in lower case
+  bool credentials = false;  ///< whether there are a name or a password
+  std::string host;          ///< an IPv6 address in its brackets
+  std::optional<int> port;   ///< 1 to 65535
+  std::string path;          ///< with its slash; may be empty
   bool query = false;
 
   /// As "host:port" or "host".

@@ -44,7 +44,7 @@ enum class Codec { none, h264, jpeg };
 
 /// Which encodings are currently requested: a kind that nobody requests is not encoded.
 struct EncoderDemand {
-  std::atomic<int> h264 = 0, jpeg = 0;  ///< viewers
+  std::atomic<int> h264 = 0, jpeg = 0;   ///< viewers
   std::atomic<bool> publishing = false;  ///< H.264, to a media server
   std::atomic<bool> key = false;         ///< a viewer needs a key frame; the encoder clears this
 

@@ -10,7 +10,8 @@ namespace {
 using Bytes = std::vector<std::uint8_t>;
 
 TEST(ParameterSets, AreFoundAmongOtherUnits) {
-  const Bytes unit{0, 0, 0, 1, 0x09, 0xf0, 0, 0, 0, 1, 0x67, 1, 2, 0, 0, 1, 0x68, 3, 0, 0, 1, 0x06, 9, 0, 0, 1, 0x65, 7, 0, 0, 1, 0x67, 8};
+  const Bytes unit{0, 0, 0, 1, 0x09, 0xf0, 0, 0, 0, 1,    0x67, 1, 2, 0, 0,    1, 0x68,
+                   3, 0, 0, 1, 0x06, 9,    0, 0, 1, 0x65, 7,    0, 0, 1, 0x67, 8};
   EXPECT_EQ(parameter_sets(unit), (Bytes{0, 0, 0, 1, 0x67, 1, 2, 0, 0, 0, 1, 0x68, 3})) << "none follows the picture";
   EXPECT_EQ(parameter_sets(Bytes{}), Bytes{});
   EXPECT_EQ(parameter_sets(Bytes{0, 0, 1}), Bytes{});

@@ -15,8 +15,8 @@ TEST(PublishUrl, SchemesSayTheMuxer) {
 TEST(PublishUrl, RefusesWhatCannotBePublishedTo) {
   for (const char* text :
        {"", "rtsp", "rtsp://", "rtsp://:8554/kiosk", "rtsp://host", "rtsp://host/", "rtsp://host:0/kiosk",
-        "rtsp://host:65536/kiosk", "rtsp://host:port/kiosk", "rtsp://ho st/kiosk", "srt://host", "rtp://host/", "http://host/kiosk",
-        "file:///etc/passwd", "/dev/null", "pipe:1", "concat:a|b", "rtmp://host:1935/live"}) {
+        "rtsp://host:65536/kiosk", "rtsp://host:port/kiosk", "rtsp://ho st/kiosk", "srt://host", "rtp://host/",
+        "http://host/kiosk", "file:///etc/passwd", "/dev/null", "pipe:1", "concat:a|b", "rtmp://host:1935/live"}) {
     EXPECT_FALSE(read_publish_url(text)) << text;
   }
 }
