@@ -11,8 +11,8 @@ constexpr std::array<std::uint8_t, 3> kStart{0, 0, 1};
 constexpr int kTypeMask = 0x1f, kSequenceSet = 7, kPictureSet = 8;
 
 std::size_t find_start(std::span<const std::uint8_t> bytes, std::size_t from) {
-  const auto found = std::ranges::search(bytes.subspan(from), kStart);
-  return found.empty() ? bytes.size() : from + static_cast<std::size_t>(found.begin() - bytes.subspan(from).begin());
+  const auto begin = bytes.begin() + static_cast<std::ptrdiff_t>(from);
+  return static_cast<std::size_t>(std::search(begin, bytes.end(), kStart.begin(), kStart.end()) - bytes.begin());
 }
 
 }  // namespace
