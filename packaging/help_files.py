@@ -15,7 +15,7 @@ files (replay)."""
 EXIT_STATUS = [("0", "Success; also after SIGINT and SIGTERM."), ("2", "Bad input: one line says where and what is allowed."),
                ("1", "Another failure.")]
 FILES = [("/var/lib/lumigraft/kiosk.toml", "Configuration of the system service, lumigraft.service."),
-         ("/usr/share/lumigraft/configs", "Examples: a kiosk, a board for calibration, Caddy, nginx."),
+         ("/usr/share/lumigraft/configs", "Examples: a kiosk, a board for calibration, Caddy, nginx, media servers."),
          ("/usr/share/lumigraft/recordings/tabletop", "A recorded session, for a first try with serve \\-\\-session."),
          ("/usr/share/doc/lumigraft", "Documentation: configuration, cameras, the service, the protocol of the page.")]
 SIGNALS = [("SIGHUP", "serve reads its exhibit and the permissions, tokens and certificates of its listeners again."),

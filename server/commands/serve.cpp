@@ -21,6 +21,7 @@
 #include "server/pipeline/listener_config.h"
 #include "server/pipeline/parameters.h"
 #include "server/pipeline/pipeline.h"
+#include "server/publish/publisher.h"
 #include "server/stream/page.h"
 #include "server/stream/web_server.h"
 
@@ -52,13 +53,22 @@ class Snapshots {
   std::chrono::steady_clock::time_point encoded_{};
 };
 
-WebReply get(std::string_view path, const Metrics& metrics, Snapshots& snapshots) {
+/// The page that plays what is published, and where it gets that from.
+WebReply watch_reply(std::string_view path, const WatchUrl& watch) {
+  if (path == "/watch.json") return {.type = "application/json", .body = watch_text(watch.url)};
+  WebReply page = page_reply(path);
+  page.connects_to = watch.origin;
+  return page;
+}
+
+WebReply get(std::string_view path, const Metrics& metrics, Snapshots& snapshots, const WatchUrl& watch) {
   if (path == "/healthz") {
     const Health h = health(metrics);
     return {.status = h.ok ? 200u : 503u, .type = "application/json", .body = h.json};
   }
   if (path == "/metrics")
     return {.status = 200, .type = "text/plain; version=0.0.4; charset=utf-8", .body = metrics.prometheus()};
+  if (path == "/watch.html" || path == "/watch.json") return watch_reply(path, watch);
   return path == "/snapshot.jpg" ? snapshots.newest() : page_reply(path);
 }
 
@@ -129,18 +139,23 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
   EncoderDemand demand;
   Metrics metrics;
   WebServer* web_pointer = nullptr;
+  std::optional<Publisher> publisher;
+  if (server.publish) publisher.emplace(*server.publish, demand, metrics);
   Pipeline pipeline(
       std::move(input), std::move(cameras), open,
       [backend = server.backend] { return relight::gpu::create_device(backend, relight::gpu::DeviceOptions{}); },
       demand, metrics,
-      [&web_pointer](std::shared_ptr<const StreamMessage> message) { web_pointer->publish(std::move(message)); },
+      [&publisher, &web_pointer](std::shared_ptr<const StreamMessage> message) {
+        if (publisher) publisher->offer(message);
+        web_pointer->publish(std::move(message));
+      },
       std::move(keep));
 
   Snapshots snapshots(pipeline, server.jpeg_quality);
   const WebSettings settings{
       .listeners = server.listeners, .max_viewers = server.max_viewers, .max_connections = 4 * server.max_viewers};
   WebHandlers handlers;
-  handlers.get = [&](std::string_view path) { return get(path, metrics, snapshots); };
+  handlers.get = [&](std::string_view path) { return get(path, metrics, snapshots, server.watch); };
   handlers.hello = [&](Permissions permissions) { return hello_text(session, pipeline.exhibit(), permissions); };
   handlers.state = [&] { return state_text(pipeline.exhibit()); };
   handlers.change_object = [&](const ObjectCommand& command) { return pipeline.change_object(command); };
@@ -186,6 +201,8 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
       web.greet();  // permissions
       reconstruct::append_warnings(said, again.warnings);
       reconstruct::append_warnings(said, listener_warnings(again.server.listeners));
+      if (again.server.publish != server.publish || again.server.watch != server.watch)
+        said.emplace_back("server.publish and server.watch take effect at the next start");
       for (const std::string& line : said) std::fprintf(stderr, "lumigraft: %s\n", line.c_str());
       std::fprintf(stderr, "lumigraft: read the exhibit and the listeners again\n");
     } catch (const std::exception& e) {
@@ -209,7 +226,11 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
     }
     if (const std::size_t now = pipeline.exhibit().replaced(); now != std::exchange(replaced, now)) web.greet();
     const Pipeline::Record record = pipeline.newest_record();
-    log.tick(record.warnings, metrics.drops());  // before viewers know: whoever reads of it finds it in the log
+    std::vector<std::string> warnings = record.warnings;
+    if (publisher) {
+      if (const auto warning = publisher->warning()) warnings.push_back(*warning);
+    }
+    log.tick(warnings, metrics.drops());  // before viewers know: whoever reads of it finds it in the log
     web.publish_text("stats",
                      stats_text(record, metrics, metrics.take_interval(),
                                 button ? std::optional(button->state()) : std::nullopt, pipeline.playback().state()));
@@ -228,6 +249,7 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
   }
   manager.stopping();
   pipeline.stop();  // requests the stages to stop; one may be in a long call
+  if (publisher) publisher->stop();
   pipeline.keep_room();
   save_tag_map();
   save_views();

@@ -74,6 +74,10 @@ std::string stats_text(const Pipeline::Record& record, const Metrics& metrics, c
   return json_line(json);
 }
 
+std::string watch_text(const std::string& whep_url) {
+  return json_line({{"whep", whep_url.empty() ? Json() : Json(whep_url)}});
+}
+
 Health health(const Metrics& metrics) {
   Health health;
   const double age_s = metrics.age_of_last_frame_s();

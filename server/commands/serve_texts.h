@@ -19,6 +19,9 @@ std::string stats_text(const Pipeline::Record& record, const Metrics& metrics, c
                        const std::optional<RecordButton::State>& recording,
                        const std::optional<Playback::State>& playback);
 
+/// Of the page /watch.html: `whep` is where it gets the published stream, null if that is nowhere.
+std::string watch_text(const std::string& whep_url);
+
 /// `ok` is false where no frame was composited for 5 s; `grafting` is false where for a minute none had the objects
 /// that should be shown.
 struct Health {

@@ -160,6 +160,9 @@ std::string Metrics::prometheus() const {
   one("lumigraft_fusion_evicted_bricks_total", "counter", "Bricks evicted to bound the memory.",
       evicted_bricks_.load());
   one("lumigraft_kept_room_bytes", "gauge", "File of the kept room, as last written; 0 before.", kept_bytes_.load());
+  one("lumigraft_published_pictures_total", "counter", "Pictures written to the media server.", published_.load());
+  one("lumigraft_publish_connected", "gauge", "1 while there is a connection to the media server.",
+      publish_connected_ ? 1 : 0);
   one("lumigraft_warnings_total", "counter", "Warnings that frames carried.", warnings_);
   each("lumigraft_dropped_total", "counter", "Items dropped because the named stage was busy.", "stage", drops_, whole);
   each("lumigraft_encoded_pictures_total", "counter", "Pictures encoded.", "codec", encoded_, first);

@@ -40,6 +40,9 @@ class Metrics {
   void fused(std::size_t bricks, std::size_t bytes, std::size_t evicted);
   /// The room was written to the disk.
   void kept(std::uintmax_t bytes) { kept_bytes_ = bytes; }
+  /// A picture was written to the media server; whether there is a connection to it.
+  void published() { ++published_; }
+  void publish_connected(bool connected) { publish_connected_ = connected; }
   void cameras_with_faults(int count) { cameras_with_faults_ = count; }
 
   std::uint64_t frames() const;
@@ -75,6 +78,8 @@ class Metrics {
   Clock::time_point last_frame_{}, last_grafted_ = Clock::now(), interval_start_ = Clock::now();
   std::atomic<std::size_t> bricks_ = 0, brick_bytes_ = 0, evicted_bricks_ = 0;
   std::atomic<std::uintmax_t> kept_bytes_ = 0;
+  std::atomic<std::uint64_t> published_ = 0;
+  std::atomic<bool> publish_connected_ = false;
   std::atomic<int> viewers_ = 0;
   std::atomic<int> cameras_with_faults_ = 0;
 };

@@ -15,6 +15,23 @@ bool of_configuration(const std::string& override_line) {
   return head == "server" || head == "plan" || head == "session" || head == "exhibit";
 }
 
+/// Where the stream is published and watched. Errors never show a password.
+void read_media_server(const capture::ConfigTable& table, ServerSettings& settings) {
+  if (table.has("publish")) {
+    const std::string url = table.text("publish");
+    settings.publish = read_publish_url(url);
+    if (!settings.publish) {
+      table.fail("publish", "found \"" + shown_of_refused(url) + "\", allowed: " + kPublishAllowed);
+    }
+  }
+  if (table.has("watch")) {
+    const std::string url = table.text("watch");
+    const std::optional<WatchUrl> watch = read_watch_url(url);
+    if (!watch) table.fail("watch", "found \"" + shown_of_refused(url) + "\", allowed: " + kWatchAllowed);
+    settings.watch = *watch;
+  }
+}
+
 ServerSettings read_server(const capture::ConfigTable& root) {
   ServerSettings settings;
   if (const auto table = root.optional_table("server")) {
@@ -26,6 +43,7 @@ ServerSettings read_server(const capture::ConfigTable& root) {
     limits.max_s = table->number("max_recording_s", 1, 86400, limits.max_s);
     limits.max_total_gb = table->number("max_recordings_gb", 0.1, 1e6, limits.max_total_gb);
     limits.min_free_gb = table->number("min_free_disk_gb", 0.1, 1e6, limits.min_free_gb);
+    read_media_server(*table, settings);
     settings.backend = *relight::gpu::backend_named(table->choice("backend", {"best", "vulkan", "egl"}, "best"));
     double& memory_mb = settings.fusion.max_memory_mb;
     if (table->has("room")) settings.room = table->folder() / table->text("room");
@@ -130,6 +148,10 @@ std::string settable_keys() {
       "  server.max_recording_s  (1 to 86400)\n      a recording ends after so long; 600\n"
       "  server.max_recordings_gb  (0.1 to 1000000)\n      of all recordings together; the oldest are removed; 50\n"
       "  server.min_free_disk_gb  (0.1 to 1000000)\n      of the recordings' disk, left to others; 5\n"
+      "  server.publish  (rtsp://HOST/PATH, srt://HOST:PORT?streamid=... or rtp://HOST:PORT)\n      a media server "
+      "that "
+      "the stream is published to; none\n"
+      "  server.watch  (URL)\n      where the page /watch.html gets it from that server, by WHEP; none\n"
       "  server.backend  (best, vulkan, egl)\n      what draws; best: a hardware GPU before software, Vulkan before "
       "EGL\n"
       "  server.max_field_memory_mb  (64 to 1048576)\n      memory of the reconstructed room; where it is short, what "

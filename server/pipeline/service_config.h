@@ -16,6 +16,8 @@
 #include "relight/gpu/device.h"
 #include "relight/plan.h"
 #include "server/pipeline/exhibit_state.h"
+#include "server/publish/publish_url.h"
+#include "server/publish/watch_url.h"
 #include "server/stream/listener.h"
 
 namespace lumigraft::server {
@@ -33,6 +35,8 @@ struct ServerSettings {
   int jpeg_quality = 85;
   std::filesystem::path recordings;  ///< folder for recordings from the page; empty: it cannot record
   RecordingLimits recording_limits;
+  std::optional<PublishUrl> publish;                            ///< a media server to publish to
+  WatchUrl watch;                                               ///< where /watch.html gets what is published
   relight::gpu::Backend backend = relight::gpu::Backend::best;  ///< also for replay
   reconstruct::FusionSettings fusion;                           ///< also for replay
   std::filesystem::path room;  ///< file of the kept room, also for replay; empty: the default of live cameras

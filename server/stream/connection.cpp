@@ -215,7 +215,9 @@ class StreamConnection final : public Connection {
     std::string ancestors = "'self'";
     for (const std::string& origin : listener_.settings.allowed_origins) ancestors += ' ' + origin;
     response->set("Content-Security-Policy",
-                  "default-src 'self'; img-src 'self' blob: data:; frame-ancestors " + ancestors);
+                  "default-src 'self'; img-src 'self' blob: data:; " +
+                      (content.connects_to.empty() ? "" : "connect-src 'self' " + content.connects_to + "; ") +
+                      "frame-ancestors " + ancestors);
     for (const auto& [name, value] : content.headers) response->set(name, value);
     response->content_length(content.body.size());
     if (parser_->get().method() != http::verb::head) response->body() = std::move(content.body);

@@ -67,7 +67,7 @@ std::vector<std::shared_ptr<const StreamMessage>> EncodeStage::encode(const Show
     metrics_.encoded("jpeg", file.size());
     out.push_back(message(frame, StreamKind::jpeg, file));
   }
-  if (demand_.h264 > 0) encode_h264(frame, out);
+  if (demand_.wants_h264()) encode_h264(frame, out);
   return out;
 }
 

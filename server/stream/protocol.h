@@ -42,10 +42,13 @@ std::shared_ptr<const StreamMessage> make_stream_message(const StreamHeader& hea
 
 enum class Codec { none, h264, jpeg };
 
-/// Which encodings viewers currently request: a kind that no viewer requests is not encoded.
+/// Which encodings are currently requested: a kind that nobody requests is not encoded.
 struct EncoderDemand {
-  std::atomic<int> h264 = 0, jpeg = 0;  ///< viewers
-  std::atomic<bool> key = false;        ///< a viewer needs a key frame; the encoder clears this
+  std::atomic<int> h264 = 0, jpeg = 0;   ///< viewers
+  std::atomic<bool> publishing = false;  ///< H.264, to a media server
+  std::atomic<bool> key = false;         ///< a viewer needs a key frame; the encoder clears this
+
+  bool wants_h264() const { return h264 > 0 || publishing; }
 };
 
 /// The material properties that a message sets: a new value, or none to restore the model's own.

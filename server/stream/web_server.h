@@ -33,6 +33,7 @@ struct WebReply {
   std::string type = "text/plain; charset=utf-8";
   std::string body;
   std::vector<std::pair<std::string, std::string>> headers = {};  ///< beside those of every reply
+  std::string connects_to = {};  ///< an origin beside this one that the page may connect to
 };
 
 /// Callbacks into the service; all are called on the server's thread. A request for which one

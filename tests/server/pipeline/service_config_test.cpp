@@ -57,6 +57,26 @@ TEST(ServiceConfig, AConfigurationMayNameASession) {
   EXPECT_EQ(input.plan.volume, 64);
 }
 
+TEST(ServiceConfig, AddressesOfAMediaServerAreCheckedAndNoPasswordIsShown) {
+  const TinySession tiny("published");
+  ServiceFiles files;
+  files.session = tiny.folder;
+  files.overrides = {"server.publish=rtsp://kiosk:secret@media.example/hall",
+                     "server.watch=https://media.example/hall/whep"};
+  const ServiceInput input = read_service(files, relight::Plan{});
+  EXPECT_EQ(input.server.publish->shown, "rtsp://media.example/hall");
+  EXPECT_EQ(input.server.watch.origin, "https://media.example");
+  files.overrides = {"server.publish=rtmp://kiosk:secret@media.example/hall"};
+  const std::string refused = error_of(files);
+  EXPECT_NE(refused.find("server.publish: found \"rtmp://media.example\", allowed: \"rtsp://HOST/PATH\", "),
+            std::string::npos)
+      << refused;
+  EXPECT_EQ(refused.find("secret"), std::string::npos) << refused;
+  files.overrides = {"server.watch=https://kiosk:secret@media.example/hall"};
+  EXPECT_EQ(error_of(files).find("secret"), std::string::npos) << error_of(files);
+  EXPECT_NE(error_of(files).find("server.watch: found"), std::string::npos) << error_of(files);
+}
+
 TEST(ServiceConfig, AConfigurationMayHoldCamerasItself) {
   const TinySession tiny("kiosk");
   tiny.write("kiosk.toml", "exhibit = \"exhibit.toml\"\n" + tiny.read("session.toml") + "[server]\nlisten = \":81\"\n");
