@@ -2,6 +2,7 @@
 // protocol): many can watch, and none can change anything.
 //
 // A connection on which no picture came for 10 s is made again, after 1 s, doubling each time, at most 16 s.
+import { text } from "./text.js";
 
 const FIRST_WAIT_MS = 1000;
 const LONGEST_WAIT_MS = 16000;
@@ -13,9 +14,9 @@ const video = document.getElementById("picture");
 const connection = document.getElementById("connection");
 const lost = document.getElementById("lost");
 
-function show(state, text, why = "") {
+function show(state, words, why = "") {
   connection.dataset.state = state;
-  connection.textContent = text;
+  connection.textContent = words;
   lost.textContent = why;
   lost.hidden = !why;
 }
@@ -39,10 +40,10 @@ async function negotiate(peer, whep) {
     reply = await fetch(whep, { method: "POST", headers: { "Content-Type": "application/sdp" }, body: peer.localDescription.sdp,
                                 signal: AbortSignal.timeout(SILENCE_MS) });
   } catch {
-    throw new Error(`the media server at ${new URL(whep).origin} does not answer this page`);
+    throw new Error(text("watch.silent", { origin: new URL(whep).origin }));
   }
-  if (reply.status === 404) throw new Error("the media server has no such stream: it is not published at present");
-  if (!reply.ok) throw new Error(`the media server answered ${reply.status}`);
+  if (reply.status === 404) throw new Error(text("watch.unpublished"));
+  if (!reply.ok) throw new Error(text("watch.status", { status: reply.status }));
   await peer.setRemoteDescription({ type: "answer", sdp: await reply.text() });
   const session = reply.headers.get("Location");
   return session && new URL(session, reply.url).href;
@@ -58,8 +59,8 @@ async function play(peer, onPicture) {
       cameAt = performance.now();
       onPicture();
     }
-    if (peer.connectionState === "failed" || peer.connectionState === "closed") return "the connection to the media server was lost";
-    if (performance.now() - cameAt > SILENCE_MS) return "the media server sends no pictures";
+    if (peer.connectionState === "failed" || peer.connectionState === "closed") return text("watch.lost");
+    if (performance.now() - cameAt > SILENCE_MS) return text("watch.no-pictures");
     await sleep(LOOK_MS);
   }
 }
@@ -74,7 +75,7 @@ async function watch(whep) {
       session = await negotiate(peer, whep);
       why = await play(peer, () => {
         waitMs = FIRST_WAIT_MS;
-        show("open", "live");
+        show("open", text("watch.live"));
       });
     } catch (error) {
       why = error.message;
@@ -82,7 +83,7 @@ async function watch(whep) {
     removeEventListener("pagehide", leave);
     leave();
     peer.close();
-    show("lost", "reconnecting…", `No pictures: ${why}.`);
+    show("lost", text("watch.reconnecting"), why);
     await sleep(waitMs);
   }
 }
@@ -92,11 +93,11 @@ async function start() {
   try {
     ({ whep } = await (await fetch("watch.json", { cache: "no-store" })).json());
   } catch {
-    show("lost", "not connected", "The service does not answer: load this page again.");
+    show("lost", text("watch.not-connected"), text("watch.no-service"));
     return;
   }
   if (whep) watch(whep);
-  else show("lost", "not connected", "Nothing to watch here: server.watch is not set in the service's configuration.");
+  else show("lost", text("watch.not-connected"), text("watch.unset"));
 }
 
 start();
