@@ -5,6 +5,7 @@
 
 #include "reconstruct/albedo_schedule.h"
 #include "server/metrics/metrics.h"
+#include "server/pipeline/audience.h"
 #include "server/pipeline/pacing.h"
 #include "server/pipeline/parameters.h"
 
@@ -12,9 +13,10 @@ namespace lumigraft::server {
 
 class RestingPace : public reconstruct::AlbedoPace {
  public:
-  explicit RestingPace(Metrics& metrics) : metrics_(metrics) {}
+  RestingPace(Metrics& metrics, Audience& audience) : metrics_(metrics), audience_(audience) {}
 
   bool waited(reconstruct::AlbedoWork work, int periods, bool learning) const override {
+    if (audience_.stages_may_rest(learning, PaceClock::now())) return rests(work).over(kPipeline.unwatched_rest);
     return rests(work).over(learning ? kPipeline.rest : periods * kPipeline.albedo_rest_later);
   }
   bool may_compare() override {
@@ -39,6 +41,7 @@ class RestingPace : public reconstruct::AlbedoPace {
   }
 
   Metrics& metrics_;
+  Audience& audience_;
   DutyCycle incremental_{kPipeline.albedo_every}, everything_{kPipeline.albedo_every};
   DutyCycle* at_work_ = nullptr;
   std::optional<StageTimer> timer_;

@@ -49,6 +49,7 @@ struct EncoderDemand {
   std::atomic<bool> key = false;         ///< a viewer needs a key frame; the encoder clears this
 
   bool wants_h264() const { return h264 > 0 || publishing; }
+  bool any() const { return wants_h264() || jpeg > 0; }
 };
 
 /// The material properties that a message sets: a new value, or none to restore the model's own.
