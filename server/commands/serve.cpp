@@ -9,6 +9,7 @@
 #include "capture/message_text.h"
 #include "capture/record/source_observer.h"
 #include "capture/recorded/seekable_reader.h"
+#include "server/commands/get_requests.h"
 #include "server/commands/kept_room_file.h"
 #include "server/commands/parameters.h"
 #include "server/commands/record_button.h"
@@ -22,55 +23,10 @@
 #include "server/pipeline/parameters.h"
 #include "server/pipeline/pipeline.h"
 #include "server/publish/publisher.h"
-#include "server/stream/page.h"
 #include "server/stream/web_server.h"
 
 namespace lumigraft::server {
 namespace {
-
-/// The newest picture, encoded at most five times a second however often it is asked for.
-class Snapshots {
- public:
-  Snapshots(const Pipeline& pipeline, int jpeg_quality) : pipeline_(pipeline), encoder_(jpeg_quality) {}
-
-  WebReply newest() {
-    const auto now = std::chrono::steady_clock::now();
-    if (!file_.empty() && now - encoded_ < kCommands.snapshots_apart) return reply();
-    const ShownFrame newest = pipeline_.newest();
-    if (!newest.srgb) return {.status = 503, .body = "no picture yet\n"};
-    const std::vector<std::uint8_t> file = encoder_.encode(*newest.srgb);
-    file_.assign(file.begin(), file.end());
-    encoded_ = now;
-    return reply();
-  }
-
- private:
-  WebReply reply() const { return {.status = 200, .type = "image/jpeg", .body = file_}; }
-
-  const Pipeline& pipeline_;
-  JpegEncoder encoder_;
-  std::string file_;
-  std::chrono::steady_clock::time_point encoded_{};
-};
-
-/// The page that plays what is published, and where it gets that from.
-WebReply watch_reply(std::string_view path, const WatchUrl& watch) {
-  if (path == "/watch.json") return {.type = "application/json", .body = watch_text(watch.url)};
-  WebReply page = page_reply(path);
-  page.connects_to = watch.origin;
-  return page;
-}
-
-WebReply get(std::string_view path, const Metrics& metrics, Snapshots& snapshots, const WatchUrl& watch) {
-  if (path == "/healthz") {
-    const Health h = health(metrics);
-    return {.status = h.ok ? 200u : 503u, .type = "application/json", .body = h.json};
-  }
-  if (path == "/metrics")
-    return {.status = 200, .type = "text/plain; version=0.0.4; charset=utf-8", .body = metrics.prometheus()};
-  if (path == "/watch.html" || path == "/watch.json") return watch_reply(path, watch);
-  return path == "/snapshot.jpg" ? snapshots.newest() : page_reply(path);
-}
 
 /// Name of a thread that hangs; empty while none does.
 std::string hung_in(const Pipeline& pipeline, WebServer& web) {
@@ -151,11 +107,11 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
       },
       std::move(keep));
 
-  Snapshots snapshots(pipeline, server.jpeg_quality);
+  GetRequests requests(pipeline, metrics, server.watch, server.jpeg_quality);
   const WebSettings settings{
       .listeners = server.listeners, .max_viewers = server.max_viewers, .max_connections = 4 * server.max_viewers};
   WebHandlers handlers;
-  handlers.get = [&](std::string_view path) { return get(path, metrics, snapshots, server.watch); };
+  handlers.get = [&](std::string_view path) { return requests.answer(path); };
   handlers.hello = [&](Permissions permissions) { return hello_text(session, pipeline.exhibit(), permissions); };
   handlers.state = [&] { return state_text(pipeline.exhibit()); };
   handlers.change_object = [&](const ObjectCommand& command) { return pipeline.change_object(command); };

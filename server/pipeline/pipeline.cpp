@@ -10,7 +10,11 @@
 #include "capture/error.h"
 #include "reconstruct/scene_builder.h"
 #include "relight/planner.h"
+#include "server/maps/draw_map.h"
+#include "server/maps/parameters.h"
+#include "server/pipeline/audience.h"
 #include "server/pipeline/background_threads.h"
+#include "server/pipeline/camera_picture.h"
 #include "server/pipeline/frame_player.h"
 #include "server/pipeline/heartbeats.h"
 #include "server/pipeline/mailbox.h"
@@ -54,6 +58,7 @@ struct Pipeline::State {
   Keep keep;
   std::mutex keep_mutex;
 
+  Audience audience{demand, Clock::now()};
   reconstruct::SceneBuilder builder;
   reconstruct::SceneStore& store = builder.store();
   relight::Planner planner;
@@ -75,13 +80,20 @@ struct Pipeline::State {
   mutable std::mutex newest_mutex;
   ShownFrame newest;
   Record newest_record;
-  reconstruct::Scene newest_scene;  ///< with its pose
-  std::vector<std::string> faults;  ///< current faults of the cameras
+  reconstruct::Scene newest_scene;                      ///< with its pose
+  std::shared_ptr<const capture::Frame> newest_camera;  ///< the camera's frame of `newest`
+  std::vector<std::string> faults;                      ///< current faults of the cameras
 
   std::mutex newest_color_mutex;
   std::shared_ptr<const capture::Frame> newest_color;  ///< the last frame of capture
 
-  Clock::time_point last_encoded{};  ///< used by the encode thread only
+  MapBoard maps;
+  SeenSurface seen_surface;                     ///< used by the maps thread only, and so is
+  JpegEncoder map_encoder{kMaps.jpeg_quality};  ///< this
+
+  Clock::time_point last_encoded{};  ///< used by the encode thread only, and so is
+  bool encoded_for_viewers = false;  ///< this
+  Clock::time_point posed_at{};      ///< used by the pose thread only
 
   Clock::duration keep_wait = kPipeline.first_keep;  ///< used by the thread that keeps the room only
   Clock::time_point keep_due = Clock::now() + keep_wait;
@@ -103,7 +115,7 @@ struct Pipeline::State {
         metrics(the_metrics),
         publish(std::move(the_publish)),
         keep(std::move(the_keep)),
-        builder(session, {}, std::make_unique<RestingPace>(the_metrics), input.server.fusion),
+        builder(session, {}, std::make_unique<RestingPace>(the_metrics, audience), input.server.fusion),
         planner(input.plan),
         relighter(session, input.plan, std::move(make_device)),
         encode(input.server.jpeg_quality, demand, metrics) {
@@ -135,6 +147,9 @@ struct Pipeline::State {
     });
   }
 
+  bool unwatched() { return audience.stages_may_rest(builder.learning(), Clock::now()); }
+  /// Of a background stage, as a multiple of its processor time.
+  int rest(int later) { return unwatched() ? kPipeline.unwatched_rest : builder.learning() ? kPipeline.rest : later; }
   /// False if stop was requested meanwhile.
   bool sleep_until(Clock::time_point moment) const { return server::sleep_until(moment, stopping.get_token()); }
 
@@ -153,6 +168,7 @@ struct Pipeline::State {
   bool prepare_model_of(const relight::Exhibit& shown);
   bool replace_exhibit();
   void models_turn();
+  void maps_turn();
   void keep_turn();
   bool keep_room();
   void encode_turn();
@@ -185,7 +201,7 @@ void Pipeline::State::capture_turn() {
     newest_color = played->frame->color;
   }
   if (!played->frame->fisheye.empty()) to_light.put({played->frame->fisheye, played->frame->color});
-  if (to_pose.put(*played)) metrics.drop(pose_waits_for_relight ? "relight" : "pose");
+  if (to_pose.put(*played) && !unwatched()) metrics.drop(pose_waits_for_relight ? "relight" : "pose");
 }
 
 /// Light is limited to light_every by design: fish-eye frames that it skips are not counted as dropped.
@@ -235,21 +251,24 @@ void Pipeline::State::pose_turn(std::uint64_t& round) {
   pose_waits_for_relight = true;
   if (!to_relight.wait_until_taken(kPipeline.tick) || !just_in_time.wait_for_pose(stopping.get_token())) return;
   pose_waits_for_relight = false;
+  if (unwatched() && Clock::now() < posed_at + kPipeline.unwatched_period) {
+    sleep_until(Clock::now() + kPipeline.tick / 4);
+    return;
+  }
   const std::optional<PlayedFrame> played = to_pose.take(kPipeline.tick);
   if (!played) return;
   if (played->round != round) {
     round = played->round;
     builder.restart_tracking();
   }
-  const Clock::time_point begin = Clock::now();
+  posed_at = Clock::now();
   const auto posed = std::make_shared<const PosedFrame>(pose_of(*played));
-  just_in_time.pose_took(Clock::now() - begin);
+  just_in_time.pose_took(Clock::now() - posed_at);
   const std::optional<reconstruct::Pose>& where = posed->located.pose;
-  if (where && posed->completed.depth &&
-      geometry_rest.over(builder.learning() ? kPipeline.rest : kPipeline.geometry_rest_later)) {
+  if (where && posed->completed.depth && geometry_rest.over(rest(kPipeline.geometry_rest_later))) {
     put(to_geometry, posed);
   }
-  if (!session.lamps.empty() && lamp_tags_rest.over(kPipeline.rest)) put(to_lamp_tags, posed);
+  if (!session.lamps.empty() && lamp_tags_rest.over(rest(kPipeline.rest))) put(to_lamp_tags, posed);
   put(to_relight, posed);
 }
 
@@ -293,6 +312,7 @@ void Pipeline::State::relight_turn() {
     shown.sequence = newest.sequence + 1;
     newest = shown;
     newest_scene = scene;
+    newest_camera = frame.color;
     newest_record = {
         .warnings = std::move(warnings),
         .T_tag_camera = located.pose ? std::optional(located.pose->T_tag_exhibit.inverse() * located.pose->T_tag_camera)
@@ -330,7 +350,10 @@ void Pipeline::State::lamp_tags_turn() {
 
 /// Extracts light from the newest fish-eye frame; if there is none, only moves lamps to their newest tag poses.
 void Pipeline::State::light_turn() {
-  if (!sleep_until(light_rest.ends(kPipeline.rest))) return;
+  if (Clock::now() < light_rest.ends(rest(kPipeline.rest))) {
+    sleep_until(std::min(light_rest.ends(kPipeline.rest), Clock::now() + kPipeline.tick));
+    return;
+  }
   if (const std::optional<FisheyeView> view = to_light.take(kPipeline.tick)) {
     const ScopedWork work(light_rest);
     const StageTimer timer(metrics, "light");
@@ -352,8 +375,7 @@ void Pipeline::State::albedo_turn() {
 
 void Pipeline::State::room_turn() {
   const reconstruct::Scene scene = store.newest();
-  if (!relighter.wants_prepared(scene) ||
-      !room_rest.over(builder.learning() ? kPipeline.rest : kPipeline.room_rest_later)) {
+  if (!relighter.wants_prepared(scene) || !room_rest.over(rest(kPipeline.room_rest_later))) {
     sleep_until(Clock::now() + kPipeline.tick / 2);
     return;
   }
@@ -419,6 +441,38 @@ void Pipeline::State::models_turn() {
   if (!prepare_model_of(*exhibit.newest())) sleep_until(Clock::now() + kPipeline.tick / 2);
 }
 
+void Pipeline::State::maps_turn() {
+  const std::optional<MapKind> kind = maps.due(Clock::now());
+  if (!kind) {
+    sleep_until(Clock::now() + kPipeline.tick / 4);
+    return;
+  }
+  MapSource source;
+  std::uint32_t sequence = 0;
+  std::shared_ptr<const capture::Frame> camera;
+  {
+    std::lock_guard lock(newest_mutex);
+    camera = newest_camera;
+    source.shown = newest.srgb;
+    source.scene = newest_scene;
+    sequence = newest.sequence;
+  }
+  std::optional<capture::Image<std::uint8_t>> map;
+  if (camera) {
+    const StageTimer timer(metrics, "maps");
+    source.camera = camera_picture(*camera);
+    source.lens = session.color.model;
+    map = draw_map(*kind, source, seen_surface);
+  }
+  if (!map) {
+    maps.skip(*kind, Clock::now());
+    return;
+  }
+  const std::vector<std::uint8_t> jpeg = map_encoder.encode(*map);
+  maps.put(*kind, {{jpeg.begin(), jpeg.end()}, sequence}, Clock::now());
+  store.publish_warnings("maps stage", {});
+}
+
 /// The room is shared with the stages until it is written, and copied in chunks; no stage waits for it.
 void Pipeline::State::keep_turn() {
   if (!sleep_until(keep_due)) return;
@@ -439,8 +493,13 @@ bool Pipeline::State::keep_room() {
 
 void Pipeline::State::encode_turn() {
   std::optional<ShownFrame> picture = to_encode.take(kPipeline.tick);
+  const bool viewers_came = !std::exchange(encoded_for_viewers, demand.any()) && encoded_for_viewers;
   if (picture) {
     last_encoded = Clock::now();
+  } else if (viewers_came) {
+    // Whoever comes first sees the picture before, seconds old, until one is made.
+    std::lock_guard lock(newest_mutex);
+    if (newest.srgb) picture = newest;
   } else if (Clock::now() - last_encoded > kPipeline.keep_alive) {
     // While the camera is disconnected its last image is sent again, also for viewers that connect now.
     std::lock_guard lock(newest_mutex);
@@ -451,7 +510,9 @@ void Pipeline::State::encode_turn() {
   }
   if (picture) {
     for (auto& message : encode.encode(*picture)) publish(std::move(message));
-    metrics.time("capture_to_send", std::chrono::duration<double>(Clock::now() - picture->captured).count());
+    if (!viewers_came) {
+      metrics.time("capture_to_send", std::chrono::duration<double>(Clock::now() - picture->captured).count());
+    }
     store.publish_warnings("encode stage", {});
   }
 }
@@ -477,6 +538,7 @@ void Pipeline::start() {
   s.run("albedo", true, [&s] { s.albedo_turn(); });
   if (s.relighter.may_draw_prepared()) s.run("room", true, [&s] { s.room_turn(); });
   s.run("models", true, [&s] { s.models_turn(); });
+  s.run("maps", true, [&s] { s.maps_turn(); });
   if (s.keep) s.run("keep room", true, [&s] { s.keep_turn(); });
   s.run("capture", false, [&s] { s.capture_turn(); });
   if (s.fisheye) s.run("fisheye", false, [&s] { s.fisheye_turn(); });
@@ -533,6 +595,13 @@ std::optional<std::string> Pipeline::hung(std::chrono::steady_clock::duration li
 }
 
 std::optional<reconstruct::TagMap::State> Pipeline::take_tag_map() { return state_->builder.take_tag_map(); }
+
+std::optional<MapPicture> Pipeline::map(MapKind kind) {
+  picture_asked();
+  return state_->maps.ask(kind, Clock::now());
+}
+
+void Pipeline::picture_asked() { state_->audience.seen(Clock::now()); }
 
 ShownFrame Pipeline::newest() const {
   std::lock_guard lock(state_->newest_mutex);

@@ -8,13 +8,14 @@
 //   fish-eye ─────────────> light ─────┘
 //   exhibit ──> models   (what rendering needs once per model)
 //   geometry, albedo ──> keep room   (the disk, minutes apart)
+//   relight ──> maps    (what the program knows, while somebody asks for it)
 //
 // The stages from frames to the scene are SceneBuilder's, which replay runs too. Pose registers depth, and takes the
 // newest frame just in time for relight, so that no pose is computed for frames that are not rendered. A live fish-eye
 // has a thread of its own, so light is updated while rendering is slow or the colour camera is disconnected; of a
 // recording, capture passes its frames to light. Geometry, lamp tags, light, albedo and room have lower
 // priority and rest between turns, models and keep room have lower priority, so that on two cores rendering comes
-// first.
+// first. While nobody watches, all of them rest for most of the time (audience.h).
 #include <Eigen/Geometry>
 #include <chrono>
 #include <cstdint>
@@ -27,6 +28,7 @@
 #include "capture/source.h"
 #include "capture/sync/fisheye_reader.h"
 #include "reconstruct/scene_builder.h"
+#include "server/maps/map_board.h"
 #include "server/metrics/metrics.h"
 #include "server/pipeline/exhibit_state.h"
 #include "server/pipeline/live_relighter.h"
@@ -76,8 +78,13 @@ class Pipeline {
   void keep_room();
   /// The thread that has completed no iteration for so long, if there is one (heartbeats.h).
   std::optional<std::string> hung(std::chrono::steady_clock::duration limit) const;
-  /// The newest image; its srgb is null before the first.
+  /// Somebody uses newest(): pictures are made as for a viewer for a while. Any thread.
+  void picture_asked();
+  /// The newest image; its srgb is null before the first. Seconds old where nobody watched.
   ShownFrame newest() const;
+  /// The newest map; requests further ones for some seconds. Empty: none is drawn yet, or what it shows is not known.
+  /// Any thread.
+  std::optional<MapPicture> map(MapKind kind);
   /// The record of the newest image.
   struct Record {
     std::vector<std::string> warnings;

@@ -3,6 +3,7 @@ import { Connection } from "./connection.js";
 import { Controls } from "./controls.js";
 import { Decoder, h264Possible } from "./decoder.js";
 import { isKiosk, Kiosk } from "./kiosk.js";
+import { Maps } from "./maps.js";
 import { error, warnings } from "./messages.js";
 import { Panel } from "./panel.js";
 import { KIND, parseMessage } from "./protocol.js";
@@ -17,6 +18,7 @@ const controls = new Controls((message) => connection.send(message));
 const playbackBar = new PlaybackBar((message) => connection.send(message));
 const recordButton = new RecordButton((message) => connection.send(message));
 const kiosk = isKiosk ? new Kiosk() : null;
+if (!isKiosk) new Maps();
 let h264Works = h264Possible();
 let program = null; // the version that this page belongs to
 
