@@ -40,6 +40,13 @@ TEST(FuzzCorpus, Models) { EXPECT_GT(play("gltf", fuzz::gltf), 10); }
 TEST(FuzzCorpus, PlyModels) { EXPECT_GT(play("ply", fuzz::ply), 2); }
 TEST(FuzzCorpus, ObjModels) { EXPECT_GT(play("obj", fuzz::obj), 2); }
 TEST(FuzzCorpus, Pictures) { EXPECT_GT(play("picture", fuzz::picture), 10); }
+TEST(FuzzCorpus, PictureLists) { EXPECT_GT(play("picture_list", fuzz::picture_list), 10); }
+TEST(FuzzCorpus, Responses) { EXPECT_GT(play("response", fuzz::response), 5); }
+TEST(FuzzCorpus, Exhibits) { EXPECT_GT(play("exhibit", fuzz::exhibit), 10); }
+TEST(FuzzCorpus, Configurations) { EXPECT_GT(play("service", fuzz::service), 10); }
+TEST(FuzzCorpus, Commands) { EXPECT_GT(play("command", fuzz::command), 10); }
+TEST(FuzzCorpus, Requests) { EXPECT_GT(play("http", fuzz::http), 10); }
+TEST(FuzzCorpus, WebsocketMessages) { EXPECT_GT(play("websocket", fuzz::websocket), 10); }
 TEST(FuzzCorpus, OpenNiRecordings) { EXPECT_GT(play("oni", fuzz::oni), 10); }
 
 }  // namespace

@@ -5,32 +5,29 @@
 
 #include <array>
 #include <chrono>
+#include <fstream>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 
+#include "capture/camera/response.h"
 #include "capture/error.h"
+#include "capture/formats/picture_list.h"
 #include "capture/live/openni/source.h"
 #include "capture/recorded/mkv_source.h"
 #include "capture/recorded/oni_source.h"
 #include "capture/session/config.h"
 #include "capture/session/session.h"
+#include "relight/exhibit/exhibit.h"
 #include "relight/exhibit/load_gltf.h"
 #include "relight/exhibit/picture_decode.h"
+#include "tests/fuzz/expect_answer.h"
 
 namespace lumigraft::fuzz {
 namespace {
 
 constexpr int kWidth = 24;
 constexpr int kHeight = 16;
-
-template <typename Action>
-void expect_answer(const Action& action) {
-  try {
-    action();
-  } catch (const capture::InputError&) {  // CameraFault is one
-  }
-}
 
 /// The streams of the recordings in the corpus.
 const std::vector<capture::StreamSpec> kOniStreams = {{.stream = capture::Stream::color, .width = 160, .height = 120},
@@ -48,6 +45,16 @@ std::filesystem::path named_file_with(Bytes bytes, const char* extension) {
 void load_and_remove(const std::filesystem::path& name) {
   expect_answer([&] { relight::load_model(name, 'z'); });
   std::filesystem::remove(name);
+}
+
+/// A temporary folder with a model.ply, one triangle, for exhibits to name.
+std::filesystem::path folder_with_model() {
+  const std::filesystem::path folder = std::filesystem::temp_directory_path() / ("fuzz_" + std::to_string(getpid()));
+  std::filesystem::create_directories(folder);
+  std::ofstream(folder / "model.ply") << "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+                                         "property float z\nelement face 1\nproperty list uchar int vertex_indices\n"
+                                         "end_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+  return folder;
 }
 
 void play_oni(capture::Source&& recording) {
@@ -86,8 +93,7 @@ void mkv(Bytes bytes) {
 
 void session(Bytes bytes) {
   expect_answer([&] {
-    const capture::ConfigTable root =
-        capture::ConfigTable::parse({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, "session.toml");
+    const capture::ConfigTable root = capture::ConfigTable::parse(text_of(bytes), "session.toml");
     capture::read_session(root);
     root.finish();
   });
@@ -131,6 +137,25 @@ void picture(Bytes bytes) {
     expect_answer([&] { relight::decode_picture(bytes, texels); });
     expect_answer([&] { relight::decode_alpha(bytes, texels); });
   }
+}
+
+void picture_list(Bytes bytes) {
+  if (bytes.empty()) return;
+  const capture::ListRules rules{.exposures = (bytes[0] & 1) != 0, .brackets = (bytes[0] & 2) != 0};
+  expect_answer([&] { capture::read_picture_list(file_with(bytes.subspan(1)), rules); });
+}
+
+void response(Bytes bytes) {
+  expect_answer([&] { capture::Response::from_file(file_with(bytes)); });
+}
+
+void exhibit(Bytes bytes) {
+  static const std::filesystem::path folder = folder_with_model();
+  expect_answer([&] {
+    const capture::ConfigTable root = capture::ConfigTable::parse(text_of(bytes), (folder / "exhibit.toml").string());
+    relight::read_exhibit(root);
+    root.finish();
+  });
 }
 
 void oni(Bytes bytes) {
