@@ -3,13 +3,15 @@
 
   reload_test.py PROGRAM RECORDING
 
-Checks that a new object and other permissions come to a viewer whose pictures go on, and that a wrong file is named in
-the log and changes nothing.
+Checks that a new object and other permissions come to a viewer whose pictures go on, that a wrong file is named in the
+log and changes nothing, and that new connections get a new certificate while those with the old one stay.
 """
 import json
 import os
 import shutil
 import signal
+import ssl
+import subprocess
 import sys
 import tempfile
 import time
@@ -31,6 +33,10 @@ trace_scale = 8
 [[server.listener]]
 listen = "127.0.0.1:{port}"
 permissions = {permissions}
+[[server.listener]]
+listen = "127.0.0.1:{https}"
+certificate = "page.crt"
+key = "page.key"
 """
 
 OBJECT = """[[object]]
@@ -50,8 +56,9 @@ f 2 6 8 4
 
 
 class Viewer:
-    def __init__(self, port):
-        self.socket = websocket.create_connection(f"ws://127.0.0.1:{port}/ws", timeout=WAIT_S)
+    def __init__(self, port, scheme="ws"):
+        trust = {"cert_reqs": ssl.CERT_NONE, "check_hostname": False}
+        self.socket = websocket.create_connection(f"{scheme}://127.0.0.1:{port}/ws", timeout=WAIT_S, sslopt=trust)
         self.pictures = 0
 
     def send(self, message):
@@ -78,7 +85,8 @@ class ReloadTest(unittest.TestCase):
     def setUp(self):
         self.folder = tempfile.mkdtemp(prefix="lumigraft-reload-")
         self.addCleanup(shutil.rmtree, self.folder, ignore_errors=True)
-        self.port = free_port()
+        self.port, self.https = free_port(), free_port()
+        self.certify()
         self.write("cube.obj", CUBE)
         self.configure(["view", "control"])
         self.write("exhibit.toml", OBJECT.format(name="first", x=0))
@@ -93,7 +101,17 @@ class ReloadTest(unittest.TestCase):
             f.write(text)
 
     def configure(self, permissions):
-        self.write("kiosk.toml", CONFIG.format(recording=RECORDING, port=self.port, permissions=json.dumps(permissions)))
+        self.write("kiosk.toml", CONFIG.format(recording=RECORDING, port=self.port, https=self.https,
+                                                      permissions=json.dumps(permissions)))
+
+    def certify(self):
+        """Writes a new certificate and its key."""
+        files = [os.path.join(self.folder, name) for name in ("page.key", "page.crt")]
+        subprocess.run(["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "90", "-subj", "/CN=localhost", "-keyout",
+                        files[0], "-out", files[1]], check=True, capture_output=True)
+
+    def served_certificate(self):
+        return ssl.get_server_certificate(("127.0.0.1", self.https), timeout=WAIT_S).strip()
 
     def said(self):
         with open(os.path.join(self.folder, "log")) as f:
@@ -132,9 +150,17 @@ class ReloadTest(unittest.TestCase):
         hello = newcomer.wait(lambda m: m["type"] == "hello", "hello")
         self.assertEqual([o["name"] for o in hello["objects"]], ["first", "second"])
 
+        with open(os.path.join(self.folder, "page.crt")) as f:
+            first_certificate = f.read().strip()
+        self.assertEqual(self.served_certificate(), first_certificate)
+        encrypted = Viewer(self.https, "wss")
         self.write("exhibit.toml", OBJECT.format(name="third", x=0.2))
+        self.certify()
         self.service.send_signal(signal.SIGHUP)
-        viewer.wait(lambda m: m["type"] == "hello" and [o["name"] for o in m["objects"]] == ["third"], "the mended file")
+        for one in (viewer, encrypted):
+            one.wait(lambda m: m["type"] == "hello" and [o["name"] for o in m["objects"]] == ["third"], "the mended file")
+        self.wait_for_log("read the exhibit and the listeners again", 2)
+        self.assertNotEqual(self.served_certificate(), first_certificate, "who comes now gets the new certificate")
 
 
 if __name__ == "__main__":
