@@ -6,6 +6,7 @@ import { Panel } from "./panel.js";
 import { KIND, parseMessage } from "./protocol.js";
 import { PlaybackBar } from "./playback.js";
 import { RecordButton } from "./record.js";
+import { SaveButton } from "./save.js";
 
 const canvas = document.getElementById("picture");
 const context = canvas.getContext("2d");
@@ -13,6 +14,7 @@ const panel = new Panel();
 const controls = new Controls((message) => connection.send(message));
 const playbackBar = new PlaybackBar((message) => connection.send(message));
 const recordButton = new RecordButton((message) => connection.send(message));
+const saveButton = new SaveButton((message) => connection.send(message));
 let h264Works = h264Possible();
 let program = null; // the version that this page belongs to
 
@@ -60,6 +62,7 @@ const connection = new Connection(`${location.protocol === "https:" ? "wss" : "w
       document.getElementById("session").textContent = message.session;
       playbackBar.permitted = message.permissions?.includes("control") ?? true;
       recordButton.permitted = message.permissions?.includes("record") ?? true;
+      saveButton.permitted = message.permissions?.includes("admin") ?? false;
       controls.hello(message);
     } else if (message.type === "state") {
       controls.state(message.objects);
@@ -68,6 +71,8 @@ const connection = new Connection(`${location.protocol === "https:" ? "wss" : "w
       playbackBar.stats(message.playback ?? null);
       recordButton.stats(message.recording ?? null);
       controls.pose(message.T_tag_camera ?? null);
+    } else if (message.type === "saved") {
+      saveButton.saved(message.error);
     } else if (message.type === "error") {
       panel.warnings([message.error]);
     }

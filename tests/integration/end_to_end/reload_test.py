@@ -4,7 +4,7 @@
   reload_test.py PROGRAM RECORDING
 
 Checks that a new object and other permissions come to a viewer whose pictures go on, and that a wrong file is named in
-the log and changes nothing.
+the log and changes nothing; that what an operator saves is the start after that.
 """
 import json
 import os
@@ -80,7 +80,7 @@ class ReloadTest(unittest.TestCase):
         self.addCleanup(shutil.rmtree, self.folder, ignore_errors=True)
         self.port = free_port()
         self.write("cube.obj", CUBE)
-        self.configure(["view", "control"])
+        self.configure(["view", "control", "admin"])
         self.write("exhibit.toml", OBJECT.format(name="first", x=0))
         self.log = open(os.path.join(self.folder, "log"), "w+")
         self.addCleanup(self.log.close)
@@ -104,6 +104,29 @@ class ReloadTest(unittest.TestCase):
         while self.said().count(words) < count:
             self.assertLess(time.monotonic(), end, f"waited for \"{words}\" in {self.said()}")
             time.sleep(0.1)
+
+    def test_what_was_saved_is_the_start(self):
+        viewer = Viewer(self.port)
+        viewer.wait(lambda m: m["type"] == "hello", "hello")
+        viewer.send({"type": "object", "index": 0, "position_m": [0.25, 0, 0.05], "visible": False})
+        viewer.send({"type": "save"})
+        self.assertEqual(viewer.wait(lambda m: m["type"] == "saved", "the answer")["error"], "")
+        viewer.send({"type": "object", "index": 0, "position_m": [0, 0, 0.05], "visible": True})
+        viewer.send({"type": "object", "index": 0, "reset": True})
+        saved = lambda m: m["type"] in ("hello", "state") and m["objects"][0]["position_m"] == [0.25, 0, 0.05] and not m["objects"][0]["visible"]
+        viewer.wait(saved, "the object where it was saved")
+        viewer.send({"type": "object", "index": 0, "position_m": [0, 0, 0.05], "visible": True})
+        viewer.wait(lambda m: m["type"] == "state" and m["objects"][0]["visible"], "the object elsewhere")
+        self.service.send_signal(signal.SIGHUP)
+        viewer.wait(saved, "the saved exhibit after SIGHUP")
+        self.assertIn("exhibit.saved.toml is shown", self.said())
+
+        os.mkdir(os.path.join(self.folder, "exhibit.saved.toml.partial")) # as on a disk that takes nothing more
+        viewer.send({"type": "save"})
+        error = viewer.wait(lambda m: m["type"] == "saved", "the answer")["error"]
+        self.assertIn("cannot be saved", error)
+        self.assertNotIn(self.folder, error)
+        self.wait_for_log("exhibit.saved.toml.partial")
 
     def test_a_new_exhibit_and_permissions_without_a_gap(self):
         viewer = Viewer(self.port)
