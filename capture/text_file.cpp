@@ -1,8 +1,12 @@
 #include "capture/text_file.h"
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <fstream>
 #include <stdexcept>
 
+#include "capture/descriptor.h"
 #include "capture/error.h"
 
 namespace lumigraft::capture {
@@ -13,6 +17,9 @@ void write_text(const std::filesystem::path& file, const std::string& text) {
   out << text;
   out.close();
   if (!out) throw std::runtime_error(partial.string() + ": cannot be written, the disk may be full");
+  // Else a machine that loses its power soon after may have the new name and no text.
+  const Descriptor written(open(partial.c_str(), O_WRONLY | O_CLOEXEC));
+  if (fsync(written.number()) != 0) throw std::runtime_error(partial.string() + ": cannot be written to the disk");
   std::filesystem::rename(partial, file);
 }
 

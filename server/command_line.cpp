@@ -133,7 +133,11 @@ CommandLine parse_command_line(int argc, const char* const* argv) {
       ->check(CLI::Range(12, 10000000));
   add_backend(bench_app);
 
-  CLI::App& doctor_app = *app.add_subcommand("doctor", "Say what this machine offers and what is in the way");
+  CLI::App& doctor_app =
+      *app.add_subcommand("doctor", "Say what this machine offers, what is in the way, and what mends it");
+  DoctorCommand doctor;
+  doctor_app.add_option("--config", doctor.config,
+                        "Also check this configuration of a kiosk (TOML), as serve would find it");
   DevicesCommand devices;
   CLI::App& devices_app = *app.add_subcommand("devices", "List the cameras with their formats and controls");
   devices_app.add_flag("--json", devices.json, "For programs");
@@ -148,7 +152,7 @@ CommandLine parse_command_line(int argc, const char* const* argv) {
     throw capture::InputError(capture::on_one_line(e.what()) + " (lumigraft --help)");
   }
 
-  if (doctor_app.parsed()) return DoctorCommand{};
+  if (doctor_app.parsed()) return doctor;
   if (devices_app.parsed()) return devices;
   for (const auto* overrides : set) {
     if (std::find(overrides->begin(), overrides->end(), "help") != overrides->end()) {

@@ -5,6 +5,7 @@
 
 #include "server/bench/bench.h"
 #include "server/commands/calibrate.h"
+#include "server/commands/doctor/doctor.h"
 #include "server/commands/record.h"
 #include "server/commands/replay.h"
 #include "server/commands/tum.h"
@@ -16,7 +17,6 @@ struct ServeCommand {
   ServiceFiles files;
   std::string listen;  ///< empty: as configured
 };
-struct DoctorCommand {};
 struct DevicesCommand {
   bool json = false;
 };

@@ -11,7 +11,6 @@
 #include "capture/message_text.h"
 #include "server/command_line.h"
 #include "server/commands/devices.h"
-#include "server/commands/doctor.h"
 #include "server/commands/serve.h"
 
 namespace lumigraft::server {
@@ -31,7 +30,7 @@ int run(int argc, char** argv) {
     std::cout << print->text;
     return 0;
   }
-  if (std::holds_alternative<DoctorCommand>(command)) return write_doctor_report(std::cout) ? 0 : 1;
+  if (const auto* doctor = std::get_if<DoctorCommand>(&command)) return write_doctor_report(*doctor, std::cout) ? 0 : 1;
   if (const auto* devices = std::get_if<DevicesCommand>(&command)) {
     const auto write = devices->json ? write_devices_json : write_devices_text;
     write(std::cout, capture::list_cameras());

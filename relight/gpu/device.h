@@ -16,9 +16,10 @@
 // (far). Front faces are counter-clockwise as seen in that image. Texels are ordered x fastest, then y, then z.
 //
 // Errors: device failures throw GpuError, or DeviceLost if only another device helps; misuse throws std::logic_error
-// that names the shader and the slot. Objects of a lost device may and must still be destroyed. A device and its
-// objects may be used by one thread at a time.
+// that names the shader and the slot. Objects of a lost device may and must still be destroyed. One that hangs, which
+// hang.h defines, keeps its memory. A device and its objects may be used by one thread at a time.
 #include <array>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -42,6 +43,12 @@ class GpuError : public std::runtime_error {
 class DeviceLost : public GpuError {
  public:
   using GpuError::GpuError;
+};
+
+/// Its work did not end, and what it held is never freed.
+class DeviceHung : public DeviceLost {
+ public:
+  using DeviceLost::DeviceLost;
 };
 
 enum class Format {
@@ -229,7 +236,8 @@ struct ShaderCode {
 
 struct DeviceOptions {
   bool validation = false;  ///< messages of the validation layer are thrown as GpuError; slow, for tests
-  std::span<const ShaderCode> more_shaders = {};  ///< in addition to the product's own
+  std::span<const ShaderCode> more_shaders = {};              ///< in addition to the product's own
+  std::optional<std::chrono::milliseconds> hangs_after = {};  ///< instead of what hang.h says of such a device
 };
 /// Selects a discrete GPU, else an integrated one, else a software one; if the environment variable
 /// LUMIGRAFT_VULKAN_DEVICE is set, among those whose name contains it. Throws GpuError with the reason for each

@@ -9,6 +9,7 @@
 #include "capture/message_text.h"
 #include "capture/record/source_observer.h"
 #include "capture/recorded/seekable_reader.h"
+#include "relight/gpu/hang.h"
 #include "server/commands/get_requests.h"
 #include "server/commands/kept_room_file.h"
 #include "server/commands/parameters.h"
@@ -28,7 +29,9 @@
 namespace lumigraft::server {
 namespace {
 
-/// Name of a thread that hangs; empty while none does.
+static_assert(relight::gpu::kHardware_hangs_after < kCommands.hung_after, "a new device is tried before a restart");
+
+/// Name of what hangs, as a thread; empty while nothing does.
 std::string hung_in(const Pipeline& pipeline, WebServer& web) {
   if (const auto thread = pipeline.hung(kCommands.hung_after)) return *thread;
   return std::chrono::steady_clock::now() - web.last_turn() > kCommands.hung_after ? "network" : "";
@@ -36,8 +39,10 @@ std::string hung_in(const Pipeline& pipeline, WebServer& web) {
 
 }  // namespace
 
-void run_serve(const ServiceFiles& files, const std::string& listen) {
+void run_serve(const ServiceFiles& as_asked, const std::string& listen) {
   static StopSignal stop(true);  // its thread runs until the process ends
+  ServiceFiles files = as_asked;
+  files.with_saved = true;
   ServiceInput input = read_service(files, interactive_plan(), kPipeline.max_model_bytes);
   for (const std::string& warning : input.warnings) std::fprintf(stderr, "lumigraft: %s\n", warning.c_str());
   if (!listen.empty()) input.server.listeners = {listener_at(listen, "--listen")};
@@ -126,6 +131,15 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
     if (live) return "playback: found live cameras, allowed where a recording plays";
     pipeline.playback().apply(command);
     return std::nullopt;
+  };
+  handlers.save = [&]() -> std::string {
+    try {
+      pipeline.exhibit().save();
+      return "";
+    } catch (const std::exception& e) {
+      std::fprintf(stderr, "lumigraft: the exhibit cannot be saved: %s\n", e.what());
+      return "the exhibit cannot be saved; the log of the service says why";
+    }
   };
   WebServer web(settings, std::move(handlers), demand, metrics);
   web_pointer = &web;

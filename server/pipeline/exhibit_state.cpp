@@ -6,7 +6,9 @@
 #include <numbers>
 #include <utility>
 
+#include "capture/text_file.h"
 #include "server/pipeline/json_text.h"
+#include "server/pipeline/saved_exhibit.h"
 
 namespace lumigraft::server {
 namespace {
@@ -245,6 +247,40 @@ std::optional<std::string> ExhibitState::apply(const ObjectCommand& command, Clo
   exhibit_ = std::move(next);
   last_command_ = now;
   return std::nullopt;
+}
+
+/// As a configuration would state what is shown. The lock is held.
+relight::Exhibit ExhibitState::as_start() const {
+  relight::Exhibit start = *exhibit_;
+  for (relight::VirtualObject& object : start.objects) {
+    if (!object.animation) continue;
+    const double length_s = object.model->rig->animations[object.animation->index].length_s;
+    if (object.animation->held_s) object.animation->held_s = object.animation->moment_s(length_s, time_s_.value_or(0));
+    object.animation->begin_s = 0;
+  }
+  return start;
+}
+
+void ExhibitState::save() {
+  std::unique_lock lock(mutex_);
+  relight::Exhibit start = as_start();
+  const std::filesystem::path file = limits_.saved_file;
+  const std::size_t replaced = replaced_, given = models_given_;
+  lock.unlock();  // a disk may take long
+  if (file.empty()) throw std::runtime_error("there is no exhibit file");
+  capture::write_text(file, saved_exhibit_text(start));
+  lock.lock();
+  if (replaced != replaced_) return;  // the next exhibit was read meanwhile
+  if (given != models_given_) {       // again, with what only the model knows
+    lock.unlock();
+    return save();
+  }
+  for (std::size_t i = 0; i < start.objects.size(); ++i) {
+    rest_[i] = exhibit_->objects[i].rotation;
+    yaw_degrees_[i] = 0;
+  }
+  configured_ = std::move(start);
+  last_command_.reset();
 }
 
 std::string ExhibitState::objects_json() const {

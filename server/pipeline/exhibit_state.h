@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <chrono>
 #include <cstddef>
+#include <filesystem>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -20,10 +21,11 @@ namespace lumigraft::server {
 relight::Exhibit shown_exhibit(const relight::Exhibit& exhibit, const reconstruct::Scene& scene, double time_s,
                                relight::Standing& standing);
 
-/// What a viewer can do to the next one is bounded.
+/// What viewers can do with an exhibit.
 struct ExhibitLimits {
   std::optional<Eigen::AlignedBox3d> bounds_m;  ///< of the objects' positions, tag frame
   std::optional<double> reset_after_s;          ///< without a command, the exhibit is again as configured
+  std::filesystem::path saved_file = {};        ///< for what an operator saves (saved_exhibit.h); empty: none
 };
 
 class ExhibitState {
@@ -49,11 +51,15 @@ class ExhibitState {
   std::optional<std::string> apply(const ObjectCommand& command, Clock::time_point now = Clock::now());
   /// Puts everything back as configured if that is due, and something was changed. True if it did.
   bool reset_if_idle(Clock::time_point now = Clock::now());
+  /// Writes what is shown to the limits' file; from then on it counts as configured. Animations that play begin at
+  /// their beginning. Throws std::runtime_error, and then changes nothing.
+  void save();
   /// The objects as a JSON array, for the messages `hello` and `state`.
   std::string objects_json() const;
 
  private:
   void begin(relight::Exhibit exhibit);
+  relight::Exhibit as_start() const;
   void reset(relight::Exhibit& exhibit, std::size_t index);
 
   mutable std::mutex mutex_;

@@ -30,6 +30,18 @@ void LiveRelighter::make_on_device() {
   on_device_ = std::make_unique<relight::Relighter>(std::move(device), session_, upload_models_);
 }
 
+void LiveRelighter::device_failed(const relight::gpu::GpuError& error) {
+  on_device_.reset();  // frees the device before another is created
+  next_try_ = std::chrono::steady_clock::now() + pause_;
+  pause_ = std::clamp(2 * pause_, kPipeline.first_pause, kPipeline.longest_pause);
+  failure_ =
+      std::string(gave_up() ? "the GPU device has hung too often and is used again after a restart of the service: "
+                            : "the GPU device failed and is created again: ") +
+      error.what();
+}
+
+bool LiveRelighter::gave_up() const { return hangs_ >= kPipeline.max_hangs; }
+
 bool LiveRelighter::wants_prepared(const reconstruct::Scene& scene) const {
   if (!wants_rays_ || !scene.field || !scene.illumination) return false;
   std::lock_guard lock(rays_mutex_);
@@ -113,7 +125,7 @@ LiveRelighter::Result LiveRelighter::relight(const capture::FrameSet& sensed, co
   }
   try {
     if (chooses_) choose(scene, exhibit, frame.time_ns);
-    if (!draws_rays_ && !on_device_ && std::chrono::steady_clock::now() >= next_try_) make_on_device();
+    if (!draws_rays_ && !on_device_ && !gave_up() && std::chrono::steady_clock::now() >= next_try_) make_on_device();
     if (draws_rays_) {
       std::lock_guard lock(rays_mutex_);
       if (prepared_ && prepared_ != drawn_with_) by_rays_->take(drawn_with_ = prepared_);
@@ -129,11 +141,11 @@ LiveRelighter::Result LiveRelighter::relight(const capture::FrameSet& sensed, co
       else
         fade_.apply(result.picture.camera, &result.picture.srgb);
     }
+  } catch (const relight::gpu::DeviceHung& e) {
+    ++hangs_;
+    device_failed(e);
   } catch (const relight::gpu::GpuError& e) {
-    on_device_.reset();  // frees the device before another is created
-    next_try_ = std::chrono::steady_clock::now() + pause_;
-    pause_ = std::clamp(2 * pause_, kPipeline.first_pause, kPipeline.longest_pause);
-    failure_ = std::string("the GPU device failed and is created again: ") + e.what();
+    device_failed(e);
   } catch (const std::exception& e) {
     failure_ = std::string("relight: ") + e.what();
   }

@@ -1,7 +1,7 @@
 #pragma once
 // Renderer of a service: after a failure the device is created again; until that succeeds the camera image is passed
-// through with a warning. While the camera's pose or picture is missing, or when depth stops, objects fade out
-// (compose/change_fade.h).
+// through with a warning. After some that hang none is created any more. While the camera's pose or picture is missing,
+// or when depth stops, objects fade out (compose/change_fade.h).
 //
 // On a software device, rays draw specular objects in place of cones while the camera rests, unless the user chose the
 // method or a fixed plan (relight/method_choice.h). What the other method needs is prepared before it takes over.
@@ -31,6 +31,8 @@ class LiveRelighter {
     relight::RelitPicture picture;
     bool up_to_date = true;  ///< false: the scene has surfaces that are not prepared yet
   };
+  /// Whether so many devices have hung that none is made any more. Any thread.
+  bool gave_up() const;
   /// Whether rays may draw, which need `prepare`.
   bool may_draw_prepared() const { return chooses_ || !plan_.on_device(); }
   /// Whether rays are to draw, and the scene contains surfaces that are not prepared. Any thread.
@@ -49,6 +51,7 @@ class LiveRelighter {
 
  private:
   void make_on_device();
+  void device_failed(const relight::gpu::GpuError& error);
   void choose(const reconstruct::Scene& scene, const relight::Exhibit& exhibit, std::int64_t time_ns);
   bool rays_are_ready(const reconstruct::Scene& scene, const relight::Exhibit& exhibit) const;
   relight::RelitPicture draw(const capture::FrameSet& frame, const reconstruct::Scene& scene,
@@ -74,6 +77,7 @@ class LiveRelighter {
   std::string failure_;
   std::chrono::steady_clock::time_point next_try_{};
   std::chrono::seconds pause_{0};
+  std::atomic<int> hangs_ = 0;
 };
 
 }  // namespace lumigraft::server

@@ -11,6 +11,8 @@ inline constexpr struct PipelineParameters {
   std::chrono::milliseconds tick{100}, patience{100}, keep_alive{1000}, too_late{500};
   std::chrono::milliseconds geometry_every{100}, light_every{100}, room_every{1000}, albedo_every{1000};
   std::chrono::seconds first_pause{1}, longest_pause{30};  ///< until a device that failed is made again
+  /// So many devices may hang, each of which leaves up to a gigabyte that is never freed (relight/gpu/hang.h).
+  int max_hangs = 3;
   /// Between two times that the room is kept: first, and at last after doubling. Of 30 MB a time 1.4 GB are written a
   /// day; a kiosk that is switched off loses what it learnt in half an hour.
   std::chrono::seconds first_keep{10}, longest_keep{32 * 60};

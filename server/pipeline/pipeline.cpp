@@ -591,6 +591,7 @@ std::optional<reconstruct::KeyframeMap::Views> Pipeline::take_views() { return s
 void Pipeline::keep_room() { state_->keep_room(); }
 
 std::optional<std::string> Pipeline::hung(std::chrono::steady_clock::duration limit) const {
+  if (state_->relighter.gave_up()) return "GPU";
   return state_->heartbeats.hung(limit);
 }
 

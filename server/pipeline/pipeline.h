@@ -76,7 +76,8 @@ class Pipeline {
   std::optional<reconstruct::KeyframeMap::Views> take_views();
   /// Keeps the room now, if it changed since it was last kept. Any thread; waits while it is being kept.
   void keep_room();
-  /// The thread that has completed no iteration for so long, if there is one (heartbeats.h).
+  /// The thread that has completed no iteration for so long, if there is one (heartbeats.h), or a GPU that hung too
+  /// often.
   std::optional<std::string> hung(std::chrono::steady_clock::duration limit) const;
   /// Somebody uses newest(): pictures are made as for a viewer for a while. Any thread.
   void picture_asked();

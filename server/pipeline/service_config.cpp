@@ -2,6 +2,7 @@
 
 #include "capture/error.h"
 #include "server/pipeline/listener_config.h"
+#include "server/pipeline/saved_exhibit.h"
 
 namespace lumigraft::server {
 namespace {
@@ -73,6 +74,30 @@ void finish(const capture::ConfigTable& root, ServiceInput& input) {
   input.warnings.insert(input.warnings.end(), root.warnings().begin(), root.warnings().end());
 }
 
+void read_exhibit_of(const capture::ConfigTable& root, std::uintmax_t max_model_bytes, ServiceInput& input) {
+  input.unloaded.clear();
+  input.exhibit = relight::read_exhibit(root, max_model_bytes, &input.unloaded);
+  input.limits = read_limits(root);
+  for (relight::VirtualObject& object : input.exhibit.objects)
+    object.white_radiance = static_cast<float>(1 / input.session.color.exposure);
+  finish(root, input);
+}
+
+/// False where that cannot be used: it may say what an exhibit that was changed later does not allow.
+bool read_saved(const std::filesystem::path& exhibit, const std::filesystem::path& saved,
+                std::uintmax_t max_model_bytes, ServiceInput& input) {
+  try {
+    std::vector<std::string> warnings{saved.string() + " is shown in place of what the exhibit says"};
+    const std::string text = exhibit_text_with_saved(exhibit, saved, warnings);
+    read_exhibit_of(capture::ConfigTable::parse(text, exhibit.string()), max_model_bytes, input);
+    input.warnings.insert(input.warnings.end(), warnings.begin(), warnings.end());
+    return true;
+  } catch (const capture::InputError& e) {
+    input.warnings.push_back(saved.string() + " is not used: " + e.what());
+    return false;
+  }
+}
+
 }  // namespace
 
 ServiceInput read_service(const ServiceFiles& files, const relight::Plan& default_plan,
@@ -121,12 +146,11 @@ ServiceInput read_service(const ServiceFiles& files, const relight::Plan& defaul
     exhibit_file = input.session.folder / "exhibit.toml";
   }
   if (!exhibit_file.empty()) {
-    const capture::ConfigTable root = capture::ConfigTable::load(exhibit_file);
-    input.exhibit = relight::read_exhibit(root, max_model_bytes, &input.unloaded);
-    input.limits = read_limits(root);
-    for (relight::VirtualObject& object : input.exhibit.objects)
-      object.white_radiance = static_cast<float>(1 / input.session.color.exposure);
-    finish(root, input);
+    const std::filesystem::path saved = saved_exhibit_file(exhibit_file);
+    if (!files.with_saved || !std::filesystem::exists(saved) ||
+        !read_saved(exhibit_file, saved, max_model_bytes, input))
+      read_exhibit_of(capture::ConfigTable::load(exhibit_file), max_model_bytes, input);
+    input.limits.saved_file = saved;
   }
   return input;
 }

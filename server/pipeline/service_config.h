@@ -47,6 +47,7 @@ struct ServiceFiles {
   std::filesystem::path session;  ///< a folder; empty: from the configuration
   std::filesystem::path exhibit;  ///< empty: that of the configuration, else the session's exhibit.toml if it exists
   std::vector<std::string> overrides;  ///< KEY=VALUE
+  bool with_saved = false;             ///< the exhibit as an operator saved it (saved_exhibit.h)
 };
 
 struct ServiceInput {

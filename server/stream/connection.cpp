@@ -274,6 +274,7 @@ class StreamConnection final : public Connection {
     if (std::holds_alternative<ObjectCommand>(command) || std::holds_alternative<PlaybackCommand>(command))
       return Permission::control;
     if (std::holds_alternative<RecordCommandOfViewer>(command)) return Permission::record;
+    if (std::holds_alternative<SaveCommand>(command)) return Permission::admin;
     return std::nullopt;
   }
 
@@ -305,6 +306,10 @@ class StreamConnection final : public Connection {
       wrong = server_.handlers.record(record->on);
     } else if (const auto* playback = std::get_if<PlaybackCommand>(&command)) {
       wrong = server_.handlers.playback(*playback);
+    } else if (std::holds_alternative<SaveCommand>(command)) {
+      queue_.offer_text("saved", saved_message(server_.handlers.save()));
+      server_.objects_changed();
+      write_next();
     } else {
       wrong = std::get<BadCommand>(command).error;
     }

@@ -12,7 +12,7 @@ enum class Permission : unsigned {
   view = 1,     ///< the page, pictures and their statistics
   control = 2,  ///< objects, and the playback of a recording
   record = 4,   ///< begin and end recordings
-  admin = 8,    ///< figures of the service (/metrics), and where recordings are
+  admin = 8,    ///< figures of the service (/metrics), and to save the exhibit
 };
 
 /// A set of permissions.

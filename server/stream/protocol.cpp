@@ -207,7 +207,8 @@ Command parse(const nlohmann::json& message) {
     return RecordCommandOfViewer{message["on"].get<bool>()};
   }
   if (type == "playback") return playback(message);
-  throw Refused{"type: want, object, record, playback, key or ack"};
+  if (type == "save") return SaveCommand{};
+  throw Refused{"type: want, object, record, playback, save, key or ack"};
 }
 
 }  // namespace
@@ -247,5 +248,7 @@ std::string error_message(std::string_view error) {
   return nlohmann::json{{"type", "error"}, {"error", error}}.dump(-1, ' ', false,
                                                                   nlohmann::json::error_handler_t::replace);
 }
+
+std::string saved_message(std::string_view error) { return nlohmann::json{{"type", "saved"}, {"error", error}}.dump(); }
 
 }  // namespace lumigraft::server

@@ -96,15 +96,19 @@ struct PlaybackCommand {
   std::optional<bool> paused;
   bool step = false;  ///< advance by one frame
 };
+/// Makes what is shown the start of the exhibit.
+struct SaveCommand {};
 struct BadCommand {
   std::string error;  ///< what is wrong and what is allowed
 };
 using Command = std::variant<WantCommand, KeyCommand, AckCommand, ObjectCommand, RecordCommandOfViewer, PlaybackCommand,
-                             BadCommand>;
+                             SaveCommand, BadCommand>;
 
 /// Parses a client's text message and checks every value. Never throws.
 Command parse_command(std::string_view text);
 
 std::string error_message(std::string_view error);
+/// The answer to SaveCommand; an empty error: it was saved.
+std::string saved_message(std::string_view error);
 
 }  // namespace lumigraft::server

@@ -43,7 +43,7 @@ bool ViewerQueue::offer_frame(std::shared_ptr<const StreamMessage> message) {
 }
 
 std::optional<ViewerQueue::Outgoing> ViewerQueue::next_text() {
-  for (const char* kind : {"hello", "error", "state", "stats"}) {
+  for (const char* kind : {"hello", "error", "saved", "state", "stats"}) {
     if (auto found = texts_.find(kind); found != texts_.end()) {
       Outgoing out = std::move(found->second);
       texts_.erase(found);

@@ -27,7 +27,7 @@ class ViewerQueue {
   bool offer(std::shared_ptr<const StreamMessage> message, Clock::time_point now);
   /// Whether a key frame could be sent now, and nothing else. Who stands still asks for none: a key frame costs all.
   bool wants_key(Clock::time_point now) { return codec_ == Codec::h264 && needs_key_ && !window_.full(now); }
-  /// Replaces the queued text of the same kind ("hello", "state", "stats", "error").
+  /// Replaces the queued text of the same kind ("hello", "state", "stats", "error", "saved").
   void offer_text(const std::string& kind, std::string text) { texts_[kind] = std::move(text); }
   /// False where this frame was not sent to this viewer, or was acknowledged before.
   bool acknowledge(std::uint32_t sequence, Clock::time_point now) { return window_.acknowledged(sequence, now); }

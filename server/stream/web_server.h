@@ -46,6 +46,7 @@ struct WebHandlers {
   std::function<std::optional<std::string>(const ObjectCommand&)> change_object;  ///< returns what is wrong
   std::function<std::optional<std::string>(bool on)> record;                      ///< returns what is wrong
   std::function<std::optional<std::string>(const PlaybackCommand&)> playback;     ///< returns what is wrong
+  std::function<std::string()> save;  ///< returns what is wrong, for viewers; empty: nothing
 };
 
 class WebServer {

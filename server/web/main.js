@@ -9,6 +9,7 @@ import { Panel } from "./panel.js";
 import { KIND, parseMessage } from "./protocol.js";
 import { PlaybackBar } from "./playback.js";
 import { RecordButton } from "./record.js";
+import { SaveButton } from "./save.js";
 import { text } from "./text.js";
 
 const canvas = document.getElementById("picture");
@@ -17,6 +18,7 @@ const panel = new Panel();
 const controls = new Controls((message) => connection.send(message));
 const playbackBar = new PlaybackBar((message) => connection.send(message));
 const recordButton = new RecordButton((message) => connection.send(message));
+const saveButton = new SaveButton((message) => connection.send(message));
 const kiosk = isKiosk ? new Kiosk() : null;
 if (!isKiosk) new Maps();
 let h264Works = h264Possible();
@@ -67,6 +69,7 @@ const connection = new Connection(`${location.protocol === "https:" ? "wss" : "w
       document.getElementById("session").textContent = message.session;
       playbackBar.permitted = message.permissions?.includes("control") ?? true;
       recordButton.permitted = message.permissions?.includes("record") ?? true;
+      saveButton.permitted = message.permissions?.includes("admin") ?? false;
       controls.hello(message);
     } else if (message.type === "state") {
       controls.state(message.objects);
@@ -76,6 +79,8 @@ const connection = new Connection(`${location.protocol === "https:" ? "wss" : "w
       playbackBar.stats(message.playback ?? null);
       recordButton.stats(message.recording ?? null);
       controls.pose(message.T_tag_camera ?? null);
+    } else if (message.type === "saved") {
+      saveButton.saved(message.error);
     } else if (message.type === "error") {
       // What visitors see most often: their tap met no level surface.
       error(message.error.startsWith("on_pixel:") ? text("object.no-surface") : message.error);

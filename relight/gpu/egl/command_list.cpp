@@ -194,8 +194,7 @@ std::vector<PassTime> EglCommandList::run() {
     command();
   }
   glMemoryBarrier(GL_ALL_BARRIER_BITS);
-  glFinish();
-  context_->check("running a command list");
+  context_->finish("running a command list");
 
   std::vector<GLuint64> times_ns(passes_.empty() ? 0 : passes_.size() + 1);
   for (std::size_t i = 0; i < times_ns.size(); ++i) {

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "relight/gpu/egl/choose_device.h"
+#include "relight/gpu/hang.h"
 
 namespace lumigraft::relight::gpu::egl {
 namespace {
@@ -82,6 +83,7 @@ ContextHandle::ContextHandle(EGLDisplay of_display, bool debug) : display(of_dis
 }
 
 Current::Current(const ContextHandle& handle) : Current(handle, std::nothrow) {
+  if (handle.hung) throw DeviceHung("OpenGL hangs");
   if (!good_) throw DeviceLost("OpenGL cannot be entered any more: " + egl_error_text());
 }
 
@@ -89,6 +91,8 @@ Current::Current(const ContextHandle& handle, std::nothrow_t) noexcept : display
   eglBindAPI(EGL_OPENGL_API);
   before_ = eglGetCurrentContext();
   display_before_ = eglGetCurrentDisplay();
+  good_ = !handle.hung;
+  if (!good_) return;
   if (before_ == handle.context) return;
   entered_ = good_ = eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, handle.context) == EGL_TRUE;
 }
@@ -99,11 +103,12 @@ Current::~Current() {
   eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, before_);
 }
 
-Context::Context(std::unique_ptr<ContextHandle> handle, bool validation) : handle_(std::move(handle)) {
+Context::Context(std::unique_ptr<ContextHandle> handle, const DeviceOptions& options) : handle_(std::move(handle)) {
   const Current current = enter();
   name_ = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
   is_software_ = draws_in_software(name_);
-  if (validation) {
+  hangs_after_ = options.hangs_after.value_or(is_software_ ? kNever_hangs : kHardware_hangs_after);
+  if (options.validation) {
     glEnable(GL_DEBUG_OUTPUT);
     glEnable(GL_DEBUG_OUTPUT_SYNCHRONOUS);
     glDebugMessageCallback(on_message, &messages_);
@@ -201,6 +206,17 @@ void Context::check(const std::string& doing) {
   if (!said.empty()) what += "\n" + said;
   if (lost) throw DeviceLost(what);
   throw GpuError(what);
+}
+
+void Context::finish(const std::string& doing) {
+  const GLsync all = glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
+  handle_->hung = !ends_within(hangs_after_, [&](std::chrono::nanoseconds slice) {
+    const auto slice_ns = static_cast<GLuint64>(slice.count());
+    return glClientWaitSync(all, GL_SYNC_FLUSH_COMMANDS_BIT, slice_ns) != GL_TIMEOUT_EXPIRED;  // check() sees failures
+  });
+  if (handle_->hung) throw DeviceHung(name_ + " hangs");
+  glDeleteSync(all);
+  check(doing);
 }
 
 }  // namespace lumigraft::relight::gpu::egl

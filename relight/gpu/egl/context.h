@@ -22,15 +22,18 @@ namespace lumigraft::relight::gpu::egl {
 /// Reason of this thread's last failed EGL call.
 std::string egl_error_text();
 
-/// The EGL objects only.
+/// The EGL objects only. One that hangs is not entered, and not destroyed, any more.
 struct ContextHandle {
   ContextHandle(EGLDisplay of_display, bool debug);  ///< throws GpuError with the reason
-  ~ContextHandle() { eglDestroyContext(display, context); }
+  ~ContextHandle() {
+    if (!hung) eglDestroyContext(display, context);
+  }
   ContextHandle(const ContextHandle&) = delete;
   ContextHandle& operator=(const ContextHandle&) = delete;
 
   EGLDisplay display = EGL_NO_DISPLAY;
   EGLContext context = EGL_NO_CONTEXT;
+  bool hung = false;
 };
 
 /// Makes the context current in this thread during its lifetime.
@@ -57,7 +60,7 @@ struct Limits {
 
 class Context {
  public:
-  Context(std::unique_ptr<ContextHandle> handle, bool validation);
+  Context(std::unique_ptr<ContextHandle> handle, const DeviceOptions& options);
   ~Context();
 
   const ContextHandle& handle() const { return *handle_; }
@@ -74,6 +77,8 @@ class Context {
   /// Throws GpuError if OpenGL or its debug output has reported an error since the last call, DeviceLost if the context
   /// is lost.
   void check(const std::string& doing);
+  /// Waits until all that was said before is done, and checks. Throws DeviceHung, too.
+  void finish(const std::string& doing);
 
  private:
   void read_limits();
@@ -84,6 +89,7 @@ class Context {
   std::unique_ptr<ContextHandle> handle_;
   std::string name_;
   bool is_software_ = false;
+  std::chrono::milliseconds hangs_after_{0};
   Limits limits_;
   std::array<GLuint, Sampling::kCount> samplers_{};
   GLuint framebuffer_ = 0, params_ = 0;

@@ -60,6 +60,7 @@ class EglDevice final : public Device {
     const EglTexture& source = own<EglTexture>(texture, *context_);
     const std::string what = mip_text(texture, mip);
     const Current current = context_->enter();
+    context_->finish("what precedes a download");
     std::vector<std::byte> texels = source.download(mip);
     context_->check("download of " + what);
     return texels;
@@ -68,6 +69,7 @@ class EglDevice final : public Device {
   std::vector<std::byte> download(const Buffer& buffer) override {
     const EglBuffer& source = own<EglBuffer>(buffer, *context_);
     const Current current = context_->enter();
+    context_->finish("what precedes a download");
     std::vector<std::byte> bytes(buffer.size_bytes());
     glGetNamedBufferSubData(source.handle(), 0, static_cast<GLsizeiptr>(bytes.size()), bytes.data());
     context_->check("download of buffer \"" + source.name() + "\"");
@@ -76,6 +78,7 @@ class EglDevice final : public Device {
 
   std::vector<std::vector<std::byte>> download(std::span<const TexturePart> parts) override {
     const Current current = context_->enter();
+    context_->finish("what precedes a download");
     std::vector<std::vector<std::byte>> texels;
     for (const TexturePart& part : parts) {
       check_part(part);
@@ -104,7 +107,7 @@ class EglDevice final : public Device {
 }  // namespace egl
 
 std::unique_ptr<Device> create_egl_device(const DeviceOptions& options) {
-  auto context = std::make_shared<egl::Context>(egl::open_best(options.validation), options.validation);
+  auto context = std::make_shared<egl::Context>(egl::open_best(options.validation), options);
   return std::make_unique<egl::EglDevice>(std::move(context), options.more_shaders);
 }
 

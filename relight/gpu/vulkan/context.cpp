@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "relight/gpu/hang.h"
 #include "relight/gpu/vulkan/pending_uploads.h"
 #include "relight/gpu/vulkan/recording.h"
 
@@ -11,12 +12,14 @@ Context::Context(std::unique_ptr<Instance> instance, VkPhysicalDevice physical)
     : instance_(std::move(instance)), physical_(physical) {}
 
 // Uses a delegating constructor, so that the destructor runs if the code below throws.
-Context::Context(std::unique_ptr<Instance> instance, const Choice& choice)
+Context::Context(std::unique_ptr<Instance> instance, const Choice& choice,
+                 std::optional<std::chrono::milliseconds> hangs_after)
     : Context(std::move(instance), choice.physical) {
   queue_family_ = choice.queue_family;
   timestamp_bits_ = choice.timestamp_bits;
   vkGetPhysicalDeviceProperties(physical_, &properties_);
   vkGetPhysicalDeviceMemoryProperties(physical_, &memory_properties_);
+  hangs_after_ = hangs_after.value_or(is_software() ? kNever_hangs : kHardware_hangs_after);
   create_device();
   create_samplers();
   const auto fence = zeroed<VkFenceCreateInfo>(VK_STRUCTURE_TYPE_FENCE_CREATE_INFO);
@@ -32,6 +35,10 @@ Context::~Context() {
   if (!device_) return;
   spare_recordings.clear();
   uploads_.reset();
+  if (hung_) {
+    static_cast<void>(instance_.release());  // NOLINT(bugprone-unused-return-value)
+    return;
+  }
   destroy(from_device_);
   vkDestroyCommandPool(device_, once_pool_, nullptr);
   vkDestroyFence(device_, fence_, nullptr);
@@ -164,6 +171,7 @@ AllocatedBuffer Context::create_buffer(std::size_t size_bytes, VkBufferUsageFlag
 }
 
 void Context::destroy(AllocatedBuffer& buffer) {
+  if (hung_) return;
   vkDestroyBuffer(device_, buffer.handle, nullptr);
   vkFreeMemory(device_, buffer.memory.handle, nullptr);
   buffer = {};
@@ -194,7 +202,12 @@ void Context::finish_uploads(std::nothrow_t) noexcept {
   }
 }
 
+void Context::throw_if_hung() const {
+  if (hung_) throw DeviceHung(name() + " hangs");
+}
+
 void Context::run_and_wait(VkCommandBuffer commands, const std::string& doing) {
+  throw_if_hung();
   std::array<VkCommandBufferSubmitInfo, 2> buffers;
   std::uint32_t count = 0;
   const auto add = [&](VkCommandBuffer buffer) {
@@ -207,12 +220,18 @@ void Context::run_and_wait(VkCommandBuffer commands, const std::string& doing) {
   submit.commandBufferInfoCount = count;
   submit.pCommandBufferInfos = buffers.data();
   check(vkQueueSubmit2(queue_, 1, &submit, fence_), doing);
-  check(vkWaitForFences(device_, 1, &fence_, VK_TRUE, UINT64_MAX), doing);
+  hung_ = !ends_within(hangs_after_, [&](std::chrono::nanoseconds slice) {
+    const VkResult result = vkWaitForFences(device_, 1, &fence_, VK_TRUE, static_cast<std::uint64_t>(slice.count()));
+    if (result != VK_TIMEOUT) check(result, doing);
+    return result == VK_SUCCESS;
+  });
+  throw_if_hung();
   check(vkResetFences(device_, 1, &fence_), doing);
   messages().throw_if_any();
 }
 
 void Context::run_once(const std::string& doing, const std::function<void(VkCommandBuffer)>& record) {
+  throw_if_hung();
   check(vkResetCommandPool(device_, once_pool_, VK_COMMAND_POOL_RESET_RELEASE_RESOURCES_BIT), doing);
   VkCommandBuffer commands = VK_NULL_HANDLE;
   check(allocate_commands(device_, once_pool_, &commands), doing);

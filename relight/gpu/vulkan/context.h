@@ -63,7 +63,8 @@ struct Recording;
 
 class Context {
  public:
-  Context(std::unique_ptr<Instance> instance, const Choice& choice);
+  Context(std::unique_ptr<Instance> instance, const Choice& choice,
+          std::optional<std::chrono::milliseconds> hangs_after);
   ~Context();
 
   VkDevice device() const { return device_; }
@@ -75,6 +76,9 @@ class Context {
   VkSampler sampler(const Sampling& sampling) const { return samplers_[sampling.index()]; }
   Messages& messages() { return instance_->messages; }
   const std::shared_ptr<Holdings>& holdings() const { return holdings_; }
+  /// Its work did not end: nothing of it is to be destroyed or reused.
+  bool hung() const { return hung_; }
+  void throw_if_hung() const;
 
   /// One allocation per resource: there are a few hundred, and every device allows at least 4096.
   Memory allocate(const VkMemoryRequirements& needs, MemoryUse use, const std::string& what);
@@ -116,6 +120,8 @@ class Context {
   VkDevice device_ = VK_NULL_HANDLE;
   VkQueue queue_ = VK_NULL_HANDLE;
   VkFence fence_ = VK_NULL_HANDLE;
+  std::chrono::milliseconds hangs_after_{0};
+  bool hung_ = false;
   VkCommandPool once_pool_ = VK_NULL_HANDLE;
   std::array<VkSampler, Sampling::kCount> samplers_{};
   AllocatedBuffer from_device_;

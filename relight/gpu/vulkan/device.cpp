@@ -162,7 +162,7 @@ class VulkanDevice final : public Device {
 std::unique_ptr<Device> create_vulkan_device(const DeviceOptions& options) {
   auto instance = std::make_unique<vulkan::Instance>(options.validation);
   const vulkan::Choice choice = vulkan::choose_device(*instance);
-  auto context = std::make_shared<vulkan::Context>(std::move(instance), choice);
+  auto context = std::make_shared<vulkan::Context>(std::move(instance), choice, options.hangs_after);
   return std::make_unique<vulkan::VulkanDevice>(std::move(context), options.more_shaders);
 }
 

@@ -42,6 +42,7 @@ VkDescriptorType descriptor_type(Binding::Kind kind) {
 }
 
 PipelineObjects::~PipelineObjects() {
+  if (context->hung()) return;
   vkDestroyPipeline(context->device(), handle, nullptr);
   vkDestroyPipelineLayout(context->device(), layout, nullptr);
   vkDestroyDescriptorSetLayout(context->device(), set_layout, nullptr);

@@ -19,6 +19,7 @@ Recording::Recording(Context& context) : context_(context) {
 }
 
 Recording::~Recording() {
+  if (context_.hung()) return;
   for (const VkQueryPool pool : queries_) vkDestroyQueryPool(context_.device(), pool, nullptr);
   for (AllocatedBuffer& buffer : params_) context_.destroy(buffer);
   for (const VkDescriptorPool pool : descriptor_pools_) vkDestroyDescriptorPool(context_.device(), pool, nullptr);
@@ -26,6 +27,7 @@ Recording::~Recording() {
 }
 
 void Recording::begin() {
+  context_.throw_if_hung();
   check(vkResetCommandPool(context_.device(), pool_, 0), "resetting a command list");
   for (const VkDescriptorPool pool : descriptor_pools_) {
     check(vkResetDescriptorPool(context_.device(), pool, 0), "resetting a command list");

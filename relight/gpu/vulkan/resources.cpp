@@ -88,7 +88,9 @@ void VulkanTexture::clear_new() {
 }
 
 void VulkanTexture::destroy() {
+  if (context_->hung()) return;
   context_->finish_uploads(std::nothrow);
+  if (context_->hung()) return;
   for (const VkImageView view : {first_mip_, all_mips_}) vkDestroyImageView(context_->device(), view, nullptr);
   vkDestroyImage(context_->device(), image_, nullptr);
   vkFreeMemory(context_->device(), memory_.handle, nullptr);

@@ -4,7 +4,8 @@
   reload_test.py PROGRAM RECORDING
 
 Checks that a new object and other permissions come to a viewer whose pictures go on, that a wrong file is named in the
-log and changes nothing, and that new connections get a new certificate while those with the old one stay.
+log and changes nothing, that new connections get a new certificate while those with the old one stay,
+and that what an operator saves is the start after that.
 """
 import json
 import os
@@ -88,7 +89,7 @@ class ReloadTest(unittest.TestCase):
         self.port, self.https = free_port(), free_port()
         self.certify()
         self.write("cube.obj", CUBE)
-        self.configure(["view", "control"])
+        self.configure(["view", "control", "admin"])
         self.write("exhibit.toml", OBJECT.format(name="first", x=0))
         self.log = open(os.path.join(self.folder, "log"), "w+")
         self.addCleanup(self.log.close)
@@ -161,6 +162,60 @@ class ReloadTest(unittest.TestCase):
             one.wait(lambda m: m["type"] == "hello" and [o["name"] for o in m["objects"]] == ["third"], "the mended file")
         self.wait_for_log("read the exhibit and the listeners again", 2)
         self.assertNotEqual(self.served_certificate(), first_certificate, "who comes now gets the new certificate")
+
+    def test_what_was_saved_is_the_start(self):
+        viewer = Viewer(self.port)
+        viewer.wait(lambda m: m["type"] == "hello", "hello")
+        viewer.send({"type": "object", "index": 0, "position_m": [0.25, 0, 0.05], "visible": False})
+        viewer.send({"type": "save"})
+        self.assertEqual(viewer.wait(lambda m: m["type"] == "saved", "the answer")["error"], "")
+        viewer.send({"type": "object", "index": 0, "position_m": [0, 0, 0.05], "visible": True})
+        viewer.send({"type": "object", "index": 0, "reset": True})
+        saved = lambda m: m["type"] in ("hello", "state") and m["objects"][0]["position_m"] == [0.25, 0, 0.05] and not m["objects"][0]["visible"]
+        viewer.wait(saved, "the object where it was saved")
+        viewer.send({"type": "object", "index": 0, "position_m": [0, 0, 0.05], "visible": True})
+        viewer.wait(lambda m: m["type"] == "state" and m["objects"][0]["visible"], "the object elsewhere")
+        self.service.send_signal(signal.SIGHUP)
+        viewer.wait(saved, "the saved exhibit after SIGHUP")
+        self.assertIn("exhibit.saved.toml is shown", self.said())
+
+        os.mkdir(os.path.join(self.folder, "exhibit.saved.toml.partial")) # as on a disk that takes nothing more
+        viewer.send({"type": "save"})
+        error = viewer.wait(lambda m: m["type"] == "saved", "the answer")["error"]
+        self.assertIn("cannot be saved", error)
+        self.assertNotIn(self.folder, error)
+        self.wait_for_log("exhibit.saved.toml.partial")
+
+    def test_a_new_exhibit_and_permissions_without_a_gap(self):
+        viewer = Viewer(self.port)
+        hello = viewer.wait(lambda m: m["type"] == "hello", "hello")
+        self.assertEqual([o["name"] for o in hello["objects"]], ["first"])
+        viewer.send({"type": "want", "codec": "jpeg"})
+        viewer.wait(lambda m: viewer.pictures > 3, "pictures")
+
+        self.write("exhibit.toml", OBJECT.format(name="first", x=0) + OBJECT.format(name="second", x=0.1))
+        self.configure(["view"])
+        self.service.send_signal(signal.SIGHUP)
+        hello = viewer.wait(lambda m: m["type"] == "hello" and len(m["objects"]) == 2, "the new object")
+        self.assertEqual(hello["permissions"], ["view"])
+        self.assertEqual(hello["objects"][1]["name"], "second")
+        self.wait_for_log("read the exhibit and the listeners again")
+        before = viewer.pictures
+        viewer.wait(lambda m: viewer.pictures > before + 3, "pictures on the same connection")
+
+        self.write("exhibit.toml", OBJECT.format(name="third", x="wrong"))
+        self.service.send_signal(signal.SIGHUP)
+        self.wait_for_log("what runs goes on")
+        self.assertIn("exhibit.toml", self.said().rsplit("what runs goes on", 1)[1])
+        before = viewer.pictures
+        viewer.wait(lambda m: viewer.pictures > before + 3, "pictures after a wrong file")
+        newcomer = Viewer(self.port)
+        hello = newcomer.wait(lambda m: m["type"] == "hello", "hello")
+        self.assertEqual([o["name"] for o in hello["objects"]], ["first", "second"])
+
+        self.write("exhibit.toml", OBJECT.format(name="third", x=0.2))
+        self.service.send_signal(signal.SIGHUP)
+        viewer.wait(lambda m: m["type"] == "hello" and [o["name"] for o in m["objects"]] == ["third"], "the mended file")
 
 
 if __name__ == "__main__":

@@ -1,8 +1,10 @@
 #include "server/pipeline/exhibit_state.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <chrono>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 namespace lumigraft::server {
@@ -279,6 +281,48 @@ TEST_F(AnimatedState, WhatTheObjectDoesNotHaveIsRefusedAndChangesNothing) {
   EXPECT_NE(apply(board_, R"({"type":"object","index":0,"visible":false,"animation":{"name":"fly"}})"), std::nullopt);
   EXPECT_NE(apply(board_, R"({"type":"object","index":1,"animation":{"playing":false}})"), std::nullopt);
   EXPECT_EQ(board_.newest(), before);
+}
+
+TEST(ExhibitState, WhatIsSavedIsWhereObjectsGoBackTo) {
+  const std::filesystem::path file =
+      std::filesystem::path(testing::TempDir()) / ("lumigraft-" + std::to_string(getpid()) + ".saved.toml");
+  relight::Exhibit exhibit = two_objects();
+  auto moving = std::make_shared<relight::Model>(*exhibit.objects[0].model);
+  auto rig = std::make_shared<relight::Rig>();
+  rig->animations.resize(1);
+  rig->animations[0].name = "wave";
+  rig->animations[0].length_s = 2;
+  moving->rig = rig;
+  exhibit.objects[0].model = moving;
+  exhibit.objects[0].animation = relight::ShownAnimation{};
+  ExhibitState board(exhibit, {.bounds_m = {}, .reset_after_s = {}, .saved_file = file});
+  board.at(5);
+  apply(board, R"({"type":"object","name":"box","position_m":[1,2,3],"yaw_degrees":90})");
+  apply(board, R"({"type":"object","name":"statue","animation":{"playing":false,"at_s":0.5}})");
+  const Eigen::Quaterniond turned = board.newest()->objects[1].rotation;
+  board.save();
+  EXPECT_TRUE(std::filesystem::exists(file));
+  EXPECT_EQ(nlohmann::json::parse(board.objects_json())[1]["yaw_degrees"], 0) << "counts from what was saved";
+  apply(board, R"({"type":"object","name":"box","position_m":[0,0,0],"yaw_degrees":10,"visible":false})");
+  apply(board, R"({"type":"object","name":"statue","animation":{"playing":true}})");
+  board.at(6);
+  for (const char* name : {"box", "statue"})
+    apply(board, (R"({"type":"object","reset":true,"name":")" + std::string(name) + "\"}").c_str());
+  const relight::Exhibit back = *board.newest();
+  EXPECT_EQ(back.objects[1].position_m, Eigen::Vector3d(1, 2, 3));
+  EXPECT_TRUE(back.objects[1].visible);
+  EXPECT_TRUE(back.objects[1].rotation.isApprox(turned));
+  EXPECT_EQ(back.objects[0].animation->held_s, 0.5);
+  EXPECT_EQ(back.objects[0].motion.size(), 2u) << "was not moved";
+  std::filesystem::remove(file);
+
+  // What cannot be written changes nothing.
+  ExhibitState unwritable(exhibit, {.bounds_m = {}, .reset_after_s = {}, .saved_file = file / "below" / "a file"});
+  apply(unwritable, R"({"type":"object","name":"box","position_m":[1,2,3]})");
+  EXPECT_THROW(unwritable.save(), std::runtime_error);
+  apply(unwritable, R"({"type":"object","name":"box","reset":true})");
+  EXPECT_EQ(unwritable.newest()->objects[1].position_m, Eigen::Vector3d::Zero());
+  EXPECT_THROW(ExhibitState(exhibit).save(), std::runtime_error) << "without a file";
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "server/pipeline/parameters.h"
 #include "tests/relight/gpu/lost_device/lose.h"
 #include "tests/server/tiny_session.h"
 
@@ -407,6 +408,36 @@ TEST_P(LiveRelighterOn, AfterALostDevicePicturesAreAsBefore) {
   EXPECT_FALSE(after.picture.passed_through);
   EXPECT_EQ(after.picture.srgb.data, before.picture.srgb.data);
   EXPECT_EQ(after.picture.warnings, before.picture.warnings);
+}
+
+TEST_P(LiveRelighterOn, ADeviceThatHangsIsReplacedAFewTimes) {
+  const relight::gpu::LosableDevices losable(GetParam());
+  LiveRelighter relighter(small_camera(), small_plan(), [] {
+    return relight::gpu::create_device(GetParam(), {.hangs_after = std::chrono::minutes(5)});
+  });
+  const reconstruct::Scene scene = empty_room();
+  const relight::Exhibit exhibit = pyramid();
+  relighter.prepare_model(exhibit);
+  const auto before = drawn(relighter, scene, exhibit, small_plan());
+  ASSERT_FALSE(before.picture.passed_through);
+  relight::Exhibit moved = exhibit;
+  moved.objects.front().position_m.x() += 0.05;
+  for (int hangs = 1; hangs <= kPipeline.max_hangs; ++hangs) {
+    losable.hang();
+    const auto failed = relighter.relight(grey_frame(), scene, moved, small_plan());
+    EXPECT_TRUE(failed.picture.passed_through);
+    ASSERT_EQ(failed.picture.warnings.size(), 1u);
+    EXPECT_NE(failed.picture.warnings[0].find(" hangs"), std::string::npos) << failed.picture.warnings[0];
+    ASSERT_EQ(relighter.gave_up(), hangs == kPipeline.max_hangs);
+    if (relighter.gave_up()) break;
+    const auto after = drawn(relighter, scene, exhibit, small_plan());
+    EXPECT_EQ(after.picture.srgb.data, before.picture.srgb.data);
+    EXPECT_EQ(after.picture.warnings, before.picture.warnings);
+  }
+  const auto without = relighter.relight(grey_frame(), scene, moved, small_plan());
+  EXPECT_EQ(without.picture.srgb.data, grey_frame().color->encoded.data);
+  ASSERT_EQ(without.picture.warnings.size(), 1u);
+  EXPECT_NE(without.picture.warnings[0].find("has hung too often"), std::string::npos) << without.picture.warnings[0];
 }
 
 }  // namespace

@@ -157,5 +157,80 @@ TEST(ServiceConfig, ErrorsSayWhere) {
   }
 }
 
+TEST(ServiceConfig, WhatWasSavedReplacesWhatTheExhibitSays) {
+  const TinySession tiny("saved");
+  tiny.write("exhibit.toml", R"(# stays as it is
+reset_after_s = 60
+[[object]]
+model = "pyramid.obj"
+size_m = 0.2
+[object.material]
+metallic = 1
+[[object.motion]]
+time_s = 1
+position_m = [1, 1, 1]
+[[object]]
+name = "second"
+model = "pyramid.obj"
+)");
+  const std::string written = tiny.read("exhibit.toml");
+  ServiceFiles files;
+  files.session = tiny.folder;
+  files.with_saved = true;
+  const ServiceInput before = read_service(files, interactive_plan());
+  EXPECT_TRUE(before.warnings.empty());
+  ExhibitState board(before.exhibit, before.limits);
+  const auto apply = [&](const char* text) { board.apply(std::get<ObjectCommand>(parse_command(text))); };
+  apply(R"({"type":"object","index":0,"position_m":[0.1,0.2,0.3],"material":{"metallic":null,"roughness":0.25}})");
+  apply(R"({"type":"object","index":1,"visible":false,"yaw_degrees":90})");
+  board.save();
+  EXPECT_EQ(tiny.read("exhibit.toml"), written);
+
+  const ServiceInput after = read_service(files, interactive_plan());
+  ASSERT_EQ(after.warnings.size(), 1u);
+  EXPECT_NE(after.warnings[0].find("exhibit.saved.toml is shown"), std::string::npos) << after.warnings[0];
+  ASSERT_EQ(after.exhibit.objects.size(), 2u);
+  EXPECT_EQ(after.limits.reset_after_s, 60);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const relight::VirtualObject &is = after.exhibit.objects[i], &was = board.newest()->objects[i];
+    EXPECT_EQ(is.name, was.name);
+    EXPECT_EQ(is.position_m, was.position_m);
+    EXPECT_TRUE(is.rotation.isApprox(was.rotation));
+    EXPECT_EQ(is.scale, was.scale);
+    EXPECT_EQ(is.visible, was.visible);
+    EXPECT_EQ(is.material, was.material);
+    EXPECT_TRUE(is.motion.empty());
+  }
+  EXPECT_FALSE(after.exhibit.objects[1].visible);
+  EXPECT_EQ(after.exhibit.objects[0].material.roughness, 0.25f);
+  EXPECT_FALSE(after.exhibit.objects[0].material.metallic);
+
+  files.with_saved = false;
+  EXPECT_EQ(read_service(files, replay_plan()).exhibit.objects[0].motion.size(), 1u)
+      << "replay shows the exhibit's file";
+}
+
+TEST(ServiceConfig, ASavedFileThatDoesNotFitIsNamedAndNotUsed) {
+  const TinySession tiny("saved-misfit");
+  ServiceFiles files;
+  files.session = tiny.folder;
+  files.with_saved = true;
+  tiny.write("exhibit.saved.toml", "[[object]]\nname = \"gone\"\nvisible = false\n");
+  const ServiceInput gone = read_service(files, interactive_plan());
+  EXPECT_TRUE(gone.exhibit.objects[0].visible);
+  ASSERT_EQ(gone.warnings.size(), 2u);
+  EXPECT_NE(gone.warnings[1].find("object \"gone\" is not in the exhibit any more"), std::string::npos);
+  for (const char* text : {"not toml", "[[object]]\nname = \"pyramid\"\nvariant = \"red\"\n"}) {
+    tiny.write("exhibit.saved.toml", text);
+    const ServiceInput input = read_service(files, interactive_plan());
+    ASSERT_EQ(input.exhibit.objects.size(), 1u);
+    EXPECT_TRUE(input.exhibit.objects[0].visible);
+    ASSERT_EQ(input.warnings.size(), 1u);
+    EXPECT_NE(input.warnings[0].find("exhibit.saved.toml is not used: "), std::string::npos) << input.warnings[0];
+  }
+  tiny.write("exhibit.toml", "[[object]]\nmodel = 1\n");
+  EXPECT_NE(error_of(files).find("exhibit.toml:2: "), std::string::npos) << "with its own lines";
+}
+
 }  // namespace
 }  // namespace lumigraft::server

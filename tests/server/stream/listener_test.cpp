@@ -37,6 +37,7 @@ class ListenerTest : public testing::Test {
       ++moved_;
       return std::nullopt;
     };
+    handlers.save = [this] { return std::string(++saved_ == 1 ? "" : "the disk is full"); };
     handlers.record = [this](bool) -> std::optional<std::string> {
       ++recorded_;
       return std::nullopt;
@@ -58,7 +59,7 @@ class ListenerTest : public testing::Test {
   const TinySession tiny_{"listener"};
   EncoderDemand demand_;
   Metrics metrics_;
-  std::atomic<int> moved_ = 0, recorded_ = 0;
+  std::atomic<int> moved_ = 0, recorded_ = 0, saved_ = 0;
   std::unique_ptr<WebServer> web_;
 };
 
@@ -75,7 +76,15 @@ TEST_F(ListenerTest, CommandsNeedPermission) {
   }
   two.send_text(R"({"type":"record","on":true})");
   EXPECT_TRUE(two.receive_text("permit"));
-  EXPECT_EQ(moved_ + recorded_, 0);
+  two.send_text(R"({"type":"save"})");
+  EXPECT_TRUE(two.receive_text("permit"));
+  EXPECT_EQ(moved_ + recorded_ + saved_, 0);
+  one.send_text(R"({"type":"save"})");
+  EXPECT_TRUE(one.receive_text(R"({"error":"","type":"saved"})"));
+  for (int i = 0; i < 3; ++i) {
+    one.send_text(R"({"type":"save"})");
+    EXPECT_TRUE(one.receive_text(R"({"error":"the disk is full","type":"saved"})")) << "a viewer is not to blame";
+  }
   one.send_text(R"({"type":"object","index":0,"visible":false})");
   EXPECT_TRUE(one.receive_text("state"));
   EXPECT_EQ(moved_, 1);

@@ -54,6 +54,7 @@ TEST(Protocol, Commands) {
   EXPECT_TRUE(std::get<RecordCommandOfViewer>(parse_command(R"({"type":"record","on":true})")).on);
   EXPECT_FALSE(std::get<RecordCommandOfViewer>(parse_command(R"({"type":"record","on":false})")).on);
   EXPECT_EQ(std::get<BadCommand>(parse_command(R"({"type":"record","on":1})")).error, "on: true or false");
+  EXPECT_TRUE(std::holds_alternative<SaveCommand>(parse_command(R"({"type":"save"})")));
   const auto seek = std::get<PlaybackCommand>(parse_command(R"({"type":"playback","at_s":12.5,"paused":true})"));
   EXPECT_EQ(seek.at_s, 12.5);
   EXPECT_EQ(seek.paused, true);
@@ -158,7 +159,8 @@ TEST(Protocol, ThePageNamesEveryMessage) {
   std::ifstream in(LUMIGRAFT_SOURCE_DIR "/docs/protocol.md");
   std::stringstream text;
   text << in.rdbuf();
-  for (const char* word : {"hello", "state", "stats", "error", "want", "object", "record", "key", "ack"}) {
+  for (const char* word :
+       {"hello", "state", "stats", "error", "want", "object", "record", "save", "saved", "key", "ack"}) {
     EXPECT_NE(text.str().find("\"type\":\"" + std::string(word) + "\""), std::string::npos) << word;
   }
 }

@@ -1,5 +1,6 @@
 // A Vulkan layer that simulates lost devices, since software devices are never lost: after lose_all_devices(), all work
-// on existing devices returns VK_ERROR_DEVICE_LOST, as from a driver whose GPU hangs. Devices created later work.
+// on existing devices returns VK_ERROR_DEVICE_LOST, as from a driver that reset its GPU; after hang_all_devices(),
+// waits for it time out, as while a GPU hangs. Devices created later work.
 #include <vulkan/vk_layer.h>
 #include <vulkan/vulkan.h>
 
@@ -14,7 +15,7 @@ struct Device {
   PFN_vkQueueSubmit2 submit = nullptr;
   PFN_vkWaitForFences wait = nullptr;
   PFN_vkDestroyDevice destroy = nullptr;
-  bool lost = false;
+  bool lost = false, hangs = false;
 };
 
 std::mutex mutex;
@@ -92,6 +93,7 @@ VKAPI_ATTR VkResult VKAPI_CALL queue_submit(VkQueue queue, std::uint32_t count, 
 VKAPI_ATTR VkResult VKAPI_CALL wait_for_fences(VkDevice handle, std::uint32_t count, const VkFence* fences,
                                                VkBool32 all, std::uint64_t timeout_ns) {
   const Device device = device_of(handle);
+  if (device.hangs) return VK_TIMEOUT;  // at once: whoever waits counts slices, not time
   return device.lost ? VK_ERROR_DEVICE_LOST : device.wait(handle, count, fences, all, timeout_ns);
 }
 
@@ -135,6 +137,11 @@ vkNegotiateLoaderLayerInterfaceVersion(VkNegotiateLayerInterface* interface) {
 VK_LAYER_EXPORT void lose_all_devices() {
   const std::lock_guard lock(mutex);
   for (auto& [key, device] : devices) device.lost = true;
+}
+
+VK_LAYER_EXPORT void hang_all_devices() {
+  const std::lock_guard lock(mutex);
+  for (auto& [key, device] : devices) device.hangs = true;
 }
 
 }  // extern "C"

@@ -2,6 +2,7 @@
 
 #include <dlfcn.h>
 
+#include <atomic>
 #include <cstdlib>
 
 #include "relight/gpu/egl/choose_device.h"
@@ -10,6 +11,17 @@ namespace lumigraft::relight::gpu {
 namespace {
 
 constexpr const char* kFolder = LUMIGRAFT_LOST_DEVICE_FOLDER;
+
+/// A function of the layer that a program has loaded.
+void call_layer(const char* function) {
+  void* const layer = dlopen((std::string(kFolder) + "/liblumigraft_lost_device.so").c_str(), RTLD_NOW | RTLD_NOLOAD);
+  if (!layer) throw std::runtime_error("the layer that loses Vulkan devices was not loaded");
+  reinterpret_cast<void (*)()>(dlsym(layer, function))();
+  dlclose(layer);
+}
+
+std::atomic<bool> next_hangs = false;
+std::atomic<EGLContext> hanging = EGL_NO_CONTEXT;
 
 }  // namespace
 
@@ -28,10 +40,21 @@ void LosableDevices::lose() const {
     for (const egl::Candidate& candidate : egl::find_candidates()) eglTerminate(candidate.display);
     return;
   }
-  void* const layer = dlopen((std::string(kFolder) + "/liblumigraft_lost_device.so").c_str(), RTLD_NOW | RTLD_NOLOAD);
-  if (!layer) throw std::runtime_error("the layer that loses Vulkan devices was not loaded");
-  reinterpret_cast<void (*)()>(dlsym(layer, "lose_all_devices"))();
-  dlclose(layer);
+  call_layer("lose_all_devices");
+}
+
+void LosableDevices::hang() const {
+  if (backend_ == Backend::vulkan) return call_layer("hang_all_devices");
+  next_hangs = true;
 }
 
 }  // namespace lumigraft::relight::gpu
+
+/// In place of that of the OpenGL library, for the program that this is linked into.
+extern "C" GLenum APIENTRY glClientWaitSync(GLsync sync, GLbitfield flags, GLuint64 timeout_ns) {
+  using namespace lumigraft::relight::gpu;
+  if (next_hangs.exchange(false)) hanging = eglGetCurrentContext();
+  if (hanging == eglGetCurrentContext()) return GL_TIMEOUT_EXPIRED;
+  static const auto real = reinterpret_cast<PFNGLCLIENTWAITSYNCPROC>(eglGetProcAddress("glClientWaitSync"));
+  return real(sync, flags, timeout_ns);
+}
