@@ -18,6 +18,7 @@ inline constexpr struct CommandParameters {
   std::chrono::milliseconds recording_check{500};            ///< of a recording's limits: 60 MB at 120 MB/s
   /// A thread without an iteration for so long hangs.
   std::chrono::seconds hung_after{10};
+  std::size_t max_model_name = 64;   ///< of an uploaded model, without its extension
   double not_grafting_after_s = 60;  ///< as while the tag is hidden
   double stale_after_s = 5;          ///< age of the newest picture that is not healthy
 } kCommands;

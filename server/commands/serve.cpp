@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstdio>
 #include <future>
+#include <mutex>
 #include <utility>
 
 #include "capture/error.h"
@@ -12,6 +13,7 @@
 #include "relight/gpu/hang.h"
 #include "server/commands/get_requests.h"
 #include "server/commands/kept_room_file.h"
+#include "server/commands/model_upload.h"
 #include "server/commands/parameters.h"
 #include "server/commands/record_button.h"
 #include "server/commands/serve_log.h"
@@ -52,6 +54,7 @@ void run_serve(const ServiceFiles& as_asked, const std::string& listen) {
                      "plan.method: found \"reference\", allowed with serve: what draws while it runs, as \"dvct\"");
   const capture::Session session = input.session;
   const ServerSettings server = input.server;
+  const std::filesystem::path exhibit_file = input.exhibit_file;
   capture::SourceObserver tap;
   capture::Session named = session;  // as the cameras call themselves
   const auto open = [&tap, &named, session]() -> Pipeline::Cameras {
@@ -141,6 +144,16 @@ void run_serve(const ServiceFiles& as_asked, const std::string& listen) {
       return "the exhibit cannot be saved; the log of the service says why";
     }
   };
+  std::mutex reading;  // of the files, again
+  const ModelUpload models(exhibit_file, server.max_upload_mb, server.recording_limits.min_free_gb, [&] {
+    const std::lock_guard lock(reading);
+    ServiceInput again = read_service(files, interactive_plan());
+    pipeline.replace_exhibit(std::move(again.exhibit), std::move(again.limits));
+  });
+  handlers.upload =
+      UploadHandlers{.begin = [&](std::string_view name, auto bytes) { return models.begin(name, bytes); },
+                     .received = [&](const std::filesystem::path& file,
+                                     std::string_view name) { return models.received(file, name); }};
   WebServer web(settings, std::move(handlers), demand, metrics);
   web_pointer = &web;
   stop.arm();
@@ -163,6 +176,7 @@ void run_serve(const ServiceFiles& as_asked, const std::string& listen) {
   };
   // Reads the files again, on a thread of its own: models may take seconds.
   const auto reload = [&] {
+    const std::lock_guard lock(reading);
     try {
       ServiceInput again = read_service(files, interactive_plan());
       if (!listen.empty()) again.server.listeners = {listener_at(listen, "--listen")};

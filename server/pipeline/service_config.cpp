@@ -44,6 +44,7 @@ ServerSettings read_server(const capture::ConfigTable& root) {
     limits.max_s = table->number("max_recording_s", 1, 86400, limits.max_s);
     limits.max_total_gb = table->number("max_recordings_gb", 0.1, 1e6, limits.max_total_gb);
     limits.min_free_gb = table->number("min_free_disk_gb", 0.1, 1e6, limits.min_free_gb);
+    settings.max_upload_mb = table->number("max_upload_mb", 1, 4096, settings.max_upload_mb);
     read_media_server(*table, settings);
     settings.backend = *relight::gpu::backend_named(table->choice("backend", {"best", "vulkan", "egl"}, "best"));
     double& memory_mb = settings.fusion.max_memory_mb;
@@ -151,6 +152,7 @@ ServiceInput read_service(const ServiceFiles& files, const relight::Plan& defaul
         !read_saved(exhibit_file, saved, max_model_bytes, input))
       read_exhibit_of(capture::ConfigTable::load(exhibit_file), max_model_bytes, input);
     input.limits.saved_file = saved;
+    input.exhibit_file = exhibit_file;
   }
   return input;
 }
@@ -171,7 +173,9 @@ std::string settable_keys() {
       "button\n"
       "  server.max_recording_s  (1 to 86400)\n      a recording ends after so long; 600\n"
       "  server.max_recordings_gb  (0.1 to 1000000)\n      of all recordings together; the oldest are removed; 50\n"
-      "  server.min_free_disk_gb  (0.1 to 1000000)\n      of the recordings' disk, left to others; 5\n"
+      "  server.min_free_disk_gb  (0.1 to 1000000)\n      of the disk of recordings and uploaded models, left to "
+      "others; 5\n"
+      "  server.max_upload_mb  (1 to 4096)\n      of a model that is uploaded on the page; 256\n"
       "  server.publish  (rtsp://HOST/PATH, srt://HOST:PORT?streamid=... or rtp://HOST:PORT)\n      a media server "
       "that "
       "the stream is published to; none\n"

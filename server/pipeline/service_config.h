@@ -35,6 +35,7 @@ struct ServerSettings {
   int jpeg_quality = 85;
   std::filesystem::path recordings;  ///< folder for recordings from the page; empty: it cannot record
   RecordingLimits recording_limits;
+  double max_upload_mb = 256;                                   ///< of a model that is uploaded
   std::optional<PublishUrl> publish;                            ///< a media server to publish to
   WatchUrl watch;                                               ///< where /watch.html gets what is published
   relight::gpu::Backend backend = relight::gpu::Backend::best;  ///< also for replay
@@ -59,6 +60,7 @@ struct ServiceInput {
   ExhibitLimits limits;
   relight::Plan plan;
   ServerSettings server;
+  std::filesystem::path exhibit_file;                 ///< empty: there is none
   std::optional<reconstruct::TagMap::State> tag_map;  ///< learnt earlier; see TagMapFile
   reconstruct::KeyframeMap::Views views;              ///< kept earlier; see ViewsFile
   std::optional<reconstruct::KeptRoom> room;          ///< kept earlier; see KeptRoomFile

@@ -13,6 +13,7 @@
 #include "server/stream/parameters.h"
 #include "server/stream/request_guard.h"
 #include "server/stream/token_bucket.h"
+#include "server/stream/upload.h"
 #include "server/stream/viewer_queue.h"
 #include "server/stream/web_server_state.h"
 
@@ -96,10 +97,28 @@ class StreamConnection final : public Connection {
   }
 
   void read_request() {
-    parser_.emplace();
-    parser_->header_limit(kStream.max_header_bytes);
-    parser_->body_limit(kStream.max_body_bytes);
+    header_.emplace();
+    header_->header_limit(kStream.max_header_bytes);
+    header_->body_limit(boost::none);  // of a body that is not read
     lowest().expires_after(server_.settings.request_timeout);
+    http::async_read_header(*stream_, buffer_, *header_, [self = self()](error_code error, std::size_t) {
+      if (error) return self->close();
+      self->parser_.emplace();  // replies refer to it
+      self->parser_->get().base() = self->header_->get().base();
+      try {
+        if (self->header_->get().method() == http::verb::put) return self->receive_upload();
+        self->read_body();
+      } catch (const std::exception&) {
+        self->reply({.status = 500, .type = kPlainText, .body = "the service failed to answer\n"}, false);
+      }
+    });
+  }
+
+  void read_body() {
+    if (header_->content_length().value_or(0) > kStream.max_body_bytes)
+      return reply({.status = 413, .type = kPlainText, .body = "too long a body\n"}, false);
+    parser_.emplace(std::move(*header_));
+    parser_->body_limit(kStream.max_body_bytes);
     http::async_read(*stream_, buffer_, *parser_, [self = self()](error_code error, std::size_t) {
       if (error) return self->close();
       try {
@@ -119,6 +138,55 @@ class StreamConnection final : public Connection {
       server_.metrics.refused_connection();
       close();
     }
+  }
+
+  /// PUT /models/NAME.
+  void receive_upload() {
+    constexpr std::string_view kModels = "/models/";
+    const auto& request = header_->get();
+    const auto field = [&](http::field name) { return view_of(request[name]); };
+    const auto refuse = [&](unsigned status, const char* body) {
+      reply({.status = status, .type = kPlainText, .body = body}, false);
+    };
+    const std::string path(view_of(request.target()));
+    if (!request_allowed(field(http::field::host), field(http::field::origin), listener_.settings))
+      return refuse(403, "this host or origin is not served here\n");
+    if (listener_.login.required() && answer_login(path)) return;
+    if (!server_.handlers.upload || !path.starts_with(kModels)) return refuse(405, "GET or HEAD\n");
+    if (!listener_.settings.permissions.has(Permission::admin)) return refuse(403, "not permitted on this listener\n");
+    if (server_.uploading) return refuse(409, "found another upload that is not finished, allowed: one at a time\n");
+    const std::string name = path.substr(kModels.size());
+    const auto length = header_->content_length();
+    auto place = server_.handlers.upload->begin(name, length ? std::optional<std::uint64_t>(*length) : std::nullopt);
+    if (auto* why_not = std::get_if<WebReply>(&place)) return reply(std::move(*why_not), false);
+    const auto& to = std::get<UploadHandlers::Place>(place);
+    server_.uploading = true;
+    const auto upload =
+        std::make_shared<Upload<Stream>>(std::move(*header_), to.file, to.max_bytes, server_.settings.request_timeout,
+                                         *stream_, buffer_, server_.io, server_.file_thread);
+    upload->start([self = self(), upload = upload.get(), name](UploadEnd end) {
+      if (end == UploadEnd::received) return self->take_upload(upload->shared_from_this(), name);
+      self->server_.uploading = false;
+      if (end == UploadEnd::disconnected) return self->close();
+      self->reply({.status = 507, .type = kPlainText, .body = "the model cannot be written: the disk takes no more\n"},
+                  false);
+    });
+  }
+
+  void take_upload(std::shared_ptr<Upload<Stream>> upload, const std::string& name) {
+    lowest().expires_never();  // loading a model takes seconds
+    asio::post(server_.file_thread, [self = self(), upload = std::move(upload), name]() mutable {
+      WebReply answer{.status = 500, .type = kPlainText, .body = "the service failed to take the model\n"};
+      try {
+        answer = self->server_.handlers.upload->received(upload->file(), name);
+      } catch (const std::exception&) {
+      }
+      upload.reset();
+      asio::post(self->server_.io, [self, answer = std::move(answer)] {
+        self->server_.uploading = false;
+        self->reply(answer, false);
+      });
+    });
   }
 
   void answer() {
@@ -365,6 +433,7 @@ class StreamConnection final : public Connection {
   std::optional<Stream> stream_;  ///< moved into `websocket_` when that begins
   std::optional<websocket::stream<Stream>> websocket_;
   beast::flat_buffer buffer_{kStream.max_header_bytes + 64 * 1024};
+  std::optional<http::request_parser<http::empty_body>> header_;
   std::optional<http::request_parser<http::string_body>> parser_;
   ViewerQueue queue_;
   TokenBucket commands_{kStream.commands_per_s, kStream.max_commands};

@@ -4,12 +4,14 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "server/metrics/metrics.h"
@@ -36,11 +38,24 @@ struct WebReply {
   std::string connects_to = {};  ///< an origin beside this one that the page may connect to
 };
 
+/// What becomes of a file that a client with the permission `admin` sends: PUT /models/NAME.
+struct UploadHandlers {
+  struct Place {
+    std::filesystem::path file;  ///< that does not exist yet; removed if it is still there after `received`
+    std::uint64_t max_bytes = 0;
+  };
+  /// Where to write it, or why it is not taken. `bytes`: as announced, if it was. On the server's thread.
+  std::function<std::variant<Place, WebReply>(std::string_view name, std::optional<std::uint64_t> bytes)> begin;
+  /// Takes the file. On the thread that writes files.
+  std::function<WebReply(const std::filesystem::path& file, std::string_view name)> received;
+};
+
 /// Callbacks into the service; all are called on the server's thread. A request for which one
 /// throws is answered with 500, a viewer is closed.
 struct WebHandlers {
   std::function<WebReply(std::string_view path)> get;
   std::function<WebReply(std::string_view path)> post = nullptr;  ///< null: POST is not answered
+  std::optional<UploadHandlers> upload = {};                      ///< none: nothing can be sent
   std::function<std::string(Permissions)> hello;                  ///< JSON text for a new viewer
   std::function<std::string()> state;                             ///< JSON text, sent after objects changed
   std::function<std::optional<std::string>(const ObjectCommand&)> change_object;  ///< returns what is wrong

@@ -7,6 +7,7 @@
 #include <boost/asio/local/stream_protocol.hpp>
 #include <boost/asio/ssl/context.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <boost/asio/thread_pool.hpp>
 #include <chrono>
 #include <deque>
 #include <list>
@@ -52,8 +53,10 @@ struct WebServer::State {
   std::list<std::shared_ptr<Connection>> connections;                   ///< oldest first
   std::shared_ptr<const StreamMessage> config;                          ///< the newest codec configuration; may be null
   std::deque<std::pair<std::uint32_t, std::int64_t>> capture_times_ns;  ///< of recent frames, by sequence number
+  bool uploading = false;                                               ///< one at a time
   std::thread thread;
   std::atomic<std::chrono::steady_clock::time_point> last_turn{std::chrono::steady_clock::now()};
+  boost::asio::thread_pool file_thread{1};  ///< last: what it runs uses the members above
 
   State(const WebSettings& the_settings, WebHandlers the_handlers, EncoderDemand& the_demand, Metrics& the_metrics);
 

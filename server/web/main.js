@@ -11,6 +11,7 @@ import { PlaybackBar } from "./playback.js";
 import { RecordButton } from "./record.js";
 import { SaveButton } from "./save.js";
 import { text } from "./text.js";
+import { Upload } from "./upload.js";
 
 const canvas = document.getElementById("picture");
 const context = canvas.getContext("2d");
@@ -19,6 +20,7 @@ const controls = new Controls((message) => connection.send(message));
 const playbackBar = new PlaybackBar((message) => connection.send(message));
 const recordButton = new RecordButton((message) => connection.send(message));
 const saveButton = new SaveButton((message) => connection.send(message));
+const upload = new Upload();
 const kiosk = isKiosk ? new Kiosk() : null;
 if (!isKiosk) new Maps();
 let h264Works = h264Possible();
@@ -69,6 +71,7 @@ const connection = new Connection(`${location.protocol === "https:" ? "wss" : "w
       document.getElementById("session").textContent = message.session;
       playbackBar.permitted = message.permissions?.includes("control") ?? true;
       recordButton.permitted = message.permissions?.includes("record") ?? true;
+      upload.permitted = message.permissions?.includes("admin") ?? false;
       saveButton.permitted = message.permissions?.includes("admin") ?? false;
       controls.hello(message);
     } else if (message.type === "state") {
