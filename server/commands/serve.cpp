@@ -137,8 +137,10 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
       std::move(keep));
 
   Snapshots snapshots(pipeline, server.jpeg_quality);
-  const WebSettings settings{
-      .listeners = server.listeners, .max_viewers = server.max_viewers, .max_connections = 4 * server.max_viewers};
+  const WebSettings settings{.listeners = server.listeners,
+                             .max_viewers = server.max_viewers,
+                             .max_connections = 4 * server.max_viewers,
+                             .rate = server.rate};
   WebHandlers handlers;
   handlers.get = [&](std::string_view path) { return get(path, metrics, snapshots); };
   handlers.hello = [&](Permissions permissions) { return hello_text(session, pipeline.exhibit(), permissions); };

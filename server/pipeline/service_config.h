@@ -17,6 +17,7 @@
 #include "relight/plan.h"
 #include "server/pipeline/exhibit_state.h"
 #include "server/stream/listener.h"
+#include "server/stream/network_rate.h"
 
 namespace lumigraft::server {
 
@@ -31,6 +32,7 @@ struct ServerSettings {
   std::vector<ListenerSettings> listeners;
   int max_viewers = 64;  ///< of all listeners together
   int jpeg_quality = 85;
+  RateLimits rate;                   ///< of H.264
   std::filesystem::path recordings;  ///< folder for recordings from the page; empty: it cannot record
   RecordingLimits recording_limits;
   relight::gpu::Backend backend = relight::gpu::Backend::best;  ///< also for replay

@@ -26,6 +26,7 @@ export class Controls {
     this.send = (message) => { if (this.permitted) send(message); };
     this.objects = [];
     this.camera = null;
+    this.size = null;
     this.T_tag_camera = null;
     this.pending = null;
     this.bind();
@@ -36,6 +37,7 @@ export class Controls {
 
   hello(message) {
     this.camera = message.camera ?? null;
+    this.size = message.width ? [message.width, message.height] : null; // the camera's; pictures may be smaller
     this.permitted = message.permissions?.includes("control") ?? true;
     $("object-panel").hidden = message.objects.length === 0 || !this.permitted;
     const chosen = Math.max(0, this.index);
@@ -183,9 +185,10 @@ export class Controls {
     let grip = null; // offset from the pointer's hit on the object's plane to the object's position
     const pixel = (event) => {
       const box = canvas.getBoundingClientRect();
-      const scale = Math.min(box.width / canvas.width, box.height / canvas.height); // object-fit: contain
-      return [(event.clientX - box.left - (box.width - canvas.width * scale) / 2) / scale - 0.5,
-        (event.clientY - box.top - (box.height - canvas.height * scale) / 2) / scale - 0.5];
+      const [width, height] = this.size ?? [canvas.width, canvas.height];
+      const scale = Math.min(box.width / width, box.height / height); // object-fit: contain
+      return [(event.clientX - box.left - (box.width - width * scale) / 2) / scale - 0.5,
+        (event.clientY - box.top - (box.height - height * scale) / 2) / scale - 0.5];
     };
     const meet = (event) => {
       if (!this.camera || !this.T_tag_camera || !this.current) return null;
@@ -195,7 +198,8 @@ export class Controls {
     canvas.onpointerdown = (event) => {
       if (this.awaitsTap && this.current) {
         const [u, v] = pixel(event);
-        if (u < 0 || v < 0 || u > canvas.width - 1 || v > canvas.height - 1) return;
+        const [width, height] = this.size ?? [canvas.width, canvas.height];
+        if (u < 0 || v < 0 || u > width - 1 || v > height - 1) return;
         this.awaitTap(false);
         this.flush(); // what was changed before
         this.send({ type: "object", index: this.current.index, on_pixel: [u, v] });
