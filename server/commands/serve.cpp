@@ -110,14 +110,16 @@ void run_serve(const ServiceFiles& as_asked, const std::string& listen) {
       [backend = server.backend] { return relight::gpu::create_device(backend, relight::gpu::DeviceOptions{}); },
       demand, metrics,
       [&publisher, &web_pointer](std::shared_ptr<const StreamMessage> message) {
-        if (publisher) publisher->offer(message);
+        if (publisher && message->size == StreamSize::full) publisher->offer(message);
         web_pointer->publish(std::move(message));
       },
       std::move(keep));
 
   GetRequests requests(pipeline, metrics, server.watch, server.jpeg_quality);
-  const WebSettings settings{
-      .listeners = server.listeners, .max_viewers = server.max_viewers, .max_connections = 4 * server.max_viewers};
+  const WebSettings settings{.listeners = server.listeners,
+                             .max_viewers = server.max_viewers,
+                             .max_connections = 4 * server.max_viewers,
+                             .rate = server.rate};
   WebHandlers handlers;
   handlers.get = [&](std::string_view path) { return requests.answer(path); };
   handlers.hello = [&](Permissions permissions) { return hello_text(session, pipeline.exhibit(), permissions); };

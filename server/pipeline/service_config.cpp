@@ -1,5 +1,7 @@
 #include "server/pipeline/service_config.h"
 
+#include <algorithm>
+
 #include "capture/error.h"
 #include "server/pipeline/listener_config.h"
 #include "server/pipeline/saved_exhibit.h"
@@ -39,6 +41,10 @@ ServerSettings read_server(const capture::ConfigTable& root) {
     settings.max_viewers = table->integer("max_viewers", 1, 10000, settings.max_viewers);
     settings.listeners = read_listeners(*table, settings.max_viewers);
     settings.jpeg_quality = table->integer("jpeg_quality", 1, 100, settings.jpeg_quality);
+    RateLimits& rate = settings.rate;
+    rate.max_kbit_s = table->integer("max_rate_kbit_s", 100, 1'000'000, rate.max_kbit_s);
+    rate.min_kbit_s =
+        table->integer("min_rate_kbit_s", 100, rate.max_kbit_s, std::min(rate.min_kbit_s, rate.max_kbit_s));
     if (table->has("recordings")) settings.recordings = table->folder() / table->text("recordings");
     RecordingLimits& limits = settings.recording_limits;
     limits.max_s = table->number("max_recording_s", 1, 86400, limits.max_s);
@@ -169,6 +175,9 @@ std::string settable_keys() {
       "      [[server.listener]] in the configuration says more\n"
       "  server.max_viewers  (1 to 10000)\n      streams at the same time; 64\n"
       "  server.jpeg_quality  (1 to 100)\n      of JPEG streams and snapshots; 85\n"
+      "  server.min_rate_kbit_s  (100 to max_rate_kbit_s)\n      of H.264 while a viewer's network is slow; whose "
+      "network carries less gets pictures of half the size; 1000\n"
+      "  server.max_rate_kbit_s  (100 to 1000000)\n      of H.264 while any viewer's network has shown a limit; 20000\n"
       "  server.recordings  (DIR)\n      where the page's record button writes sessions of live cameras; none: no "
       "button\n"
       "  server.max_recording_s  (1 to 86400)\n      a recording ends after so long; 600\n"

@@ -19,6 +19,7 @@
 #include "server/publish/publish_url.h"
 #include "server/publish/watch_url.h"
 #include "server/stream/listener.h"
+#include "server/stream/network_rate.h"
 
 namespace lumigraft::server {
 
@@ -33,6 +34,7 @@ struct ServerSettings {
   std::vector<ListenerSettings> listeners;
   int max_viewers = 64;  ///< of all listeners together
   int jpeg_quality = 85;
+  RateLimits rate;                   ///< of H.264
   std::filesystem::path recordings;  ///< folder for recordings from the page; empty: it cannot record
   RecordingLimits recording_limits;
   double max_upload_mb = 256;                                   ///< of a model that is uploaded

@@ -9,9 +9,17 @@ namespace lumigraft::server {
 
 AckWindow::AckWindow() : ceiling_(kStream.max_in_flight), patience_(kStream.ack_patience) {}
 
-void AckWindow::made(Clock::time_point now) {
-  if (last_made_ != Clock::time_point{}) period_.add(now - last_made_);
+void AckWindow::made(std::uint32_t sequence, Clock::time_point now) {
+  if (last_made_ != Clock::time_point{})
+    period_.add((now - last_made_) / std::max<std::int64_t>(std::int64_t{sequence} - last_sequence_, 1));
   last_made_ = now;
+  last_sequence_ = sequence;
+}
+
+std::size_t AckWindow::pictures() const {
+  if (period_.usual() <= Clock::duration::zero()) return pictures_;
+  const auto during = static_cast<std::size_t>(network_trip_ / period_.usual()) + 1;
+  return std::max(pictures_, std::min(during, kStream.max_in_flight));
 }
 
 void AckWindow::sent(std::uint32_t sequence, Clock::time_point now) {
@@ -52,7 +60,7 @@ void AckWindow::adapt(Clock::duration trip, Clock::time_point now) {
 }
 
 bool AckWindow::full(Clock::time_point now) {
-  if (!acknowledges_ || under_way_.size() < pictures_) return false;
+  if (!acknowledges_ || under_way_.size() < pictures()) return false;
   if (now - under_way_.back().when >= patience_) {
     // A viewer that loses pictures on its side never acknowledges them. One that stands still gets ever fewer.
     under_way_.clear();

@@ -26,15 +26,18 @@ class AckWindow {
 
   AckWindow();
 
-  /// A picture was made, whether or not it is sent.
-  void made(Clock::time_point now);
+  /// A picture was made, whether or not it is sent. A gap of numbers is pictures of which nothing was said here.
+  void made(std::uint32_t sequence, Clock::time_point now);
+  /// The network alone takes so long for a round trip: at least as many pictures are permitted as are made meanwhile.
+  /// Where it loses packets round trips vary by more than a period, which is no queue.
+  void network_trip(Clock::duration trip) { network_trip_ = trip; }
   void sent(std::uint32_t sequence, Clock::time_point now);
   /// False where this picture was not sent, or was acknowledged before.
   bool acknowledged(std::uint32_t sequence, Clock::time_point now);
   /// Whether the next picture has to wait. Never for a viewer that has not acknowledged yet.
   bool full(Clock::time_point now);
 
-  std::size_t pictures() const { return pictures_; }
+  std::size_t pictures() const;
 
  private:
   struct Sent {
@@ -55,6 +58,8 @@ class AckWindow {
   Clock::time_point round_{};     ///< the current round ends with a picture that was sent after this
   UsualDuration alone_, period_;  ///< round trip without waiting; time between pictures
   Clock::time_point last_made_{};
+  std::uint32_t last_sequence_ = 0;
+  Clock::duration network_trip_{};
   Clock::duration patience_;  ///< without an acknowledgement, after which pictures under way count as lost
 };
 

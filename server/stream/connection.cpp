@@ -1,17 +1,24 @@
 #include "server/stream/connection.h"
 
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+
 #include <boost/asio/ssl/stream.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/ssl.hpp>
 #include <boost/beast/websocket.hpp>
 #include <boost/beast/websocket/ssl.hpp>
+#include <charconv>
 #include <chrono>
 #include <type_traits>
 #include <utility>
 
+#include "server/stream/network_rate.h"
 #include "server/stream/parameters.h"
 #include "server/stream/request_guard.h"
+#include "server/stream/size_choice.h"
 #include "server/stream/token_bucket.h"
 #include "server/stream/upload.h"
 #include "server/stream/viewer_queue.h"
@@ -28,9 +35,18 @@ using boost::system::error_code;
 using PlainStream = beast::basic_stream<asio::generic::stream_protocol>;
 using TlsStream = beast::ssl_stream<PlainStream>;
 
+constexpr std::uint32_t kGreeting = 0xffffffff;  ///< in place of a picture's number, of a ping that is alone
 constexpr const char* kPlainText = "text/plain; charset=utf-8";
 
 double now_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+
+/// Little waits in the kernel's buffer. BBR, where the kernel has it: of random loss, as on wireless links, CUBIC
+/// concludes that the network is full. Both may fail, as for a Unix socket.
+void for_far_viewers(int socket) {
+  ::setsockopt(socket, IPPROTO_TCP, TCP_NOTSENT_LOWAT, &kStream.unsent_bytes, sizeof(kStream.unsent_bytes));
+  constexpr std::string_view kBbr = "bbr";
+  ::setsockopt(socket, IPPROTO_TCP, TCP_CONGESTION, kBbr.data(), kBbr.size());
+}
 
 std::string_view view_of(beast::string_view text) { return {text.data(), text.size()}; }
 
@@ -57,13 +73,22 @@ class StreamConnection final : public Connection {
   bool is_viewer() const override { return websocket_.has_value(); }
   const Listener& listener() const override { return listener_; }
   Codec codec() const override { return queue_.codec(); }
+  StreamSize size() const override { return queue_.size(); }
+  int bound_kbit_s() const override { return network_.bound_kbit_s(); }
+
+  void look_at_network() override {
+    const auto now = std::chrono::steady_clock::now();
+    queue_.network_trip(network_.shortest_trip());
+    if (queue_.codec() == Codec::h264) {
+      const StreamSize size = size_.choose(network_.below_limits(), now);
+      if (size != queue_.size()) want(Codec::h264, size);
+    }
+    write_next();  // what was under way may count as lost now
+  }
 
   void offer(const std::shared_ptr<const StreamMessage>& message) override {
     const auto now = std::chrono::steady_clock::now();
-    if (queue_.offer(message, now)) {
-      server_.metrics.drop("viewer");
-      if (queue_.wants_key(now)) server_.demand.key = true;
-    }
+    if (queue_.offer(message, now)) server_.metrics.drop("viewer");
     write_next();
   }
 
@@ -76,6 +101,7 @@ class StreamConnection final : public Connection {
     if (closed_) return;
     closed_ = true;
     write_timer_.cancel();
+    tell_encoder();
     error_code ignored;
     lowest().socket().shutdown(asio::socket_base::shutdown_both, ignored);
     lowest().socket().close(ignored);
@@ -309,13 +335,18 @@ class StreamConnection final : public Connection {
     error_code ignored;
     lowest().socket().set_option(asio::ip::tcp::no_delay(true), ignored);
     lowest().socket().set_option(asio::socket_base::send_buffer_size(kStream.send_buffer_bytes), ignored);
+    for_far_viewers(lowest().socket().native_handle());
+    websocket_->control_callback([this](websocket::frame_type kind, beast::string_view payload) {
+      if (kind == websocket::frame_type::pong) confirmed(view_of(payload));
+    });
     websocket_->async_accept(parser_->get(), [self = self()](error_code error) {
       if (error) return self->close();
       self->guarded([&] {
         self->open_ = true;
         self->buffer_.consume(self->buffer_.size());
         self->queue_.offer_text("hello", self->server_.handlers.hello(self->listener_.settings.permissions));
-        if (self->server_.config) self->queue_.offer(self->server_.config, std::chrono::steady_clock::now());
+        self->network_.sent(kGreeting, 0, std::chrono::steady_clock::now());
+        self->ping(kGreeting);
         self->write_next();
         self->read_message();
       });
@@ -358,11 +389,10 @@ class StreamConnection final : public Connection {
           "found too many commands, allowed: " + std::to_string(static_cast<int>(kStream.commands_per_s)) + " a second";
       harmless = true;
     } else if (const auto* want = std::get_if<WantCommand>(&command)) {
-      queue_.want(want->codec);
-      server_.count_viewers();
-      server_.demand.key = server_.demand.key || want->codec == Codec::h264;
+      size_.ask(want->size);
+      this->want(want->codec, want->size.value_or(StreamSize::full));
     } else if (std::holds_alternative<KeyCommand>(command)) {
-      server_.demand.key = true;
+      server_.demand.of(queue_.size()).key = true;
     } else if (const auto* ack = std::get_if<AckCommand>(&command)) {
       if (queue_.acknowledge(ack->sequence, std::chrono::steady_clock::now())) server_.acknowledged(ack->sequence);
       write_next();
@@ -388,7 +418,53 @@ class StreamConnection final : public Connection {
     }
   }
 
+  void want(Codec codec, StreamSize size) {
+    queue_.want(codec, size);
+    RateLimits limits = server_.settings.rate;
+    if (size == StreamSize::half) limits.min_kbit_s /= 4;  // a quarter of the pixels
+    network_.restart(limits);
+    if (const auto& config = server_.configs[static_cast<std::size_t>(size)])
+      queue_.offer(config, std::chrono::steady_clock::now());
+    server_.count_viewers();
+    write_next();
+  }
+
+  /// Whether this viewer can be sent a picture of its H.264 stream now, and needs a key frame for it.
+  void tell_encoder() {
+    const auto now = std::chrono::steady_clock::now();
+    const bool watches = !closed_ && open_ && queue_.codec() == Codec::h264;
+    const bool busy = watches && (writing_ || !queue_.ready(now));
+    if (busy_in_ != (busy ? std::optional(queue_.size()) : std::nullopt)) {
+      if (busy_in_) --server_.demand.of(*busy_in_).h264_busy;
+      busy_in_ = busy ? std::optional(queue_.size()) : std::nullopt;
+      if (busy_in_) ++server_.demand.of(*busy_in_).h264_busy;
+    }
+    if (watches && !writing_ && queue_.wants_key(now)) server_.demand.of(queue_.size()).key = true;
+  }
+
+  /// The pong of a ping that followed these pictures. A client that sends pongs of its own confirms nothing.
+  void confirmed(std::string_view payload) {
+    std::uint32_t sequence = 0;
+    const auto [end, error] = std::from_chars(payload.data(), payload.data() + payload.size(), sequence);
+    if (error == std::errc() && end == payload.data() + payload.size())
+      network_.confirmed(sequence, std::chrono::steady_clock::now());
+  }
+
+  /// A ping right behind a picture: its pong says when the network had delivered that, through proxies too.
+  void ping(std::uint32_t sequence) {
+    if (std::exchange(pinging_, true)) return;
+    websocket_->async_ping(websocket::ping_data(std::to_string(sequence)), [self = self()](error_code error) {
+      self->pinging_ = false;
+      if (error) self->close();
+    });
+  }
+
   void write_next() {
+    write_one();
+    tell_encoder();
+  }
+
+  void write_one() {
     if (closed_ || !open_ || writing_) return;
     std::optional<ViewerQueue::Outgoing> next =
         leaving_ ? queue_.next_text() : queue_.next(std::chrono::steady_clock::now());
@@ -400,14 +476,19 @@ class StreamConnection final : public Connection {
     watch_write();
     const auto* text = std::get_if<std::string>(&*writing_);
     websocket_->text(text != nullptr);
-    const asio::const_buffer bytes =
-        text != nullptr ? asio::buffer(*text)
-                        : asio::buffer(std::get<std::shared_ptr<const StreamMessage>>(*writing_)->bytes);
-    websocket_->async_write(bytes, [self = self()](error_code error, std::size_t) {
-      self->writing_.reset();
-      self->write_timer_.cancel();
-      error ? self->close() : self->write_next();
-    });
+    const StreamMessage* message =
+        text != nullptr ? nullptr : std::get<std::shared_ptr<const StreamMessage>>(*writing_).get();
+    const bool picture = message != nullptr && message->header.kind != StreamKind::config;
+    if (picture) network_.sent(message->header.sequence, message->bytes.size(), std::chrono::steady_clock::now());
+    const std::optional<std::uint32_t> sequence = picture ? std::optional(message->header.sequence) : std::nullopt;
+    websocket_->async_write(text != nullptr ? asio::buffer(*text) : asio::buffer(message->bytes),
+                            [self = self(), sequence](error_code error, std::size_t) {
+                              self->writing_.reset();
+                              self->write_timer_.cancel();
+                              if (error) return self->close();
+                              if (sequence) self->ping(*sequence);
+                              self->write_next();
+                            });
   }
 
   void send_close() {
@@ -436,12 +517,15 @@ class StreamConnection final : public Connection {
   std::optional<http::request_parser<http::empty_body>> header_;
   std::optional<http::request_parser<http::string_body>> parser_;
   ViewerQueue queue_;
+  SizeChoice size_;
+  NetworkRate network_{server_.settings.rate};
+  std::optional<StreamSize> busy_in_;  ///< as the encoder was told
   TokenBucket commands_{kStream.commands_per_s, kStream.max_commands};
   std::optional<ViewerQueue::Outgoing> writing_;
   asio::steady_timer write_timer_;
   std::optional<websocket::close_code> leaving_;
   int bad_messages_ = 0;
-  bool open_ = false, closed_ = false, close_sent_ = false;
+  bool open_ = false, closed_ = false, close_sent_ = false, pinging_ = false;
 };
 
 }  // namespace

@@ -21,6 +21,11 @@ class Connection : public std::enable_shared_from_this<Connection> {
   virtual bool is_viewer() const = 0;
   virtual const Listener& listener() const = 0;
   virtual Codec codec() const = 0;
+  virtual StreamSize size() const = 0;
+  /// Of this viewer's H.264 stream, as its network permits; 0: without bound.
+  virtual int bound_kbit_s() const = 0;
+  /// Takes the other size where the network asks for it. To be called several times a second.
+  virtual void look_at_network() = 0;
   virtual void offer(const std::shared_ptr<const StreamMessage>& message) = 0;
   virtual void offer_text(const std::string& kind, const std::string& text) = 0;
   virtual void close() = 0;

@@ -4,6 +4,7 @@ extern "C" {
 #include <libavutil/opt.h>
 }
 
+#include <algorithm>
 #include <array>
 #include <stdexcept>
 
@@ -15,6 +16,7 @@ namespace lumigraft::server {
 namespace {
 
 constexpr int kTicksPerSecond = 90'000;  // usual video clock; x264 rejects finer ones at high levels
+constexpr int kNominal_hz = 30;          // for the level, and the time in which x264 refills its bucket per frame
 
 /// Throws if libav reports an error.
 void check(const char* what, int code) {
@@ -45,7 +47,7 @@ struct H264Encoder::State {
   std::string codec_string;
 };
 
-H264Encoder::H264Encoder(int width, int height) : state_(std::make_unique<State>()) {
+H264Encoder::H264Encoder(int width, int height, std::optional<Bound> bound) : state_(std::make_unique<State>()) {
   State& s = *state_;
   const AVCodec* x264 = avcodec_find_encoder_by_name("libx264");
   if (x264 == nullptr) throw std::runtime_error("H.264: libavcodec was built without libx264");
@@ -55,8 +57,8 @@ H264Encoder::H264Encoder(int width, int height) : state_(std::make_unique<State>
   s.codec->height = height & ~1;
   s.codec->pix_fmt = AV_PIX_FMT_YUV420P;
   s.codec->time_base = {1, kTicksPerSecond};
-  s.codec->framerate = {30, 1};  // used only for the level: frames carry their own times
-  s.codec->gop_size = 600;       // key frames are made by time, in encode()
+  s.codec->framerate = {kNominal_hz, 1};
+  s.codec->gop_size = 600;  // key frames are made by time, in encode()
   s.codec->max_b_frames = 0;
   s.codec->thread_count = 1;
   s.codec->log_level_offset = AV_LOG_INFO - AV_LOG_ERROR;  // only errors of x264 reach stderr
@@ -64,6 +66,7 @@ H264Encoder::H264Encoder(int width, int height) : state_(std::make_unique<State>
   s.codec->colorspace = AVCOL_SPC_BT709;
   s.codec->color_primaries = AVCOL_PRI_BT709;
   s.codec->color_trc = AVCOL_TRC_IEC61966_2_1;
+  if (bound) change_bound(*bound);
   av_opt_set(s.codec->priv_data, "preset", "ultrafast", 0);
   av_opt_set(s.codec->priv_data, "tune", "zerolatency", 0);
   av_opt_set(s.codec->priv_data, "profile", "baseline", 0);
@@ -83,6 +86,13 @@ H264Encoder::H264Encoder(int width, int height) : state_(std::make_unique<State>
 }
 
 H264Encoder::~H264Encoder() = default;
+
+void H264Encoder::change_bound(const Bound& bound) {
+  // libavcodec compares these with x264's before every frame. Without look-ahead x264 does not know how long a frame
+  // lasts and takes the nominal time: rates are in bits per frame of it.
+  state_->codec->rc_max_rate = static_cast<std::int64_t>(kNominal_hz * bound.picture_bits);
+  state_->codec->rc_buffer_size = static_cast<int>(std::max(bound.burst_bits, bound.picture_bits));
+}
 
 H264Encoder::AccessUnit H264Encoder::encode(const capture::Image<std::uint8_t>& srgb, std::int64_t time_ns, bool key) {
   State& s = *state_;

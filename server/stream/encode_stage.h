@@ -1,5 +1,7 @@
 #pragma once
-// Encodes a frame into the stream messages that viewers requested; each kind once for all viewers.
+// Encodes a frame into the stream messages that viewers requested; each kind and size once for all viewers. H.264 is
+// not encoded while none of its viewers can be sent a picture: what is encoded and not sent would cost a key frame.
+#include <array>
 #include <chrono>
 #include <memory>
 #include <optional>
@@ -7,6 +9,7 @@
 
 #include "capture/image.h"
 #include "server/metrics/metrics.h"
+#include "server/metrics/usual_duration.h"
 #include "server/stream/encode_h264.h"
 #include "server/stream/encode_jpeg.h"
 #include "server/stream/protocol.h"
@@ -29,17 +32,26 @@ class EncodeStage {
   std::vector<std::shared_ptr<const StreamMessage>> encode(const ShownFrame& frame);
 
  private:
-  std::shared_ptr<const StreamMessage> message(const ShownFrame& frame, StreamKind kind,
-                                               std::span<const std::uint8_t> payload) const;
-  void encode_h264(const ShownFrame& frame, std::vector<std::shared_ptr<const StreamMessage>>& out);
+  using Clock = std::chrono::steady_clock;
+  using Messages = std::vector<std::shared_ptr<const StreamMessage>>;
+
+  struct H264Stream {
+    std::optional<H264Encoder> encoder;
+    int width = 0, height = 0;
+    bool bounded = false;
+    std::string codec_string;
+    Clock::time_point last_asked_key{}, last_encoded{};
+    UsualDuration period;  ///< between pictures that are encoded
+  };
+
+  void encode_size(const ShownFrame& frame, StreamSize size, Messages& out);
+  void encode_h264(const ShownFrame& frame, StreamSize size, Messages& out);
+  void prepare(H264Stream& stream, const ShownFrame& frame, int rate_kbit_s, Clock::time_point now);
 
   EncoderDemand& demand_;
   Metrics& metrics_;
   JpegEncoder jpeg_;
-  std::optional<H264Encoder> h264_;
-  int width_ = 0, height_ = 0;
-  std::string codec_string_;
-  std::chrono::steady_clock::time_point last_asked_key_{};
+  std::array<H264Stream, 2> h264_;  ///< by StreamSize
 };
 
 /// The same time in nanoseconds since 1970 UTC.

@@ -194,7 +194,12 @@ Command parse(const nlohmann::json& message) {
     const std::string name = message.value("codec", nlohmann::json()).is_string() ? message["codec"] : "";
     const auto codec = codecs.find(name);
     if (codec == codecs.end()) throw Refused{"codec: h264, jpeg or none"};
-    return WantCommand{codec->second};
+    static const std::map<std::string, std::optional<StreamSize>> sizes = {
+        {"auto", std::nullopt}, {"full", StreamSize::full}, {"half", StreamSize::half}};
+    const nlohmann::json asked = message.value("size", nlohmann::json("auto"));
+    const auto size = sizes.find(asked.is_string() ? asked.get<std::string>() : "");
+    if (size == sizes.end()) throw Refused{"size: auto, full or half"};
+    return WantCommand{codec->second, size->second};
   }
   if (type == "key") return KeyCommand{};
   if (type == "ack") {
@@ -214,9 +219,10 @@ Command parse(const nlohmann::json& message) {
 }  // namespace
 
 std::shared_ptr<const StreamMessage> make_stream_message(const StreamHeader& header,
-                                                         std::span<const std::uint8_t> payload) {
+                                                         std::span<const std::uint8_t> payload, StreamSize size) {
   auto message = std::make_shared<StreamMessage>();
   message->header = header;
+  message->size = size;
   std::vector<std::uint8_t>& out = message->bytes;
   out.resize(kStreamHeaderBytes + payload.size());
   std::copy(kMagic.begin(), kMagic.end(), out.begin());

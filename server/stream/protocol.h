@@ -32,24 +32,34 @@ struct StreamHeader {
   std::int64_t send_time_ns = 0;     ///< since 1970 UTC
 };
 
+enum class Codec { none, h264, jpeg };
+enum class StreamSize { full, half };  ///< half: of width and height
+
 /// One binary message, shared by all viewers that receive it.
 struct StreamMessage {
   StreamHeader header;
+  StreamSize size = StreamSize::full;
   std::vector<std::uint8_t> bytes;  ///< header and payload
 };
 std::shared_ptr<const StreamMessage> make_stream_message(const StreamHeader& header,
-                                                         std::span<const std::uint8_t> payload);
+                                                         std::span<const std::uint8_t> payload,
+                                                         StreamSize size = StreamSize::full);
 
-enum class Codec { none, h264, jpeg };
+/// Which encodings of one size viewers currently request: a kind that no viewer requests is not encoded.
+struct SizeDemand {
+  std::atomic<int> h264 = 0, jpeg = 0;  ///< viewers
+  std::atomic<int> h264_busy = 0;       ///< of them, cannot be sent a picture now; while all are, none is encoded
+  std::atomic<int> rate_kbit_s = 0;     ///< of H.264 at most; 0: without bound
+  std::atomic<bool> key = false;        ///< a viewer needs a key frame; the encoder clears this
+};
 
-/// Which encodings are currently requested: a kind that nobody requests is not encoded.
-struct EncoderDemand {
-  std::atomic<int> h264 = 0, jpeg = 0;   ///< viewers
-  std::atomic<bool> publishing = false;  ///< H.264, to a media server
-  std::atomic<bool> key = false;         ///< a viewer needs a key frame; the encoder clears this
+/// That of full size, and that of half.
+struct EncoderDemand : SizeDemand {
+  SizeDemand half;
+  std::atomic<bool> publishing = false;  ///< H.264 of full size, to a media server
 
-  bool wants_h264() const { return h264 > 0 || publishing; }
-  bool any() const { return wants_h264() || jpeg > 0; }
+  bool any() const { return h264 > 0 || jpeg > 0 || half.h264 > 0 || half.jpeg > 0 || publishing; }
+  SizeDemand& of(StreamSize size) { return size == StreamSize::half ? half : *this; }
 };
 
 /// The material properties that a message sets: a new value, or none to restore the model's own.
@@ -70,6 +80,7 @@ struct AnimationChange {
 
 struct WantCommand {
   Codec codec = Codec::none;
+  std::optional<StreamSize> size;  ///< none: as the viewer's network permits
 };
 struct KeyCommand {};
 struct AckCommand {

@@ -4,16 +4,20 @@
 
 namespace lumigraft::server {
 
-void ViewerQueue::want(Codec codec) {
+void ViewerQueue::want(Codec codec, StreamSize size) {
+  if (size != size_) config_.reset();
   codec_ = codec;
+  size_ = size;
   frames_.clear();
   needs_key_ = true;
   config_sent_ = false;
 }
 
 bool ViewerQueue::offer(std::shared_ptr<const StreamMessage> message, Clock::time_point now) {
+  if (message->size != size_) return false;
   const StreamKind kind = message->header.kind;
-  if (kind != StreamKind::config && codec_ == (kind == StreamKind::jpeg ? Codec::jpeg : Codec::h264)) window_.made(now);
+  if (kind != StreamKind::config && codec_ == (kind == StreamKind::jpeg ? Codec::jpeg : Codec::h264))
+    window_.made(message->header.sequence, now);
   return offer_frame(std::move(message));
 }
 

@@ -178,14 +178,36 @@ bool WebServer::State::has_place(const Listener& listener) const {
 void WebServer::State::count_viewers() {
   const std::vector<std::shared_ptr<Connection>> all = viewers();
   metrics.viewers(static_cast<int>(all.size()));
-  demand.h264 = static_cast<int>(std::ranges::count(all, Codec::h264, &Connection::codec));
-  demand.jpeg = static_cast<int>(std::ranges::count(all, Codec::jpeg, &Connection::codec));
+  for (const StreamSize size : {StreamSize::full, StreamSize::half}) {
+    const auto watching = [&](Codec codec) {
+      return static_cast<int>(
+          std::ranges::count_if(all, [&](const auto& one) { return one->codec() == codec && one->size() == size; }));
+    };
+    demand.of(size).h264 = watching(Codec::h264);
+    demand.of(size).jpeg = watching(Codec::jpeg);
+  }
+}
+
+void WebServer::State::look_at_networks() {
+  for (const auto& viewer : viewers()) viewer->look_at_network();
+  for (const StreamSize size : {StreamSize::full, StreamSize::half}) {
+    int slowest_kbit_s = 0;
+    for (const auto& viewer : viewers()) {
+      if (viewer->codec() != Codec::h264 || viewer->size() != size || viewer->bound_kbit_s() == 0) continue;
+      slowest_kbit_s = slowest_kbit_s == 0 ? viewer->bound_kbit_s() : std::min(slowest_kbit_s, viewer->bound_kbit_s());
+    }
+    demand.of(size).rate_kbit_s = slowest_kbit_s;
+  }
+  network_timer.expires_after(kStream.networks_apart);
+  network_timer.async_wait([this](error_code error) {
+    if (!error) look_at_networks();
+  });
 }
 
 void WebServer::State::publish(const std::shared_ptr<const StreamMessage>& message) {
   if (message->header.kind == StreamKind::config) {
-    config = message;
-  } else {
+    configs[static_cast<std::size_t>(message->size)] = message;
+  } else if (capture_times_ns.empty() || capture_times_ns.back().first != message->header.sequence) {
     capture_times_ns.emplace_back(message->header.sequence, message->header.capture_time_ns);
     if (capture_times_ns.size() > kStream.remembered_frames) capture_times_ns.pop_front();
   }
@@ -215,6 +237,7 @@ std::uint16_t WebServer::port(std::size_t listener) const {
 
 void WebServer::start() {
   for (Listener& listener : state_->listeners) state_->accept(listener);
+  asio::post(state_->io, [&s = *state_] { s.look_at_networks(); });
   state_->thread = std::thread([this] { state_->run(); });
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 // What the connections of a web server share. All of it is used on the server's thread alone.
+#include <array>
 #include <atomic>
 #include <boost/asio/generic/stream_protocol.hpp>
 #include <boost/asio/io_context.hpp>
@@ -48,10 +49,10 @@ struct WebServer::State {
   Metrics& metrics;
   boost::asio::io_context io{1};  // first: the members below hold its sockets and timers
   std::list<Listener> listeners;
-  boost::asio::steady_timer state_timer{io}, stop_timer{io};
+  boost::asio::steady_timer state_timer{io}, stop_timer{io}, network_timer{io};
   bool state_waits = false;
   std::list<std::shared_ptr<Connection>> connections;                   ///< oldest first
-  std::shared_ptr<const StreamMessage> config;                          ///< the newest codec configuration; may be null
+  std::array<std::shared_ptr<const StreamMessage>, 2> configs;          ///< the newest of each size; may be null
   std::deque<std::pair<std::uint32_t, std::int64_t>> capture_times_ns;  ///< of recent frames, by sequence number
   bool uploading = false;                                               ///< one at a time
   std::thread thread;
@@ -73,6 +74,8 @@ struct WebServer::State {
   bool has_place(const Listener& listener) const;
   /// Call after viewers or their codecs changed.
   void count_viewers();
+  /// Now, and again a few times a second: the slowest network of a stream's viewers bounds it.
+  void look_at_networks();
   void publish(const std::shared_ptr<const StreamMessage>& message);
   void publish_text(const std::string& kind, const std::string& text);
   /// Called when a viewer has displayed the frame: the time since capture goes to the metrics as capture_to_ack.

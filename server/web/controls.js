@@ -27,6 +27,7 @@ export class Controls {
     this.send = (message) => { if (this.permitted) send(message); };
     this.objects = [];
     this.camera = null;
+    this.size = null;
     this.T_tag_camera = null;
     this.pending = null;
     this.gallery = new Gallery($("gallery"), () => this.show());
@@ -38,6 +39,7 @@ export class Controls {
 
   hello(message) {
     this.camera = message.camera ?? null;
+    this.size = message.width ? [message.width, message.height] : null; // the camera's; pictures may be smaller
     this.permitted = message.permissions?.includes("control") ?? true;
     $("object-panel").hidden = message.objects.length === 0 || !this.permitted;
     this.gallery.fill(message.objects);

@@ -54,9 +54,10 @@ function want() {
   const choice = document.getElementById("codec").value;
   const codec = choice === "auto" ? (h264Works ? "h264" : "jpeg") : choice;
   decoder.reset();
-  connection.send({ type: "want", codec });
+  connection.send({ type: "want", codec, size: document.getElementById("size").value });
 }
 document.getElementById("codec").onchange = want;
+document.getElementById("size").onchange = want;
 if (!h264Works) document.querySelector('#codec option[value="h264"]').disabled = true;
 
 const connection = new Connection(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/ws`, {

@@ -35,12 +35,15 @@ export class PictureControls {
     canvas.onkeydown = (event) => this.key(event);
   }
 
+  /** Of the camera's picture, in pixels; a stream may have fewer. */
+  get size() { return this.controls.size ?? [this.canvas.width, this.canvas.height]; }
+
   /** Of the canvas on the screen: its picture's left and top edge, and its scale. */
   frame() {
-    const { canvas } = this;
-    const box = canvas.getBoundingClientRect();
-    const scale = Math.min(box.width / canvas.width, box.height / canvas.height); // object-fit: contain
-    return { left: box.left + (box.width - canvas.width * scale) / 2, top: box.top + (box.height - canvas.height * scale) / 2, scale };
+    const box = this.canvas.getBoundingClientRect();
+    const [width, height] = this.size;
+    const scale = Math.min(box.width / width, box.height / height); // object-fit: contain
+    return { left: box.left + (box.width - width * scale) / 2, top: box.top + (box.height - height * scale) / 2, scale };
   }
 
   pixel({ x, y }) {
@@ -66,7 +69,7 @@ export class PictureControls {
       return visible && foot && head ? distanceToSegment(pixel, foot, head) : Infinity;
     });
     const nearest = Math.min(...distances);
-    return nearest < REACH * this.canvas.width ? distances.indexOf(nearest) : -1;
+    return nearest < REACH * this.size[0] ? distances.indexOf(nearest) : -1;
   }
 
   down(event) {
@@ -81,7 +84,8 @@ export class PictureControls {
 
   put(at) {
     const [u, v] = this.pixel(at);
-    if (u < 0 || v < 0 || u > this.canvas.width - 1 || v > this.canvas.height - 1) return;
+    const [width, height] = this.size;
+    if (u < 0 || v < 0 || u > width - 1 || v > height - 1) return;
     this.controls.putOnPixel(u, v);
   }
 

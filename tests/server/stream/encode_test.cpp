@@ -111,6 +111,37 @@ TEST(H264, OddSizesLoseTheirLastColumnAndRow) {
   EXPECT_EQ(out.height, 120);
 }
 
+/// What no encoder compresses well.
+capture::Image<std::uint8_t> noise(int width, int height, unsigned seed) {
+  capture::Image<std::uint8_t> image = scene(width, height, 0);
+  for (std::uint8_t& value : image.data) {
+    seed = seed * 1664525 + 1013904223;
+    value = static_cast<std::uint8_t>(std::min(255u, value / 2 + (seed >> 25)));
+  }
+  return image;
+}
+
+double bits(const H264Encoder::AccessUnit& unit) { return 8 * static_cast<double>(unit.bytes.size()); }
+
+TEST(H264, ABoundHoldsOnNoiseAndCanBeChanged) {
+  constexpr int kEachPictures = 30;
+  constexpr double kPicture_bits = 60'000, kBurst_bits = 240'000, kTolerance = 1.1;
+  const auto sum = [](H264Encoder& encoder, int from) {
+    double sum_bits = 0;
+    for (int i = from; i < from + kEachPictures; ++i)
+      sum_bits += bits(encoder.encode(noise(320, 240, static_cast<unsigned>(i)), i * 66'000'000LL, false));
+    return sum_bits;
+  };
+  H264Encoder free(320, 240), bounded(320, 240, H264Encoder::Bound{kPicture_bits, kBurst_bits});
+  EXPECT_GT(sum(free, 0), 3 * kEachPictures * kPicture_bits) << "without a bound";
+  EXPECT_LT(sum(bounded, 0), kTolerance * (kEachPictures * kPicture_bits + kBurst_bits));
+  EXPECT_LT(bits(bounded.encode(noise(320, 240, 99), kEachPictures * 66'000'000LL, true)), kTolerance * kBurst_bits);
+  bounded.change_bound({2 * kPicture_bits, kBurst_bits});
+  const double twice_bits = sum(bounded, kEachPictures + 1);
+  EXPECT_GT(twice_bits, 1.5 * kEachPictures * kPicture_bits);
+  EXPECT_LT(twice_bits, kTolerance * (2 * kEachPictures * kPicture_bits + kBurst_bits));
+}
+
 TEST(Jpeg, LooksLikeWhatWentIn) {
   const capture::Image<std::uint8_t> in = scene(160, 120, 0);
   const std::vector<std::uint8_t> file = JpegEncoder(85).encode(in);
@@ -152,6 +183,25 @@ TEST(EncodeStage, MakesOnlyWhatIsWantedAndFewKeysOnDemand) {
     }
   }
   EXPECT_EQ(keys, 1) << "a flood of requests makes one";
+  demand.h264_busy = 1;
+  EXPECT_TRUE(stage.encode(picture).empty()) << "its only viewer cannot be sent a picture";
+}
+
+TEST(EncodeStage, MakesHalfTheSizeForThoseWhoGetThat) {
+  EncoderDemand demand;
+  Metrics metrics;
+  EncodeStage stage(85, demand, metrics);
+  ShownFrame picture;
+  picture.srgb = std::make_shared<const capture::Image<std::uint8_t>>(scene(162, 122, 0));
+  demand.half.jpeg = demand.half.h264 = 1;
+  const auto messages = stage.encode(picture);
+  ASSERT_EQ(messages.size(), 3u);
+  for (const auto& message : messages) EXPECT_EQ(message->size, StreamSize::half);
+  EXPECT_EQ(messages[0]->header.kind, StreamKind::jpeg);
+  EXPECT_EQ(messages[0]->header.width, 81);
+  EXPECT_EQ(messages[2]->header.kind, StreamKind::h264_key);
+  EXPECT_EQ(messages[2]->header.width, 80) << "4:2:0 needs even sizes";
+  EXPECT_EQ(messages[2]->header.height, 60);
 }
 
 }  // namespace

@@ -50,6 +50,10 @@ TEST(Protocol, RefusesWhatIsNoPicture) {
 TEST(Protocol, Commands) {
   EXPECT_EQ(std::get<WantCommand>(parse_command(R"({"type":"want","codec":"h264"})")).codec, Codec::h264);
   EXPECT_EQ(std::get<WantCommand>(parse_command(R"({"type":"want","codec":"none"})")).codec, Codec::none);
+  EXPECT_EQ(std::get<WantCommand>(parse_command(R"({"type":"want","codec":"h264"})")).size, std::nullopt);
+  EXPECT_EQ(std::get<WantCommand>(parse_command(R"({"type":"want","codec":"h264","size":"auto"})")).size, std::nullopt);
+  EXPECT_EQ(std::get<WantCommand>(parse_command(R"({"type":"want","codec":"jpeg","size":"half"})")).size,
+            StreamSize::half);
   EXPECT_TRUE(std::holds_alternative<KeyCommand>(parse_command(R"({"type":"key"})")));
   EXPECT_TRUE(std::get<RecordCommandOfViewer>(parse_command(R"({"type":"record","on":true})")).on);
   EXPECT_FALSE(std::get<RecordCommandOfViewer>(parse_command(R"({"type":"record","on":false})")).on);
@@ -118,6 +122,8 @@ TEST(Protocol, EverythingElseIsRefusedWithAReason) {
                            R"({"codec":"h264"})",
                            R"({"type":"want","codec":"av1"})",
                            R"({"type":"want"})",
+                           R"({"type":"want","codec":"h264","size":"quarter"})",
+                           R"({"type":"want","codec":"h264","size":2})",
                            R"({"type":"want","codec":["h264"]})",
                            R"({"type":"ack"})",
                            R"({"type":"ack","sequence":-1})",

@@ -33,7 +33,8 @@ ViewerQueue::Clock::time_point at(double s) {
   return ViewerQueue::Clock::time_point(std::chrono::nanoseconds(std::llround(1e9 * s)));
 }
 
-/// Pictures are made at the rate; a key frame where it is asked for, at most two a second.
+/// Pictures are made at the rate; a key frame where it is asked for, at most two a second. H.264 is not encoded while
+/// the viewer cannot be sent a picture.
 std::vector<Shown> watch(const Viewer& viewer) {
   struct Picture {
     std::uint32_t sequence;
@@ -41,6 +42,7 @@ std::vector<Shown> watch(const Viewer& viewer) {
   };
   ViewerQueue queue;
   queue.want(viewer.codec);
+  queue.network_trip(std::chrono::nanoseconds(std::llround(2e9 * viewer.network_s)));
   std::vector<double> made_s;
   std::deque<Picture> sent, acknowledgements;
   std::vector<Shown> shown;
@@ -52,6 +54,10 @@ std::vector<Shown> watch(const Viewer& viewer) {
     }
   };
   const auto make = [&](double now_s) {
+    if (viewer.codec == Codec::h264 && !queue.ready(at(now_s))) {
+      made_s.push_back(now_s);
+      return;
+    }
     const bool key = queue.wants_key(at(now_s)) && now_s - last_key_s >= 0.5;
     if (key) last_key_s = now_s;
     StreamHeader header;
