@@ -12,6 +12,7 @@
 #include <boost/beast/websocket/ssl.hpp>
 #include <charconv>
 #include <chrono>
+#include <limits>
 #include <type_traits>
 #include <utility>
 
@@ -125,7 +126,7 @@ class StreamConnection final : public Connection {
   void read_request() {
     header_.emplace();
     header_->header_limit(kStream.max_header_bytes);
-    header_->body_limit(boost::none);  // of a body that is not read
+    header_->body_limit(std::numeric_limits<std::uint64_t>::max());  // of a body that is not read with it
     lowest().expires_after(server_.settings.request_timeout);
     http::async_read_header(*stream_, buffer_, *header_, [self = self()](error_code error, std::size_t) {
       if (error) return self->close();

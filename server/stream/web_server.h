@@ -25,7 +25,7 @@ struct WebSettings {
   std::vector<ListenerSettings> listeners{1};
   int max_viewers = 64;       ///< of all listeners together
   int max_connections = 256;  ///< beyond it, the oldest connection without a stream is closed
-  RateLimits rate;            ///< of H.264
+  RateLimits rate = {};       ///< of H.264
   std::size_t max_message_bytes = 64 * 1024;
   std::chrono::milliseconds request_timeout{10'000};
   std::chrono::milliseconds write_timeout{10'000};

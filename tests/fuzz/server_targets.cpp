@@ -29,13 +29,14 @@ class Service {
     settings.request_timeout = std::chrono::seconds(2);
     server::WebHandlers handlers;
     handlers.get = [](std::string_view path) {
-      return path == "/" ? WebReply{200, "text/html", "page"} : WebReply{404};
+      return path == "/" ? WebReply{.status = 200, .body = "page"} : WebReply{.status = 404, .body = ""};
     };
-    handlers.post = [](std::string_view) { return WebReply{200}; };
+    handlers.post = [](std::string_view) { return WebReply{.status = 200, .body = ""}; };
     handlers.hello = [](server::Permissions) { return std::string(R"({"type":"hello"})"); };
     handlers.state = [] { return std::string(R"({"type":"state"})"); };
     handlers.change_object = [](const server::ObjectCommand&) { return std::optional<std::string>(); };
     handlers.record = [](bool) { return std::optional<std::string>(); };
+    handlers.save = [] { return std::string(); };
     handlers.playback = [](const server::PlaybackCommand&) { return std::optional<std::string>(); };
     web_ = std::make_unique<server::WebServer>(settings, handlers, demand_, metrics_);
     web_->start();

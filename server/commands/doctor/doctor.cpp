@@ -16,7 +16,9 @@ bool write_doctor_report(const DoctorCommand& command, std::ostream& out) {
       << Eigen::SimdInstructionSetsInUse() << '\n';
   DoctorReport report(out);
   std::optional<ServiceInput> input;
-  if (!command.config.empty()) input = check_configuration(report, {.config = command.config, .with_saved = true});
+  if (!command.config.empty())
+    input = check_configuration(
+        report, {.config = command.config, .session = {}, .exhibit = {}, .overrides = {}, .with_saved = true});
   const ServerSettings server = input ? input->server : ServerSettings{};
 
   check_gpu(report, server.backend);
