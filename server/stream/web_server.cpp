@@ -1,5 +1,6 @@
 #include "server/stream/web_server.h"
 
+#include <pthread.h>
 #include <sys/stat.h>
 
 #include <algorithm>
@@ -238,7 +239,10 @@ std::uint16_t WebServer::port(std::size_t listener) const {
 void WebServer::start() {
   for (Listener& listener : state_->listeners) state_->accept(listener);
   asio::post(state_->io, [&s = *state_] { s.look_at_networks(); });
-  state_->thread = std::thread([this] { state_->run(); });
+  state_->thread = std::thread([this] {
+    pthread_setname_np(pthread_self(), "network");  // for `top -H`
+    state_->run();
+  });
 }
 
 std::vector<std::string> WebServer::change_listeners(const std::vector<ListenerSettings>& wanted) {

@@ -30,8 +30,12 @@ class Service:
             time.sleep(0.1)
         raise RuntimeError("the service did not start")
 
-    def cpu_s(self):
-        fields = pathlib.Path(f"/proc/{self.process.pid}/stat").read_text().rsplit(")", 1)[1].split()
+    def cpu_s(self, thread=None):
+        """Processor time so far, of the process or of its thread of this name."""
+        folder = pathlib.Path(f"/proc/{self.process.pid}")
+        if thread:
+            folder = next(task for task in (folder / "task").iterdir() if (task / "comm").read_text().strip() == thread)
+        fields = (folder / "stat").read_text().rsplit(")", 1)[1].split()
         return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
     def end(self):

@@ -284,6 +284,41 @@ class VisitorPageTest(unittest.TestCase):
             self.service.send_signal(signal.SIGCONT)
         self.page.wait(lambda: "waiting" not in visible(), "the picture to come back by itself")
 
+    def test_7_maps_and_upload(self):
+        """What the program knows, the picture with and without objects, and a model that an operator adds."""
+        page = self.page
+        page.open(self.port)
+        script = page.driver.execute_script
+        choose = "const s = document.getElementById('map'); s.value = arguments[0]; s.onchange();"
+        shown = "const c = document.getElementById('map-view'); return !c.hidden && Number(c.dataset.sequence)"
+        middle = "const c = document.getElementById('map-view'); return [...c.getContext('2d').getImageData(c.width / 2 + arguments[0], 5, 1, 1).data]"
+        script(choose, "depth")
+        first = page.wait(lambda: script(shown), "the map of depth")
+        page.wait(lambda: script(shown) > first, "a newer one")
+        self.assertTrue(script("return document.querySelector('[data-map=depth]').checkVisibility()"))
+        self.screenshot("depth")
+        script(choose, "before-after")
+        page.wait(lambda: script(shown), "the picture with and without objects")
+        self.assertEqual(script(middle, 0), [240, 176, 96, 255], "the line is in the middle")
+        divider = page.driver.find_element("id", "divider")
+        divider.send_keys(*[Keys.ARROW_RIGHT] * 10)
+        self.assertNotEqual(script(middle, 0), [240, 176, 96, 255])
+        self.screenshot("before-after")
+        script(choose, "")
+        self.assertFalse(script("return document.getElementById('map-view').checkVisibility()"))
+
+        model = os.path.join(self.folder, "vase.glb")
+        shutil.copy(os.path.join(RECORDING, "models/statue.glb"), model)
+        count = "return document.querySelectorAll('#gallery input').length"
+        before = script(count)
+        page.driver.find_element("id", "upload-file").send_keys(model)
+        page.wait(lambda: script(count) == before + 1, "the model in the gallery")
+        with open(model, "w") as f:
+            f.write("no model")
+        os.rename(model, os.path.join(self.folder, "broken.glb"))
+        page.driver.find_element("id", "upload-file").send_keys(os.path.join(self.folder, "broken.glb"))
+        page.wait(lambda: "not a model that can be read" in page.text("errors"), "the reason")
+
 
 if __name__ == "__main__":
     unittest.main(argv=sys.argv[:1] + sys.argv[4:], verbosity=2)
