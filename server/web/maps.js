@@ -61,6 +61,13 @@ export class Maps {
     }
   }
 
+  /** As wide as the picture, which the canvas shows whole in its middle (object-fit: contain). */
+  placeDivider(aspect) {
+    const { width, height } = this.canvas.getBoundingClientRect();
+    const shown = Math.min(width, height * aspect);
+    Object.assign(this.divider.style, { width: `${shown}px`, left: `${(width - shown) / 2}px` });
+  }
+
   draw() {
     if (!this.shown) return;
     const { canvas, shown } = this;
@@ -68,6 +75,7 @@ export class Maps {
     if (canvas.width !== width || canvas.height !== shown.height) Object.assign(canvas, { width, height: shown.height });
     canvas.hidden = false;
     this.divider.hidden = !this.compares;
+    this.placeDivider(width / shown.height);
     const context = canvas.getContext("2d");
     context.drawImage(shown, 0, 0);
     if (!this.compares) return;

@@ -193,7 +193,7 @@ export const TEXTS = {
     "stream.rate": "Datenrate",
     "stream.shown": "gezeigt",
     "stream.size": "Größe",
-    "stream.size.auto": "wie das Netz erlaubt",
+    "stream.size.auto": "automatisch",
     "stream.size.full": "ganz",
     "stream.size.half": "halb",
     "stream.used": "Codec",

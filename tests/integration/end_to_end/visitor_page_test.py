@@ -284,8 +284,7 @@ class VisitorPageTest(unittest.TestCase):
             self.service.send_signal(signal.SIGCONT)
         self.page.wait(lambda: "waiting" not in visible(), "the picture to come back by itself")
 
-    def test_7_maps_and_upload(self):
-        """What the program knows, the picture with and without objects, and a model that an operator adds."""
+    def test_6_maps_and_upload(self):
         page = self.page
         page.open(self.port)
         script = page.driver.execute_script
