@@ -55,8 +55,9 @@ class Service {
       ::shutdown(client, SHUT_WR);
       std::array<char, 4096> reply{};
       ssize_t size = 0;
-      while ((size = ::recv(client, reply.data(), reply.size(), 0)) > 0) {
-      }
+      do {
+        size = ::recv(client, reply.data(), reply.size(), 0);
+      } while (size > 0 || (size < 0 && errno == EINTR));  // libFuzzer has a timer
       closed = size == 0 || errno == ECONNRESET;
     }
     ::close(client);

@@ -151,7 +151,8 @@ TEST(DeviceMessages, TheVulkanValidationLayerIsHeard) {
 
 TEST(DeviceMessages, OpenGlIsHeard) {
   for (const bool validation : {false, true}) {
-    const auto context = std::make_shared<egl::Context>(egl::open_best(validation), DeviceOptions{.validation = validation});
+    const auto context =
+        std::make_shared<egl::Context>(egl::open_best(validation), DeviceOptions{.validation = validation});
     const egl::Current current = context->enter();
     context->check("nothing");
     glUseProgram(12345);
