@@ -350,8 +350,9 @@ void Pipeline::State::lamp_tags_turn() {
 
 /// Extracts light from the newest fish-eye frame; if there is none, only moves lamps to their newest tag poses.
 void Pipeline::State::light_turn() {
-  if (Clock::now() < light_rest.ends(rest(kPipeline.rest))) {
-    sleep_until(std::min(light_rest.ends(kPipeline.rest), Clock::now() + kPipeline.tick));
+  const Clock::time_point rested = light_rest.ends(rest(kPipeline.rest));
+  if (Clock::now() < rested) {
+    sleep_until(std::min<Clock::time_point>(rested, Clock::now() + kPipeline.tick));  // somebody may come meanwhile
     return;
   }
   if (const std::optional<FisheyeView> view = to_light.take(kPipeline.tick)) {
