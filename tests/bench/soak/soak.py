@@ -39,7 +39,7 @@ def configuration(recording, folder, rate_hz):
     """Writes kiosk.toml and exhibit.toml. The first lens keys and the tag are those of the recording."""
     text = (recording / "session.toml").read_text()
     text = text[:text.index("[fisheye]")] + text[text.index("[tag]"):]
-    source = f'source = "helper:{PLAYER} {recording} {rate_hz} {folder}/unplugged"'
+    source = f'source = "helper:{sys.executable} {PLAYER} {recording} {rate_hz} {folder}/unplugged"'
     text = text.replace('source = "images:color.txt"', source).replace('source = "images:depth.txt"', source)
     server = '\n[server]\nrecordings = "recorded"\nmax_recording_s = 20\nmax_recordings_gb = 0.5\n'
     (folder / "kiosk.toml").write_text(f'exhibit = "exhibit.toml"\n{text}{server}')
