@@ -35,10 +35,10 @@ std::string triangle() {
   const float corners[] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
   const std::string body(reinterpret_cast<const char*>(corners), sizeof corners);
   const auto number = [](std::uint32_t n) { return std::string(reinterpret_cast<const char*>(&n), 4); };
-  const auto chunk = [&](const char* kind, const std::string& content) {
-    return number(static_cast<std::uint32_t>(content.size())) + std::string(kind, 4) + content;
+  const auto chunk = [&](const std::string& kind, const std::string& content) {
+    return number(static_cast<std::uint32_t>(content.size())) + kind + content;
   };
-  const std::string chunks = chunk("JSON", json) + chunk("BIN\0", body);
+  const std::string chunks = chunk("JSON", json) + chunk(std::string("BIN") + '\0', body);
   return "glTF" + number(2) + number(static_cast<std::uint32_t>(12 + chunks.size())) + chunks;
 }
 

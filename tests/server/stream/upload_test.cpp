@@ -25,8 +25,8 @@ class UploadTest : public testing::Test {
  protected:
   static constexpr std::uint64_t kMaxBytes = 1 << 20;
 
-  UploadTest() { fs::create_directories(folder_); }
-  ~UploadTest() override {
+  void SetUp() override { fs::create_directories(folder_); }
+  void TearDown() override {
     web_.reset();
     fs::remove_all(folder_);
   }
