@@ -1,5 +1,5 @@
 #pragma once
-// The maps that show what the program knows: their names in requests.
+// Maps of the reconstructed scene and of the change of light: their names in requests.
 #include <array>
 #include <optional>
 #include <string_view>

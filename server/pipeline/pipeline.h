@@ -8,7 +8,7 @@
 //   fish-eye ─────────────> light ─────┘
 //   exhibit ──> models   (what rendering needs once per model)
 //   geometry, albedo ──> keep room   (the disk, minutes apart)
-//   relight ──> maps    (what the program knows, while somebody asks for it)
+//   relight ──> maps    (pictures of the reconstructed scene, on request)
 //
 // The stages from frames to the scene are SceneBuilder's, which replay runs too. Pose registers depth, and takes the
 // newest frame just in time for relight, so that no pose is computed for frames that are not rendered. A live fish-eye

@@ -98,9 +98,9 @@ void check_listeners(DoctorReport& report, const std::vector<ListenerSettings>& 
 void check_folders(DoctorReport& report, const ServiceInput& input) {
   const auto color = capture::parse_source(input.session.color.source);
   const bool live = color && color->live;
-  const fs::path beside = fs::absolute(input.session_text.file).parent_path();
+  const fs::path folder = fs::absolute(input.session_text.file).parent_path();
   const fs::path& room = input.server.room;
-  if (live) check_folder(report, "folder of the tag map, views and room", beside, kMin_free_gb);
+  if (live) check_folder(report, "folder of the tag map, views and room", folder, kMin_free_gb);
   if (!room.empty()) check_folder(report, "folder of the room", fs::absolute(room).parent_path(), kMin_free_gb);
   if (live && !input.server.recordings.empty())
     check_folder(report, "folder of recordings", input.server.recordings, input.server.recording_limits.min_free_gb);
