@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # check_debug.sh [--minutes N]: builds without optimization, where no function is inlined and Eigen checks its use, and
 # runs the tests of capture, reconstruct and server. Left out are relight's, which render, and suites that solve whole
-# rooms: each takes minutes here; and tests that limit how long the optimized program takes to end. Every 16th test runs
+# rooms: each takes minutes here; and tests that limit how long the optimized program takes to end. Every 16th suite runs
 # first, then the ones after these, and so on until N minutes, the build among them, are over; it says how much was left
 # out, also where the build alone takes longer.
 set -euo pipefail
@@ -32,7 +32,7 @@ if [ $status -eq 124 ]; then
 fi
 [ $status -eq 0 ] || exit $status
 
-left_out='^Program\.|^(AlbedoStage|RepeatedSolutions|IncrementalSolver|UnobservedOccluders|LightFromShading|SceneBuilder)\.'
+left_out='[.](Program|AlbedoStage|RepeatedSolutions|IncrementalSolver|UnobservedOccluders|LightFromShading|SceneBuilder)$'
 stride=16
 log=$PWD/build/debug/check_debug.log
 for ((pass = 1; pass <= stride; ++pass)); do
@@ -40,11 +40,11 @@ for ((pass = 1; pass <= stride; ++pass)); do
     --output-log "$log" --label-regex '^(capture|reconstruct|server)$' --exclude-regex "$left_out" \
     --tests-information "$pass,,$stride" || status=$?
   if [ $status -eq 124 ]; then
-    echo "Debug build: left out after $minutes minutes: $((stride - pass + 1)) of every $stride tests"
+    echo "Debug build: left out after $minutes minutes: $((stride - pass + 1)) of every $stride suites"
     break
   elif [ $status -ne 0 ]; then
     cat "$log"
     exit 1
   fi
 done
-echo "Debug build: $((pass - 1)) of every $stride tests passed"
+echo "Debug build: $((pass - 1)) of every $stride suites passed"

@@ -135,8 +135,9 @@ std::optional<double> fisheye_angle(const CameraModel& m, double radius) {
   return solved ? std::optional<double>(theta) : std::nullopt;
 }
 
+/// Of a fish-eye.
 double half_field_rad(const CameraModel& m) {
-  return m.kind != CameraModel::Kind::pinhole && m.fov_rad > 0 ? std::min(0.5 * m.fov_rad, kPi) : kPi;
+  return m.fov_rad > 0 ? std::min(0.5 * m.fov_rad, kPi) : kPi;
 }
 
 /// As CameraModel::unproject, but also beyond the field of view.
@@ -155,6 +156,7 @@ std::optional<Vector3d> unproject_unlimited(const CameraModel& m, const Vector2d
 }
 
 bool within_field(const CameraModel& m, const Vector3d& direction) {
+  if (m.kind == CameraModel::Kind::pinhole) return true;
   constexpr double kRounding = 1e-12;
   return std::atan2(direction.head<2>().norm(), direction.z()) <= half_field_rad(m) + kRounding;
 }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <numbers>
 #include <vector>
@@ -33,6 +34,19 @@ struct TestBox {
       leave = std::min(leave, std::max(a, b));
     }
     return enter < leave;
+  }
+  /// Distance along a ray from outside, unit direction, to the surface; infinity if it passes by.
+  float along(const Eigen::Vector3f& from, const Eigen::Vector3f& direction) const {
+    constexpr float kNone = std::numeric_limits<float>::infinity();
+    float enter = 0, leave = kNone;
+    for (int axis = 0; axis < 3; ++axis) {
+      const float a = low[axis] - from[axis], b = high[axis] - from[axis], step = direction[axis];
+      if (step == 0 && (a > 0 || b < 0)) return kNone;
+      if (step == 0) continue;
+      enter = std::max(enter, std::min(a / step, b / step));
+      leave = std::min(leave, std::max(a / step, b / step));
+    }
+    return enter < leave ? enter : kNone;
   }
 };
 
@@ -84,6 +98,12 @@ struct TestRoom {
     float d = p.z();
     for (const TestBox& box : boxes) d = std::min(d, box.distance(p));
     return d;
+  }
+  /// Distance along a ray of unit direction to the first surface; infinity if there is none.
+  float along(const Eigen::Vector3f& from, const Eigen::Vector3f& direction) const {
+    float nearest = direction.z() < 0 ? -from.z() / direction.z() : std::numeric_limits<float>::infinity();
+    for (const TestBox& box : boxes) nearest = std::min(nearest, box.along(from, direction));
+    return nearest;
   }
   Eigen::Vector3f normal(const Eigen::Vector3f& p) const {
     constexpr float h = 1e-3f;

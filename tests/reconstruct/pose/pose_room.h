@@ -1,7 +1,6 @@
 #pragma once
 // Synthetic depth images of a room with closed-form distances.
 #include <Eigen/Geometry>
-#include <limits>
 
 #include "tests/reconstruct/albedo/albedo_room.h"
 #include "tests/reconstruct/pose/pose_views.h"
@@ -16,17 +15,11 @@ inline reconstruct::TestRoom furnished_room() {
   return room;
 }
 
-/// By sphere tracing.
 inline capture::DepthFrame depth_of_room(const reconstruct::TestRoom& room, const capture::CameraModel& camera,
                                          const Eigen::Isometry3d& T_tag_camera, unsigned seed, double noise_scale) {
   return depth_picture(camera, T_tag_camera, seed, noise_scale,
-                       [&](const Eigen::Vector3d& from, const Eigen::Vector3d& d) -> double {
-                         float along = 0, near = 1;
-                         for (int i = 0; i < 200 && near > 1e-5f && along < 8; ++i) {
-                           near = room.distance(from.cast<float>() + along * d.cast<float>());
-                           along += near;
-                         }
-                         return near > 1e-3f ? std::numeric_limits<double>::infinity() : along;
+                       [&](const Eigen::Vector3d& from, const Eigen::Vector3d& d) {
+                         return static_cast<double>(room.along(from.cast<float>(), d.cast<float>()));
                        });
 }
 

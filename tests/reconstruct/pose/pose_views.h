@@ -109,12 +109,13 @@ capture::Frame rolling_view_of_tag(const capture::CameraModel& camera, const rec
   }
   if (noise.lens_blur > 0) blur(linear, noise.lens_blur);
   for (int v = 0; v < camera.height; ++v)
-    for (int u = 0; u < camera.width; ++u)
+    for (int u = 0; u < camera.width; ++u) {
+      const double exact = 255 * capture::linear_to_srgb(static_cast<float>(noise.exposure * linear.at(u, v)));
       for (int c = 0; c < 3; ++c) {
-        const double code = 255 * capture::linear_to_srgb(static_cast<float>(noise.exposure * linear.at(u, v))) +
-                            noise.code_sigma * gauss(random);
+        const double code = exact + noise.code_sigma * gauss(random);
         picture.encoded.at(u, v, c) = static_cast<std::uint8_t>(std::clamp(std::lround(code), 0l, 255l));
       }
+    }
   return picture;
 }
 

@@ -39,16 +39,11 @@ inline capture::FrameSet textured_view(const reconstruct::TestRoom& room, const 
         const auto ray = camera.unproject({u - 0.25 + 0.5 * (s % kSamples), v - 0.25 + 0.5 * (s / kSamples)});
         if (!ray) continue;
         const Eigen::Vector3f d = (T_room_camera.linear() * *ray).cast<float>();
-        float along = 0, near = 1;
-        for (int i = 0; i < 200 && near > 1e-4f && along < 8; ++i) {
-          near = room.distance(from + along * d);
-          along += near;
-        }
-        if (near < 1e-3f) light += patch_albedo(from + along * d) / (kSamples * kSamples);
+        const float along = room.along(from, d);
+        if (std::isfinite(along)) light += patch_albedo(from + along * d) / (kSamples * kSamples);
       }
-      for (int c = 0; c < 3; ++c)
-        picture.encoded.at(u, v, c) =
-            static_cast<std::uint8_t>(std::lround(255 * capture::linear_to_srgb(std::min(1.0f, light))));
+      const long code = std::lround(255 * capture::linear_to_srgb(std::min(1.0f, light)));
+      for (int c = 0; c < 3; ++c) picture.encoded.at(u, v, c) = static_cast<std::uint8_t>(code);
     }
   capture::FrameSet frame = frame_of(std::move(picture), index, static_cast<std::int64_t>(index) * kFrameNs);
   frame.depth = std::make_shared<capture::DepthFrame>(

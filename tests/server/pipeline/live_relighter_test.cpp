@@ -126,9 +126,12 @@ relight::Exhibit pyramid() {
 /// The first frame with the objects: models are uploaded, and their light is gathered, over some frames.
 LiveRelighter::Result drawn(LiveRelighter& relighter, const reconstruct::Scene& scene, const relight::Exhibit& exhibit,
                             const relight::Plan& plan) {
+  // Shaders may be compiled meanwhile, which takes a slow machine minutes.
+  const auto last = std::chrono::steady_clock::now() + std::chrono::minutes(5);
   LiveRelighter::Result result;
-  for (int i = 0; i < 200 && (i == 0 || result.picture.passed_through); ++i)
+  do {
     result = relighter.relight(grey_frame(), scene, exhibit, plan);
+  } while (result.picture.passed_through && std::chrono::steady_clock::now() < last);
   return result;
 }
 
