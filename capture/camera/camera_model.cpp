@@ -136,9 +136,7 @@ std::optional<double> fisheye_angle(const CameraModel& m, double radius) {
 }
 
 /// Of a fish-eye.
-double half_field_rad(const CameraModel& m) {
-  return m.fov_rad > 0 ? std::min(0.5 * m.fov_rad, kPi) : kPi;
-}
+double half_field_rad(const CameraModel& m) { return m.fov_rad > 0 ? std::min(0.5 * m.fov_rad, kPi) : kPi; }
 
 /// As CameraModel::unproject, but also beyond the field of view.
 std::optional<Vector3d> unproject_unlimited(const CameraModel& m, const Vector2d& pixel) {

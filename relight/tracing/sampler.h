@@ -16,10 +16,10 @@ class Sampler {
 
   Eigen::Vector2f two() {
     const std::uint64_t pair = hashed(key_ + ++draw_);
-    const std::uint32_t index = scrambled(sample_, static_cast<std::uint32_t>(pair));
+    const std::uint32_t index = reversed(scrambled(reversed(sample_), static_cast<std::uint32_t>(pair)));
     const std::uint64_t digits = hashed(pair);
-    return {unit(scrambled(reversed(index), static_cast<std::uint32_t>(digits))),
-            unit(scrambled(second_dimension(index), static_cast<std::uint32_t>(digits >> 32)))};
+    return {unit(reversed(scrambled(index, static_cast<std::uint32_t>(digits)))),
+            unit(reversed(scrambled(second_dimension(index), static_cast<std::uint32_t>(digits >> 32))))};
   }
   float one() { return two().x(); }
 
@@ -35,29 +35,31 @@ class Sampler {
   }
 
   static std::uint32_t reversed(std::uint32_t x) {
-    x = (x << 16) | (x >> 16);
-    x = ((x & 0x00ff00ffu) << 8) | ((x & 0xff00ff00u) >> 8);
+    x = __builtin_bswap32(x);
     x = ((x & 0x0f0f0f0fu) << 4) | ((x & 0xf0f0f0f0u) >> 4);
     x = ((x & 0x33333333u) << 2) | ((x & 0xccccccccu) >> 2);
     return ((x & 0x55555555u) << 1) | ((x & 0xaaaaaaaau) >> 1);
   }
 
-  /// Owen scrambling: flips each bit depending on the bits above it (Laine & Karras 2011, on reversed bits).
+  /// Owen scrambling of a value with reversed bits: flips each bit depending on those below it (Laine & Karras 2011).
   static std::uint32_t scrambled(std::uint32_t x, std::uint32_t seed) {
-    x = reversed(x) + seed;
+    x += seed;
     x ^= x * 0x6c50b47cu;
     x ^= x * 0xb82f1e52u;
     x ^= x * 0xc7afe638u;
     x ^= x * 0x8d22f6e6u;
-    return reversed(x);
+    return x;
   }
 
+  /// The second dimension of Sobol's sequence, with reversed bits. Its direction numbers are the rows of Pascal's
+  /// triangle modulo 2, of which C(k, i) is odd where the bits of i are bits of k (Lucas): bit i of the result is the
+  /// parity of all such bits k of the index.
   static std::uint32_t second_dimension(std::uint32_t index) {
-    std::uint32_t x = 0;
-    for (std::uint32_t direction = 0x80000000u; index != 0; index >>= 1, direction ^= direction >> 1) {
-      if (index & 1) x ^= direction;
-    }
-    return x;
+    index ^= (index >> 1) & 0x55555555u;
+    index ^= (index >> 2) & 0x33333333u;
+    index ^= (index >> 4) & 0x0f0f0f0fu;
+    index ^= (index >> 8) & 0x00ff00ffu;
+    return index ^ ((index >> 16) & 0x0000ffffu);
   }
 
   std::uint64_t key_;
