@@ -36,7 +36,7 @@ class FlickerSweep : public SweepTest {
     return now;
   }
 };
-ON_BOTH_DEVICES(FlickerSweep);
+ON_VULKAN(FlickerSweep);
 
 constexpr float kRadius_m = 0.1f;
 constexpr int kFrames = 4,

@@ -8,7 +8,7 @@ namespace lumigraft::test {
 namespace {
 
 class FurnaceSweep : public SweepTest {};
-ON_BOTH_DEVICES(FurnaceSweep);
+ON_VULKAN(FurnaceSweep);
 
 constexpr float kShellRadius_m = 0.1f, kWall_m = 0.012f;
 

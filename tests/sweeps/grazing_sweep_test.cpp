@@ -7,7 +7,7 @@ namespace lumigraft::test {
 namespace {
 
 class GrazingSweep : public SweepTest {};
-ON_BOTH_DEVICES(GrazingSweep);
+ON_VULKAN(GrazingSweep);
 
 /// A white plate in the air, rotated about the y axis so that its faces are not aligned with voxels; seen from above.
 ClosedScene plate(float tilt) {
@@ -135,7 +135,7 @@ TEST_P(GrazingSweep, ASlit) {
     }
   }
   sweep.curves.push_back({"rays", answer, true});
-  write(sweep);
+  write_sweep(sweep);
   for (const Curve& curve : sweep.curves) {
     for (std::size_t i = 0; i < sweep.x.size(); ++i) {
       const double max = (curve.name == "cones, careful" ? 0.12

@@ -5,7 +5,7 @@ namespace lumigraft::test {
 namespace {
 
 class LeakSweep : public SweepTest {};
-ON_BOTH_DEVICES(LeakSweep);
+ON_VULKAN(LeakSweep);
 
 constexpr float kFront_m = -0.124f;  // half a voxel off the field's grid
 
@@ -70,7 +70,7 @@ TEST_P(LeakSweep, PartitionOfTwoToTwentyMillimetres) {
       for (const double x : sweep.x) curve.y.push_back(measured(1e-3f * static_cast<float>(x)));
     }
   }
-  write(sweep);
+  write_sweep(sweep);
   for (const Curve& curve : sweep.curves) {
     for (std::size_t i = 0; i < sweep.x.size(); ++i) {
       if (sweep.x[i] < 12.8) continue;

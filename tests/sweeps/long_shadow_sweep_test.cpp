@@ -7,7 +7,7 @@ namespace lumigraft::test {
 namespace {
 
 class LongShadowSweep : public SweepTest {};
-ON_BOTH_DEVICES(LongShadowSweep);
+ON_VULKAN(LongShadowSweep);
 
 constexpr float kElevation = 10 * std::numbers::pi_v<float> / 180;
 constexpr float kPillarHalf_m = 0.03f, kPillarHeight_m = 0.12f;
@@ -68,7 +68,7 @@ TEST_P(LongShadowSweep, AColumnInASunOfTenDegrees) {
       curve.y.push_back(sums[i] / counts[i]);
     }
   }
-  write(sweep);
+  write_sweep(sweep);
   for (const Curve& curve : sweep.curves) {
     for (std::size_t i = 0; i < sweep.x.size() && sweep.x[i] < 0.65; ++i) {
       EXPECT_GE(curve.y[i], sweep.min) << curve.name << ", " << sweep.x[i] << " m";

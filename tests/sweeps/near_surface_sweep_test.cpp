@@ -7,7 +7,7 @@ namespace lumigraft::test {
 namespace {
 
 class NearSurfaceSweep : public SweepTest {};
-ON_BOTH_DEVICES(NearSurfaceSweep);
+ON_VULKAN(NearSurfaceSweep);
 
 constexpr float kFaceHalf_m = 0.15f, kFaceHeight_m = 0.2f;  // half width and height of the lit face
 
@@ -67,7 +67,7 @@ TEST_P(NearSurfaceSweep, BeforeALitFace) {
       curve.y.push_back(got[i] / want[i]);
     }
   }
-  write(sweep);
+  write_sweep(sweep);
   for (const Curve& curve : sweep.curves) {
     // Emitted light is stored in voxels of 7.5 mm, twice that for propagation: closer to the face, light may be
     // missing.

@@ -7,7 +7,7 @@ namespace lumigraft::test {
 namespace {
 
 class PenumbraSweep : public SweepTest {};
-ON_BOTH_DEVICES(PenumbraSweep);
+ON_VULKAN(PenumbraSweep);
 
 constexpr float kEdge_m = 0.25f, kLamp_m = 1;  // heights
 
@@ -64,7 +64,7 @@ TEST_P(PenumbraSweep, WidthOverTheLampsRadius) {
     }
   }
   sweep.curves.push_back({"closed form", wants, true});
-  write(sweep);
+  write_sweep(sweep);
   constexpr double voxel_mm = 20;  // voxel size of the volumes
   for (const Curve& curve : sweep.curves) {
     for (std::size_t i = 0; i < wants.size(); ++i) {

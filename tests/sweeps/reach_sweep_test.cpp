@@ -8,7 +8,7 @@ namespace lumigraft::test {
 namespace {
 
 class ReachSweep : public SweepTest {};
-ON_BOTH_DEVICES(ReachSweep);
+ON_VULKAN(ReachSweep);
 
 // A black ball over a floor under a uniform sky L occludes its form factor, cos θ (r/d)² (Nusselt 1928), at every
 // distance: beyond the inner volume's edge (1.3 r from the centre), the outer one's (4.55 r) and the limit of the
@@ -53,7 +53,7 @@ TEST_P(ReachSweep, ABallsShadowOfTheSkyOverDistance) {
     sweep.curves.push_back({method.name, got});
   }
   sweep.curves.push_back({"closed form", want, true});
-  write(sweep);
+  write_sweep(sweep);
   for (const Curve& curve : sweep.curves) {
     for (std::size_t i = 0; i < want.size(); ++i) {
       const std::string where = curve.name + " at " + std::to_string(sweep.x[i]) + " m";

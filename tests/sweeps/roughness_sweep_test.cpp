@@ -8,7 +8,7 @@ namespace lumigraft::test {
 namespace {
 
 class RoughnessSweep : public SweepTest {};
-ON_BOTH_DEVICES(RoughnessSweep);
+ON_VULKAN(RoughnessSweep);
 
 // A metal ball over a desk with a lamp's pool of light: deviation from the path tracer over roughness.
 TEST_P(RoughnessSweep, MetalBallOverALitDesk) {

@@ -171,7 +171,7 @@ relight::RelitPicture SweepTest::served(const ClosedScene& scene, const relight:
 }
 
 void SweepTest::expect_within_bounds(const Sweep& sweep) const {
-  write(sweep);
+  write_sweep(sweep);
   for (const Curve& curve : sweep.curves) {
     ASSERT_EQ(curve.y.size(), sweep.x.size()) << curve.name;
     for (std::size_t i = 0; i < sweep.x.size() && !curve.answer; ++i) {

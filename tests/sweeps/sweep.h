@@ -56,7 +56,11 @@ void for_each_floor_pixel(const ClosedScene& scene, const relight::RelitPicture&
 /// Writes STEM.csv and a chart, STEM.svg and STEM.png, to the folder named by LUMIGRAFT_SWEEPS; does nothing if unset.
 void write_sweep(const Sweep& sweep);
 
-/// Sweeps run on both devices with the same bounds. Only Vulkan's results are written.
+/// Sweeps run on Vulkan. That both devices draw the same is for the closed forms and DevicePictures to show.
+#define ON_VULKAN(suite)                                                                             \
+  INSTANTIATE_TEST_SUITE_P(On, suite, testing::Values(::lumigraft::relight::gpu::Backend::vulkan), \
+                           ::lumigraft::relight::gpu::backend_label)
+
 class SweepTest : public ClosedTest {
  protected:
   /// As in ClosedTest, with a relighter that is kept between pictures: creating one takes longer than a picture.
@@ -64,9 +68,6 @@ class SweepTest : public ClosedTest {
   /// The same, but with live settings the change is that of the served picture, which is rendered without maps and so
   /// with different lamp shadows.
   relight::RelitPicture served(const ClosedScene& scene, const relight::Plan& plan);
-  void write(const Sweep& sweep) const {
-    if (GetParam() == relight::gpu::Backend::vulkan) write_sweep(sweep);
-  }
   /// Expects all measured curves within the sweep's bounds, and writes the sweep.
   void expect_within_bounds(const Sweep& sweep) const;
 
