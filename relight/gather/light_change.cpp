@@ -23,10 +23,10 @@ std::uint8_t code_of(float log_ratio) {
   return cv::saturate_cast<std::uint8_t>(log_ratio / kLogStep + static_cast<float>(kSameCode));
 }
 
-/// Width of the window of the median, pixels; odd.
-int window_px(const PosedCamera& camera, float voxel_m, const std::vector<GBufferPixel>& seen) {
+/// Width of the window of the median, pixels; odd. One of `step` pixels is enough to find it.
+int window_px(const PosedCamera& camera, float voxel_m, const std::vector<GBufferPixel>& seen, std::size_t step) {
   std::vector<float> depths_m;
-  for (std::size_t i = 0; i < seen.size(); i += 61) {  // a sample is enough
+  for (std::size_t i = 0; i < seen.size(); i += step) {
     if (seen[i].known) depths_m.push_back(seen[i].depth_m);
   }
   if (depths_m.empty()) return 1;
@@ -39,7 +39,7 @@ int window_px(const PosedCamera& camera, float voxel_m, const std::vector<GBuffe
 }  // namespace
 
 LightChange::LightChange(const PosedCamera& camera, const CurrentDepth& depth, const CameraUpload& picture,
-                         float voxel_m, const std::vector<GBufferPixel>& seen)
+                         float voxel_m, const std::vector<GBufferPixel>& seen, const TilePixels* tiles)
     : camera_(camera),
       T_camera_tag_(camera.T_tag_camera.inverse()),
       near_m_(2 * voxel_m),
@@ -50,14 +50,20 @@ LightChange::LightChange(const PosedCamera& camera, const CurrentDepth& depth, c
     const float certain = std::copysign(std::max(std::abs(change) - kGather.light_same, 0.0f), change);
     ratios_[static_cast<std::size_t>(code)] = std::exp(certain);
   }
-  const int width = camera.model.width, height = camera.model.height, window = window_px(camera, voxel_m, seen);
+  const int width = camera.model.width, height = camera.model.height,
+            window = tiles ? window_px(camera, voxel_m, tiles->seen, 1) : window_px(camera, voxel_m, seen, 61);
   cv::Mat_<Logs> logs(height, width, Logs(0, 0, 0));
   cv::Mat1f weight(height, width, 0.0f);
   for_each_pixel(width, height, kRows, [&](int u, int v) {
     const auto i = static_cast<std::size_t>(v * width + u);
-    const GBufferPixel& p = seen[i];
+    const bool traced = !tiles || !seen[i].w.isZero(0);
+    const GBufferPixel& p = traced ? seen[i] : tiles->at(u, v);
     if (!p.known || p.glossy) return;
-    far_m_[i] = p.depth_m;
+    // The frame's depth is that of the room in tiles that nothing moved in.
+    far_m_[i] = traced || !depth.known(u, v) ? p.depth_m : depth.at(u, v);
+    if (!traced && !(TilePixels::pixel_of(u / TileMask::kEdge, width) == u &&
+                     TilePixels::pixel_of(v / TileMask::kEdge, height) == v))
+      return;
     if (!(p.before.minCoeff() > 0) || picture.clipped(i) || depth.differs(u, v, p.depth_m)) return;
     const Rgb ratio = detail_of(picture.radiance(i), p.before);
     logs(v, u) = {std::log(ratio[0]), std::log(ratio[1]), std::log(ratio[2])};

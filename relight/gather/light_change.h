@@ -19,9 +19,9 @@ namespace lumigraft::relight {
 class LightChange {
  public:
   /// `seen`: the fused room. Pixels that depth shows before or behind it, and those that clip, take the mean around
-  /// them.
+  /// them. `tiles`: one pixel for each tile whose pixels are not in `seen`; null: all are.
   LightChange(const PosedCamera& camera, const CurrentDepth& depth, const CameraUpload& picture, float voxel_m,
-              const std::vector<GBufferPixel>& seen);
+              const std::vector<GBufferPixel>& seen, const TilePixels* tiles = nullptr);
 
   bool any() const { return any_; }
   /// Sets the albedo of pixels to that of the fused surface times the detail of the image, without changes of light.
