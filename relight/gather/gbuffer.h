@@ -74,6 +74,17 @@ class TileMask {
   std::vector<std::uint8_t> some_;
 };
 
+/// Calls `work(u, v)` for each pixel of an image in `tiles`, `rows` rows at a time on a thread.
+template <typename Work>
+void for_each_pixel(const TileMask& tiles, int width, int height, int rows, Work work) {
+  for_each_index(height, rows, [&](int v) {
+    for (int x = 0; x < tiles.across(); ++x) {
+      if (!tiles.tile(x, v / TileMask::kEdge)) continue;
+      for (int u = x * TileMask::kEdge; u < std::min((x + 1) * TileMask::kEdge, width); ++u) work(u, v);
+    }
+  });
+}
+
 /// Traces a ray through the centre of every pixel in `tiles` and writes the result to `seen`; of all other pixels `w`
 /// is zero. `radiance`: the camera image, linear, W/sr/m².
 void trace_room(const RayRoom& room, const CameraRays& eye, const capture::Image<float>& radiance,
@@ -85,6 +96,9 @@ struct TilePixels {
   capture::CameraModel camera;     ///< only its size and focal lengths are valid
 
   static int pixel_of(int tile, int size) { return std::min(tile * TileMask::kEdge + TileMask::kEdge / 2, size - 1); }
+  static bool has(int u, int v, const capture::CameraModel& image) {  ///< whether it is the one of its tile
+    return u == pixel_of(u / TileMask::kEdge, image.width) && v == pixel_of(v / TileMask::kEdge, image.height);
+  }
   const GBufferPixel& at(int u, int v) const {  ///< of a pixel's tile
     return seen[static_cast<std::size_t>(v / TileMask::kEdge * camera.width + u / TileMask::kEdge)];
   }

@@ -276,14 +276,14 @@ MovedPixels moved_surfaces(const reconstruct::Illumination& light, const std::ve
                            const std::vector<GBufferPixel>& seen, const ArrivedSurface* arrived) {
   const int width = eye.camera.model.width, height = eye.camera.model.height;
   std::vector<FusedPixel> fused(seen.size());
-  for (std::size_t i = 0; i < seen.size(); ++i) {
-    const auto u = static_cast<int>(i) % width, v = static_cast<int>(i) / width;
+  for_each_pixel(width, height, kRows, [&](int u, int v) {
+    const auto i = static_cast<std::size_t>(v * width + u);
     if (seen[i].known) {
       fused[i] = {seen[i].depth_m, -seen[i].surface.normal.dot(seen[i].w)};
     } else if (seen[i].w.isZero(0)) {
       fused[i].depth_m = depth.at(u, v);
     }
-  }
+  });
   cv::Mat1b moved = moved_mask(voxel_m, eye, depth, fused);
   if (arrived && arrived->any()) add_arrived(depth, seen, *arrived, moved);
   const Moved surfaces(light, lamps, eye, depth, picture);

@@ -180,12 +180,12 @@ struct RayRenderer::State {
     const bool had_moved = !covered.empty();
     for (const auto& [i, pixel] : std::exchange(covered, {})) seen[i] = pixel;
     if (!same_surfaces) trace_room(*room, eye, radiance, tiles, seen);
-    auto light_change =
-        std::make_shared<LightChange>(eye.camera, depth, camera, room->voxel_m(), seen, pixels ? &*pixels : nullptr);
+    auto light_change = std::make_shared<LightChange>(eye.camera, depth, camera, room->voxel_m(), seen, asked.block,
+                                                      pixels ? &*pixels : nullptr);
     if (!same_surfaces) {
       light_change->exclude_from(seen, radiance);
-      fill_holes(eye.camera, radiance, camera.exposure(), seen);
-      sharpen_edges(eye.camera, radiance, camera.exposure(), room->voxel_m(), seen);
+      fill_holes(eye.camera, radiance, camera.exposure(), tiles, seen);
+      sharpen_edges(eye.camera, radiance, camera.exposure(), room->voxel_m(), tiles, seen);
       clips = restore_clipped(*room->illumination(), lamps, camera, seen, radiance);
       T_tag_camera = T;
       gain = frame.color_gain;
@@ -225,7 +225,7 @@ struct RayRenderer::State {
       blocks.reset();
       gloss.reset();
       const capture::CameraModel& model = eye.camera.model;
-      if (detail.block > 1) blocks.emplace(seen, model, detail.block);
+      if (detail.block > 1) blocks.emplace(seen, model, detail.block, &tiles);
       find_receivers();
       indirect.emplace(shared(), of_shared(), detail.gather / detail.block, GatherGrid::Of::even);
       if (!known.empty()) gloss.emplace(seen, model, detail.gather, GatherGrid::Of::glossy);
@@ -243,7 +243,7 @@ struct RayRenderer::State {
     const capture::CameraModel& model = session.color.model;
     receivers.assign(seen.size(), {});
     change = capture::Image<float>(model.width, model.height, 3);
-    for_each_pixel(model.width, model.height, kRows, [&](int u, int v) {
+    for_each_pixel(tiles, model.width, model.height, kRows, [&](int u, int v) {
       const auto i = static_cast<std::size_t>(v * model.width + u);
       if (!seen[i].known || seen[i].glossy) return;
       receivers[i].reflects.head<3>() = seen[i].albedo / kPi;
@@ -322,7 +322,8 @@ struct RayRenderer::State {
       delta[i] -= light_change && hidden[i].maxCoeff() > 0 ? hidden[i].min(light_change->lamps_now(lamps, shared()[i]))
                                                            : hidden[i];
     });
-    for_each_index(receivers.size(), kRows * change.width, [&](std::size_t i) {
+    for_each_pixel(tiles, change.width, change.height, kRows, [&](int u, int v) {
+      const auto i = static_cast<std::size_t>(v * change.width + u);
       const Receiver& r = receivers[i];
       const Eigen::Array4f irradiance =
           blocks ? blocks->mixed(r.mix, [&](std::size_t block) { return delta[block]; }) : delta[i];
