@@ -42,7 +42,7 @@ bool restore_clipped(const reconstruct::Illumination& light, const std::vector<L
   std::vector<Rgb> irradiance(seen.size());
   cv::Mat1f logs(radiance.height, radiance.width, 0.0f), weight = logs.clone();
   std::atomic<bool> any = false;
-  const auto restores = [&](std::size_t i) { return seen[i].known && !seen[i].glossy && camera.clipped(i); };
+  const auto restores = [&](std::size_t i) { return camera.clipped(i) && seen[i].known && !seen[i].glossy; };
   for_each_index(seen.size(), kRows * radiance.width, [&](std::size_t i) {
     if (!restores(i)) return;
     any = true;

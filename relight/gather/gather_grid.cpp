@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "relight/gather/fast_exp.h"
 #include "relight/gather/parameters.h"
+#include "relight/tracing/fast_exp.h"
 #include "relight/tracing/parallel_for.h"
 
 namespace lumigraft::relight {

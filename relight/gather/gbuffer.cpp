@@ -28,6 +28,43 @@ GBufferPixel pixel_of(const RayRoom& room, const Vector3f& w, const MeshHit* hit
   return p;
 }
 
+/// Pixels that are traced together.
+class Packet {
+ public:
+  Packet(const RayRoom& room, const CameraRays& eye) : room_(room), eye_(eye) {
+    fan_.from_m = eye.camera.T_tag_camera.translation();
+    fan_.limit_m.fill(std::numeric_limits<float>::infinity());
+  }
+
+  /// `place`: what `write` gets with the pixel (u, v). True if the packet is full.
+  bool add(int place, int u, int v, const capture::Image<float>& radiance) {
+    places_[count_] = place;
+    radiance_[count_] = radiance_at(radiance, static_cast<std::size_t>(v * radiance.width + u));
+    fan_.w[count_] = eye_.ray(u, v);
+    if (!fan_.w[count_].isZero(0)) fan_.some |= 1u << count_;
+    return ++count_ == RayFan::kMaxRays;
+  }
+  /// Calls `write(place, pixel)` for all that was added, and empties the packet.
+  template <typename Write>
+  void trace(Write write) {
+    if (count_ == 0) return;
+    const std::uint32_t met = room_.meshes().hits(fan_, hits_, Coverage::by_chance);
+    for (std::size_t k = 0; k < count_; ++k)
+      write(places_[k], pixel_of(room_, fan_.w[k], met >> k & 1 ? &hits_[k] : nullptr, radiance_[k]));
+    count_ = 0;
+    fan_.some = 0;
+  }
+
+ private:
+  const RayRoom& room_;
+  const CameraRays& eye_;
+  RayFan fan_;
+  std::array<MeshHit, RayFan::kMaxRays> hits_;
+  std::array<int, RayFan::kMaxRays> places_;
+  std::array<Rgb, RayFan::kMaxRays> radiance_;
+  std::size_t count_ = 0;
+};
+
 }  // namespace
 
 Rgb detail_of(const Rgb& radiance, const Rgb& radiance_similar) {
@@ -39,32 +76,46 @@ Rgb detailed(const Rgb& albedo, const Rgb& radiance, const Rgb& radiance_similar
 }
 
 void trace_room(const RayRoom& room, const CameraRays& eye, const capture::Image<float>& radiance,
-                std::vector<GBufferPixel>& seen) {
+                const TileMask& tiles, std::vector<GBufferPixel>& seen) {
   const int width = eye.camera.model.width, height = eye.camera.model.height;
-  RayFan all;
-  all.from_m = eye.camera.T_tag_camera.translation();
-  all.limit_m.fill(std::numeric_limits<float>::infinity());
   seen.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
-  for_each_block(height, 4, [&](int first, int last) {
-    RayFan fan = all;
-    std::array<MeshHit, RayFan::kMaxRays> hits;
-    for (int v = first; v < last; ++v) {
-      for (int from = 0; from < width; from += RayFan::kMaxRays) {
-        const int count = std::min(width - from, RayFan::kMaxRays);
-        fan.some = 0;
-        for (int k = 0; k < count; ++k) {
-          fan.w[static_cast<std::size_t>(k)] = eye.ray(from + k, v);
-          if (!fan.w[static_cast<std::size_t>(k)].isZero(0)) fan.some |= 1u << k;
-        }
-        const std::uint32_t met = room.meshes().hits(fan, hits, Coverage::by_chance);
-        for (int k = 0; k < count; ++k) {
-          const std::size_t i = static_cast<std::size_t>(v) * width + from + k;
-          seen[i] = pixel_of(room, fan.w[static_cast<std::size_t>(k)],
-                             met >> k & 1 ? &hits[static_cast<std::size_t>(k)] : nullptr, radiance_at(radiance, i));
-        }
+  for_each_index(height, 4, [&](int v) {
+    Packet packet(room, eye);
+    const auto row = static_cast<std::size_t>(v) * static_cast<std::size_t>(width);
+    const auto write = [&](int u, const GBufferPixel& pixel) { seen[row + static_cast<std::size_t>(u)] = pixel; };
+    for (int u = 0; u < width; ++u) {
+      GBufferPixel& pixel = seen[row + static_cast<std::size_t>(u)];
+      if (!tiles.has(u, v)) {
+        if (!pixel.w.isZero(0)) pixel = GBufferPixel();
+      } else if (packet.add(u, u, v, radiance)) {
+        packet.trace(write);
       }
     }
+    packet.trace(write);
   });
+}
+
+TilePixels trace_tiles(const RayRoom& room, const CameraRays& eye, const capture::Image<float>& radiance) {
+  const capture::CameraModel& camera = eye.camera.model;
+  TilePixels tiles;
+  tiles.camera = camera;
+  tiles.camera.width = (camera.width + TileMask::kEdge - 1) / TileMask::kEdge;
+  tiles.camera.height = (camera.height + TileMask::kEdge - 1) / TileMask::kEdge;
+  tiles.camera.fx /= TileMask::kEdge;
+  tiles.camera.fy /= TileMask::kEdge;
+  tiles.seen.resize(static_cast<std::size_t>(tiles.camera.width) * static_cast<std::size_t>(tiles.camera.height));
+  for_each_index(tiles.camera.height, 1, [&](int y) {
+    Packet packet(room, eye);
+    const auto write = [&](int x, const GBufferPixel& pixel) {
+      tiles.seen[static_cast<std::size_t>(y * tiles.camera.width + x)] = pixel;
+    };
+    for (int x = 0; x < tiles.camera.width; ++x) {
+      const int u = TilePixels::pixel_of(x, camera.width), v = TilePixels::pixel_of(y, camera.height);
+      if (packet.add(x, u, v, radiance)) packet.trace(write);
+    }
+    packet.trace(write);
+  });
+  return tiles;
 }
 
 std::optional<GBufferPixel> room_behind(const RayRoom& room, const CameraRays& eye, const CurrentDepth& depth, int u,

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -40,10 +42,68 @@ struct CameraRays {
   }
 };
 
-/// Traces a ray through every pixel's centre and writes the result to `seen`. `radiance`: the camera image, linear,
-/// W/sr/m².
+/// Squares of pixels of an image.
+class TileMask {
+ public:
+  static constexpr int kEdge = 8;  ///< pixels
+
+  TileMask() = default;  ///< of no image
+  TileMask(int width, int height, bool all)
+      : across_((width + kEdge - 1) / kEdge),
+        down_((height + kEdge - 1) / kEdge),
+        some_(static_cast<std::size_t>(across_) * static_cast<std::size_t>(down_), all) {}
+
+  int across() const { return across_; }
+  int down() const { return down_; }
+  bool tile(int x, int y) const { return some_[index(x, y)] != 0; }
+  void set(int x, int y) { some_[index(x, y)] = 1; }
+  bool has(int u, int v) const { return tile(u / kEdge, v / kEdge); }  ///< of a pixel
+  bool has_all() const {
+    return !some_.empty() && std::all_of(some_.begin(), some_.end(), [](std::uint8_t tile) { return tile != 0; });
+  }
+  bool has_all_of(const TileMask& other) const {
+    return some_.size() == other.some_.size() &&
+           std::equal(some_.begin(), some_.end(), other.some_.begin(), std::greater_equal<>());
+  }
+
+ private:
+  std::size_t index(int x, int y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(across_) + static_cast<std::size_t>(x);
+  }
+  int across_ = 0, down_ = 0;
+  std::vector<std::uint8_t> some_;
+};
+
+/// Calls `work(u, v)` for each pixel of an image in `tiles`, `rows` rows at a time on a thread.
+template <typename Work>
+void for_each_pixel(const TileMask& tiles, int width, int height, int rows, Work work) {
+  for_each_index(height, rows, [&](int v) {
+    for (int x = 0; x < tiles.across(); ++x) {
+      if (!tiles.tile(x, v / TileMask::kEdge)) continue;
+      for (int u = x * TileMask::kEdge; u < std::min((x + 1) * TileMask::kEdge, width); ++u) work(u, v);
+    }
+  });
+}
+
+/// Traces a ray through the centre of every pixel in `tiles` and writes the result to `seen`; of all other pixels `w`
+/// is zero. `radiance`: the camera image, linear, W/sr/m².
 void trace_room(const RayRoom& room, const CameraRays& eye, const capture::Image<float>& radiance,
-                std::vector<GBufferPixel>& seen);
+                const TileMask& tiles, std::vector<GBufferPixel>& seen);
+
+/// One pixel of every tile of the image, as trace_room finds it.
+struct TilePixels {
+  std::vector<GBufferPixel> seen;  ///< row by row
+  capture::CameraModel camera;     ///< only its size and focal lengths are valid
+
+  static int pixel_of(int tile, int size) { return std::min(tile * TileMask::kEdge + TileMask::kEdge / 2, size - 1); }
+  static bool has(int u, int v, const capture::CameraModel& image) {  ///< whether it is the one of its tile
+    return u == pixel_of(u / TileMask::kEdge, image.width) && v == pixel_of(v / TileMask::kEdge, image.height);
+  }
+  const GBufferPixel& at(int u, int v) const {  ///< of a pixel's tile
+    return seen[static_cast<std::size_t>(v / TileMask::kEdge * camera.width + u / TileMask::kEdge)];
+  }
+};
+TilePixels trace_tiles(const RayRoom& room, const CameraRays& eye, const capture::Image<float>& radiance);
 
 /// The room's surface along a pixel's ray behind surface at `front_m` that the camera sees through, if `depth` does not
 /// differ from it; empty: there is none.

@@ -17,52 +17,67 @@ using Logs = cv::Vec3f;
 /// Codes are logarithms of the ratio in steps of 1.2 %: of 8 bits, whose median is fast. 135: no change.
 constexpr float kLogStep = 0.012f;
 /// Blocks of pixels in which the light on a covered surface is computed once.
-constexpr int kSameCode = 135, kBlock = 4;
+constexpr int kSameCode = 135, kCovered = 4;
 
 std::uint8_t code_of(float log_ratio) {
   return cv::saturate_cast<std::uint8_t>(log_ratio / kLogStep + static_cast<float>(kSameCode));
 }
 
-/// Width of the window of the median, pixels; odd.
-int window_px(const PosedCamera& camera, float voxel_m, const std::vector<GBufferPixel>& seen) {
+/// Width of the window of the median, blocks of pixels; odd. One of `step` pixels is enough to find it.
+int window_blocks(const PosedCamera& camera, float voxel_m, const std::vector<GBufferPixel>& seen, std::size_t step,
+                  int block) {
   std::vector<float> depths_m;
-  for (std::size_t i = 0; i < seen.size(); i += 61) {  // a sample is enough
+  for (std::size_t i = 0; i < seen.size(); i += step) {
     if (seen[i].known) depths_m.push_back(seen[i].depth_m);
   }
   if (depths_m.empty()) return 1;
   const float middle_m = reconstruct::median(depths_m);
   const float voxel_px =
       voxel_m * static_cast<float>(camera.model.fx) / std::max(middle_m, static_cast<float>(kGather.min_nearest_m));
-  return 2 * std::clamp(static_cast<int>(std::lround(kGather.light_reach * voxel_px)), 1, kGather.light_max_px) + 1;
+  const float reach_px = std::min(kGather.light_reach * voxel_px, static_cast<float>(kGather.light_max_px));
+  return 2 * std::max(static_cast<int>(std::lround(reach_px / static_cast<float>(block))), 1) + 1;
 }
 
 }  // namespace
 
 LightChange::LightChange(const PosedCamera& camera, const CurrentDepth& depth, const CameraUpload& picture,
-                         float voxel_m, const std::vector<GBufferPixel>& seen)
+                         float voxel_m, const std::vector<GBufferPixel>& seen, int block, const TilePixels* tiles)
     : camera_(camera),
+      block_(block),
+      across_((camera.model.width + block - 1) / block),
+      down_((camera.model.height + block - 1) / block),
       T_camera_tag_(camera.T_tag_camera.inverse()),
       near_m_(2 * voxel_m),
       far_m_(seen.size(), 0.0f),
-      codes_(3 * seen.size(), kSameCode) {
+      codes_(3 * static_cast<std::size_t>(across_) * static_cast<std::size_t>(down_), kSameCode) {
   for (int code = 0; code < 256; ++code) {
     const float change = kLogStep * static_cast<float>(code - kSameCode);
     const float certain = std::copysign(std::max(std::abs(change) - kGather.light_same, 0.0f), change);
     ratios_[static_cast<std::size_t>(code)] = std::exp(certain);
   }
-  const int width = camera.model.width, height = camera.model.height, window = window_px(camera, voxel_m, seen);
-  cv::Mat_<Logs> logs(height, width, Logs(0, 0, 0));
-  cv::Mat1f weight(height, width, 0.0f);
-  for_each_pixel(width, height, kRows, [&](int u, int v) {
+  const int width = camera.model.width, height = camera.model.height;
+  cv::Mat_<Logs> logs(down_, across_, Logs(0, 0, 0));
+  cv::Mat1f weight(down_, across_, 0.0f);
+  const auto add = [&](int u, int v) {
     const auto i = static_cast<std::size_t>(v * width + u);
-    const GBufferPixel& p = seen[i];
+    const bool traced = !tiles || !seen[i].w.isZero(0);
+    const GBufferPixel& p = traced ? seen[i] : tiles->at(u, v);
     if (!p.known || p.glossy) return;
-    far_m_[i] = p.depth_m;
+    // The frame's depth is that of the room in tiles that nothing moved in.
+    far_m_[i] = traced || !depth.known(u, v) ? p.depth_m : depth.at(u, v);
+    if (!(traced || TilePixels::has(u, v, camera.model))) return;
     if (!(p.before.minCoeff() > 0) || picture.clipped(i) || depth.differs(u, v, p.depth_m)) return;
     const Rgb ratio = detail_of(picture.radiance(i), p.before);
-    logs(v, u) = {std::log(ratio[0]), std::log(ratio[1]), std::log(ratio[2])};
-    weight(v, u) = 1;
+    logs(v / block, u / block) += Logs(std::log(ratio[0]), std::log(ratio[1]), std::log(ratio[2]));
+    weight(v / block, u / block) += 1;
+  };
+  for_each_index(down_, kRows, [&](int y) {
+    for (int v = y * block; v < std::min((y + 1) * block, height); ++v) {
+      for (int u = 0; u < width; ++u) add(u, v);
+    }
   });
+  const int window =
+      tiles ? window_blocks(camera, voxel_m, tiles->seen, 1, block) : window_blocks(camera, voxel_m, seen, 61, block);
   // The mean of a few pixels, as fine texture may have two values only.
   const int few = window / 6 * 2 + 1;
   cv::Mat_<Logs> sums, few_logs;
@@ -71,8 +86,8 @@ LightChange::LightChange(const PosedCamera& camera, const CurrentDepth& depth, c
   cv::boxFilter(weight, sum, -1, {window, window}, {-1, -1}, false);
   cv::boxFilter(logs, few_logs, -1, {few, few}, {-1, -1}, false);
   cv::boxFilter(weight, few_weight, -1, {few, few}, {-1, -1}, false);
-  cv::Mat_<Code> codes(height, width, reinterpret_cast<Code*>(codes_.data()));
-  for_each_pixel(width, height, kRows, [&](int u, int v) {
+  cv::Mat_<Code> codes(down_, across_, reinterpret_cast<Code*>(codes_.data()));
+  for_each_pixel(across_, down_, kRows, [&](int u, int v) {
     const Logs log = weight(v, u) > 0 ? few_logs(v, u) / few_weight(v, u) : sums(v, u) / std::max(sum(v, u), 1.0f);
     for (int c = 0; c < 3; ++c) codes(v, u)[c] = code_of(log[c]);
   });
@@ -80,16 +95,18 @@ LightChange::LightChange(const PosedCamera& camera, const CurrentDepth& depth, c
   any_ = std::any_of(codes_.begin(), codes_.end(), [&](std::uint8_t code) { return ratios_[code] != 1; });
 }
 
-Rgb LightChange::of_pixel(std::size_t i) const {
+Rgb LightChange::of_block(std::size_t i) const {
   return {ratios_[codes_[3 * i]], ratios_[codes_[3 * i + 1]], ratios_[codes_[3 * i + 2]]};
 }
 
 void LightChange::exclude_from(std::vector<GBufferPixel>& seen, const capture::Image<float>& radiance) const {
   if (!any_) return;
-  for_each_index(seen.size(), kRows * radiance.width, [&](std::size_t i) {
+  for_each_pixel(radiance.width, radiance.height, kRows, [&](int u, int v) {
+    const Rgb change = of_block(block_of(u, v));
+    if ((change == 1).all()) return;
+    const auto i = static_cast<std::size_t>(v * radiance.width + u);
     GBufferPixel& p = seen[i];
-    const Rgb change = of_pixel(i);
-    if (!p.known || p.glossy || (change == 1).all()) return;
+    if (!p.known || p.glossy) return;
     p.albedo = detailed(p.surface.bsdf.diffuse / change, radiance_at(radiance, i), p.before);
   });
 }
@@ -99,17 +116,18 @@ void LightChange::predict(const RayRoom& room, const std::vector<LightSampleSet>
   const int width = camera_.model.width;
   // Computed for one covered pixel of each block, and used for all of it.
   std::vector<std::size_t> first(covered.size());
-  std::vector<std::size_t> of_block(((static_cast<std::size_t>(width) + kBlock - 1) / kBlock) *
-                                        ((static_cast<std::size_t>(camera_.model.height) + kBlock - 1) / kBlock),
+  std::vector<std::size_t> of_block(((static_cast<std::size_t>(width) + kCovered - 1) / kCovered) *
+                                        ((static_cast<std::size_t>(camera_.model.height) + kCovered - 1) / kCovered),
                                     covered.size());
   for (std::size_t k = 0; k < covered.size(); ++k) {
     const int u = static_cast<int>(covered[k].first) % width, v = static_cast<int>(covered[k].first) / width;
-    std::size_t& block = of_block[static_cast<std::size_t>(v / kBlock * ((width + kBlock - 1) / kBlock) + u / kBlock)];
+    std::size_t& block =
+        of_block[static_cast<std::size_t>(v / kCovered * ((width + kCovered - 1) / kCovered) + u / kCovered)];
     block = std::min(block, k);
     first[k] = block;
   }
   std::vector<Rgb> ratio(covered.size(), Rgb::Ones());
-  for_each_index(covered.size(), kRows * kBlock, [&](std::size_t k) {
+  for_each_index(covered.size(), kRows * kCovered, [&](std::size_t k) {
     const GBufferPixel& p = covered[k].second;
     if (first[k] != k || !p.known || p.glossy) return;
     const Rgb all = unoccluded_irradiance(*room.illumination(), lamps, p.surface);
@@ -128,8 +146,9 @@ void LightChange::predict(const RayRoom& room, const std::vector<LightSampleSet>
     ratio[k] = (now.max(0.0f) + 1e-3f * all) / (fused.max(0.0f) + 1e-3f * all).max(1e-9f);
   });
   for (std::size_t k = 0; k < covered.size(); ++k) {
+    const auto i = static_cast<int>(covered[k].first);
     for (std::size_t c = 0; c < 3; ++c) {
-      std::uint8_t& code = codes_[3 * covered[k].first + c];
+      std::uint8_t& code = codes_[3 * block_of(i % width, i / width) + c];
       code = code_of(std::log(ratio[first[k]][static_cast<Eigen::Index>(c)]));
       any_ = any_ || ratios_[code] != 1;
     }
@@ -155,10 +174,11 @@ Rgb LightChange::at(const Eigen::Vector3f& p_m) const {
   if (!(p.z() > 0)) return Rgb::Ones();
   const auto pixel = camera_.model.project(p.cast<double>());
   if (!pixel || !camera_.model.inside(*pixel)) return Rgb::Ones();
-  const auto i = static_cast<std::size_t>(std::lround(pixel->y()) * camera_.model.width + std::lround(pixel->x()));
+  const auto u = static_cast<int>(std::lround(pixel->x())), v = static_cast<int>(std::lround(pixel->y()));
+  const auto i = static_cast<std::size_t>(v * camera_.model.width + u);
   if (!(far_m_[i] > 0) || std::abs(p.norm() - far_m_[i]) > near_m_ + kCompose.moved_jump * far_m_[i])
     return Rgb::Ones();
-  return of_pixel(i);
+  return of_block(block_of(u, v));
 }
 
 }  // namespace lumigraft::relight

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "relight/gather/fast_exp.h"
 #include "relight/gather/parameters.h"
+#include "relight/tracing/fast_exp.h"
 #include "relight/tracing/parallel_for.h"
 
 namespace lumigraft::relight {
@@ -18,7 +18,8 @@ float alike_blocks(const SurfaceHit& a, const GBufferPixel& b, float block_m) {
 
 }  // namespace
 
-LowResView::LowResView(const std::vector<GBufferPixel>& seen, const capture::CameraModel& camera, int block)
+LowResView::LowResView(const std::vector<GBufferPixel>& seen, const capture::CameraModel& camera, int block,
+                       const TileMask* tiles)
     : block_(block), camera_(camera) {
   camera_.width = (camera.width + block - 1) / block;
   camera_.height = (camera.height + block - 1) / block;
@@ -28,6 +29,7 @@ LowResView::LowResView(const std::vector<GBufferPixel>& seen, const capture::Cam
   below_ = camera_.height > 1 ? static_cast<std::size_t>(camera_.width) : 0;
   seen_.resize(static_cast<std::size_t>(camera_.width) * static_cast<std::size_t>(camera_.height));
   for_each_pixel(camera_.width, camera_.height, kRows, [&](int x, int y) {
+    if (tiles && !tiles->has(x * block, y * block)) return;
     const int pixel =
         central_pixel(seen, camera, block, x, y, [](const GBufferPixel& p) { return p.known && !p.glossy; });
     if (pixel >= 0) seen_[static_cast<std::size_t>(y * camera_.width + x)] = seen[static_cast<std::size_t>(pixel)];
@@ -38,6 +40,7 @@ LowResView::LowResView(const std::vector<GBufferPixel>& seen, const capture::Cam
 
 bool LowResView::is_even(std::size_t first) const {
   const GBufferPixel& own = seen_[first];
+  if (!own.known) return false;
   for (std::size_t other : {first, first + right_, first + below_, first + right_ + below_}) {
     if (other >= seen_.size() || !seen_[other].known) return false;
     if (alike_blocks(own.surface, seen_[other], block_m(own)) < kGather.block_alike) return false;

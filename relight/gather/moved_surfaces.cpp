@@ -139,6 +139,20 @@ class FieldView {
     return any;
   }
 
+  /// Calls `add(left, top)` for squares of window_px, of whose pixels some may have moved.
+  template <typename Add>
+  void moved_squares(const ArrivedSurface& arrived, Add add) const {
+    const bool any_arrived = arrived.any();
+    for_each_tile([&](int left, int top) {
+      bool some = false;
+      for_each_sample(left, top, [&](int u, int v) {
+        some = some || differs(u, v) ||
+               (any_arrived && depth_.known(u, v) && arrived.contains(point(u, v), depth_.at(u, v)));
+      });
+      if (some) add(left, top);
+    });
+  }
+
   std::vector<FusedPixel> pixels() const {
     const capture::CameraModel& camera = eye_.camera.model;
     std::vector<FusedPixel> fused(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height));
@@ -262,9 +276,14 @@ MovedPixels moved_surfaces(const reconstruct::Illumination& light, const std::ve
                            const std::vector<GBufferPixel>& seen, const ArrivedSurface* arrived) {
   const int width = eye.camera.model.width, height = eye.camera.model.height;
   std::vector<FusedPixel> fused(seen.size());
-  for (std::size_t i = 0; i < seen.size(); ++i) {
-    if (seen[i].known) fused[i] = {seen[i].depth_m, -seen[i].surface.normal.dot(seen[i].w)};
-  }
+  for_each_pixel(width, height, kRows, [&](int u, int v) {
+    const auto i = static_cast<std::size_t>(v * width + u);
+    if (seen[i].known) {
+      fused[i] = {seen[i].depth_m, -seen[i].surface.normal.dot(seen[i].w)};
+    } else if (seen[i].w.isZero(0)) {
+      fused[i].depth_m = depth.at(u, v);
+    }
+  });
   cv::Mat1b moved = moved_mask(voxel_m, eye, depth, fused);
   if (arrived && arrived->any()) add_arrived(depth, seen, *arrived, moved);
   const Moved surfaces(light, lamps, eye, depth, picture);
@@ -277,6 +296,20 @@ MovedPixels moved_surfaces(const reconstruct::Illumination& light, const std::ve
     found[k].second = surfaces.pixel(i % width, i / width, seen[found[k].first]);
   });
   return found;
+}
+
+void add_moved_tiles(const CameraRays& eye, const CurrentDepth& depth, const reconstruct::DistanceField& field,
+                     const ArrivedSurface& arrived, TileMask& tiles) {
+  static_assert(kGather.window_px % TileMask::kEdge == 0);
+  constexpr int kAcross = kGather.window_px / TileMask::kEdge;
+  if (!depth.any()) return;
+  FieldView(eye, depth, field).moved_squares(arrived, [&](int left, int top) {
+    const int x = left / TileMask::kEdge, y = top / TileMask::kEdge;
+    for (int k = 0; k < kAcross * kAcross; ++k) {
+      if (x + k % kAcross < tiles.across() && y + k / kAcross < tiles.down())
+        tiles.set(x + k % kAcross, y + k / kAcross);
+    }
+  });
 }
 
 /// In the rectangle that contains what moved, of all surfaces, since fusion may hold parts of what moved already.

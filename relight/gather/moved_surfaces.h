@@ -19,10 +19,15 @@ namespace lumigraft::relight {
 /// Pixels of `seen`, the G-buffer of the fused room, whose depth differs from it by more than noise, in areas wider
 /// than fusion displaces edges; with their surfaces: matt, of the albedo that explains the pixel's radiance under
 /// unoccluded lamps and the environment. `voxel_m`: of the fused room. Surface of what has `arrived` is moved surface,
-/// too, where depth does not differ from it or is unknown; null: nothing has.
+/// too, where depth does not differ from it or is unknown; null: nothing has. Pixels of `seen` that were not traced
+/// count as unmoved.
 MovedPixels moved_surfaces(const reconstruct::Illumination& light, const std::vector<LightSampleSet>& lamps,
                            float voxel_m, const CameraRays& eye, const CurrentDepth& depth, const CameraUpload& picture,
                            const std::vector<GBufferPixel>& seen, const ArrivedSurface* arrived = nullptr);
+
+/// Adds the tiles in which depth may differ from the field's surface, or shows what has arrived.
+void add_moved_tiles(const CameraRays& eye, const CurrentDepth& depth, const reconstruct::DistanceField& field,
+                     const ArrivedSurface& arrived, TileMask& tiles);
 
 /// The depth that moved as triangles (depth_shell.h), null: none. `fused`: the room's pixels that `moved` replaces, in
 /// the same order; the triangles end before these, unless they are of what has arrived, and before `objects`. With

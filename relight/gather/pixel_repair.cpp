@@ -20,11 +20,11 @@ using Eigen::Vector3f;
 constexpr std::array<std::array<int, 2>, 8> kWays = {
     {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, 1}, {1, -1}, {-1, -1}}};
 
-/// Replaces pixels by what `better(u, v)` returns, if anything, after it was called for all of them.
+/// Replaces pixels in tiles by what `better(u, v)` returns, if anything, after it was called for all of them.
 template <typename Better>
-void replace_pixels(std::vector<GBufferPixel>& seen, int width, int height, Better better) {
+void replace_pixels(const TileMask& tiles, std::vector<GBufferPixel>& seen, int width, int height, Better better) {
   std::vector<std::vector<std::pair<std::size_t, GBufferPixel>>> rows(static_cast<std::size_t>(height));
-  for_each_pixel(width, height, kRows, [&](int u, int v) {
+  for_each_pixel(tiles, width, height, kRows, [&](int u, int v) {
     if (const std::optional<GBufferPixel> pixel = better(u, v)) {
       rows[static_cast<std::size_t>(v)].emplace_back(v * width + u, *pixel);
     }
@@ -182,7 +182,7 @@ class Edges {
 }  // namespace
 
 void fill_holes(const PosedCamera& camera, const capture::Image<float>& radiance, const Rgb& exposure,
-                std::vector<GBufferPixel>& seen) {
+                const TileMask& tiles, std::vector<GBufferPixel>& seen) {
   const int width = camera.model.width, height = camera.model.height;
   const float reach = kGather.hole_reach * static_cast<float>(width);
   const auto usable = [&](int u, int v) {
@@ -191,7 +191,7 @@ void fill_holes(const PosedCamera& camera, const capture::Image<float>& radiance
     return !is_hole(p) && !p.glossy;
   };
   const auto unlike = [](const Rgb& a, const Rgb& b) { return std::sqrt((a - b).square().sum()); };
-  replace_pixels(seen, width, height, [&](int u, int v) -> std::optional<GBufferPixel> {
+  replace_pixels(tiles, seen, width, height, [&](int u, int v) -> std::optional<GBufferPixel> {
     const GBufferPixel& hole = seen[static_cast<std::size_t>(v * width + u)];
     if (!(is_hole(hole) || hole.modelled) || hole.w.isZero(0)) return std::nullopt;
     const bool behind = !is_hole(hole);
@@ -236,13 +236,13 @@ void fill_holes(const PosedCamera& camera, const capture::Image<float>& radiance
 }
 
 void sharpen_edges(const PosedCamera& camera, const capture::Image<float>& radiance, const Rgb& exposure, float voxel_m,
-                   std::vector<GBufferPixel>& seen) {
+                   const TileMask& tiles, std::vector<GBufferPixel>& seen) {
   const Edges edges(camera, radiance, exposure, voxel_m, seen);
   const int width = camera.model.width, height = camera.model.height;
   std::vector<std::uint8_t> turns(seen.size());
-  for_each_pixel(width, height, 4,
+  for_each_pixel(tiles, width, height, kRows,
                  [&](int u, int v) { turns[static_cast<std::size_t>(v * width + u)] = edges.turns_at(u, v); });
-  replace_pixels(seen, width, height, [&](int u, int v) {
+  replace_pixels(tiles, seen, width, height, [&](int u, int v) {
     return turns[static_cast<std::size_t>(v * width + u)] ? edges.sharp(u, v, turns) : std::nullopt;
   });
 }

@@ -56,6 +56,12 @@ class RayLight {
   /// Valid after the first `follow`.
   const DeltaLight& light() const { return world_->light; }
   const std::vector<ChangeRegion>& places() const { return world_->places; }
+  /// The change of indirect light as it was last gathered.
+  const IrradianceChangeCache& cells() const { return world_->cells; }
+  /// Whether the next `gather` changes light.
+  bool changes() const { return !same_ || outstanding_ > 0; }
+  /// Whether that is near to what the next `gather` finds: no object has appeared or disappeared a moment ago.
+  bool is_known() const { return !bounces_ && (goes_on_ || (same_ && solved_)); }
   /// The subset that was updated last; light that depends on the camera can be updated with the same subset.
   UpdateSubset turn() const { return {std::min(turn_.of, kCameraTurns), turn_.now % kCameraTurns}; }
 

@@ -15,6 +15,7 @@
 #include "relight/compose/subsample_chroma.h"
 #include "relight/gather/clipped_pixels.h"
 #include "relight/gather/gather_grid.h"
+#include "relight/gather/influence.h"
 #include "relight/gather/light_change.h"
 #include "relight/gather/low_res_view.h"
 #include "relight/gather/moved_surfaces.h"
@@ -71,6 +72,7 @@ struct RayRenderer::State {
   Eigen::Matrix4f T_tag_camera = Eigen::Matrix4f::Zero();
   std::shared_ptr<const RayRoom> seen_room;
   GatherQuality detail;
+  TileMask tiles;  ///< of `seen` that are traced: of a camera that moves, those that objects or movement may change
   std::vector<GBufferPixel> seen;
   bool clips = false;                     ///< some pixel of the picture they were found in
   std::array<float, 3> gain = {1, 1, 1};  ///< FrameSet::color_gain of that picture
@@ -126,31 +128,64 @@ struct RayRenderer::State {
     return still.hold(T, std::max(nearest_m, kGather.min_nearest_m), &moved);
   }
 
-  /// Updates the G-buffer: of the room, unless the view is unchanged, and of what moved in it since it was fused.
+  /// The tiles that the picture needs. `pixels`: one of each tile, unless these are all. `whole`: all are asked for.
+  TileMask needed_tiles(const CameraRays& eye, const CurrentDepth& depth, const GatherQuality& asked, bool whole,
+                        std::optional<TilePixels>* pixels) const {
+    const capture::CameraModel& model = eye.camera.model;
+    const Meshes& meshes = light.light().objects().meshes();
+    whole = whole || asked.rounds == 1 || !light.is_known();
+    // Any part of the room may be seen through them.
+    for (std::uint32_t mesh = 0; mesh < meshes.spheres().size(); ++mesh) whole = whole || meshes.transmits(mesh);
+    if (whole) return {model.width, model.height, true};
+    *pixels = trace_tiles(*room, eye, radiance);
+    TileMask needed = influenced_tiles(light.light(), light.cells(), lamps, **pixels, *camera.coded(), asked);
+    add_object_tiles(meshes.spheres(), eye, needed);
+    add_moved_tiles(eye, depth, *room->field(), {recent, room->field(), session.depth_noise()}, needed);
+    return needed;
+  }
+
+  /// Updates the G-buffer: of the room, unless the view is unchanged, and of what moved in it since it was fused. Of a
+  /// camera that moves, only tiles that the objects or movement may change; if one at rest needs others, it gets all.
   void look(const capture::FrameSet& frame, const CameraRays& eye, const CurrentDepth& depth,
-            const GatherQuality& asked, Clock& clock) {
+            const GatherQuality& asked, bool whole, Clock& clock) {
     const Eigen::Matrix4f& T = eye.camera.T_tag_camera.matrix();
     // What clips is restored in the light of now.
     const bool other_light =
         seen_room && seen_room->illumination() != room->illumination() && (clips || camera.any_clipped());
     // With another exposure other pixels clip.
     const bool other_exposure = clips && gain != frame.color_gain;
-    const bool same_surfaces =
-        T_tag_camera == T && seen_room && seen_room->shares_surfaces_with(*room) && !other_light && !other_exposure;
-    const bool same_view = same_surfaces && detail == asked;
-    if (same_view && frame.depth == last_depth) return;
+    const bool at_rest = T_tag_camera == T, all_traced = tiles.has_all();
+    bool same_surfaces =
+        at_rest && seen_room && seen_room->shares_surfaces_with(*room) && !other_light && !other_exposure;
+    bool same_view = same_surfaces && detail == asked;
+    if (same_view && frame.depth == last_depth && (all_traced || !(whole || light.changes()))) return;
     seen_room.reset();  // until all below is done: memory may run out
+    if (!same_surfaces) radiance = camera.radiance();
+    std::optional<TilePixels> pixels;
+    if (!same_surfaces || !all_traced) {
+      TileMask needed = needed_tiles(eye, depth, asked, whole || (at_rest && all_traced), &pixels);
+      if (same_surfaces && !tiles.has_all_of(needed)) {
+        needed = {eye.camera.model.width, eye.camera.model.height, true};
+        pixels.reset();
+        radiance = camera.radiance();
+        same_surfaces = same_view = false;
+      }
+      if (!same_surfaces) tiles = std::move(needed);
+      clock.done("tiles");
+      if (same_view && frame.depth == last_depth) {
+        seen_room = room;
+        return;
+      }
+    }
     const bool had_moved = !covered.empty();
     for (const auto& [i, pixel] : std::exchange(covered, {})) seen[i] = pixel;
-    if (!same_surfaces) {
-      radiance = camera.radiance();
-      trace_room(*room, eye, radiance, seen);
-    }
-    auto light_change = std::make_shared<LightChange>(eye.camera, depth, camera, room->voxel_m(), seen);
+    if (!same_surfaces) trace_room(*room, eye, radiance, tiles, seen);
+    auto light_change = std::make_shared<LightChange>(eye.camera, depth, camera, room->voxel_m(), seen, asked.block,
+                                                      pixels ? &*pixels : nullptr);
     if (!same_surfaces) {
       light_change->exclude_from(seen, radiance);
-      fill_holes(eye.camera, radiance, camera.exposure(), seen);
-      sharpen_edges(eye.camera, radiance, camera.exposure(), room->voxel_m(), seen);
+      fill_holes(eye.camera, radiance, camera.exposure(), tiles, seen);
+      sharpen_edges(eye.camera, radiance, camera.exposure(), room->voxel_m(), tiles, seen);
       clips = restore_clipped(*room->illumination(), lamps, camera, seen, radiance);
       T_tag_camera = T;
       gain = frame.color_gain;
@@ -190,7 +225,7 @@ struct RayRenderer::State {
       blocks.reset();
       gloss.reset();
       const capture::CameraModel& model = eye.camera.model;
-      if (detail.block > 1) blocks.emplace(seen, model, detail.block);
+      if (detail.block > 1) blocks.emplace(seen, model, detail.block, &tiles);
       find_receivers();
       indirect.emplace(shared(), of_shared(), detail.gather / detail.block, GatherGrid::Of::even);
       if (!known.empty()) gloss.emplace(seen, model, detail.gather, GatherGrid::Of::glossy);
@@ -208,7 +243,7 @@ struct RayRenderer::State {
     const capture::CameraModel& model = session.color.model;
     receivers.assign(seen.size(), {});
     change = capture::Image<float>(model.width, model.height, 3);
-    for_each_pixel(model.width, model.height, kRows, [&](int u, int v) {
+    for_each_pixel(tiles, model.width, model.height, kRows, [&](int u, int v) {
       const auto i = static_cast<std::size_t>(v * model.width + u);
       if (!seen[i].known || seen[i].glossy) return;
       receivers[i].reflects.head<3>() = seen[i].albedo / kPi;
@@ -287,7 +322,8 @@ struct RayRenderer::State {
       delta[i] -= light_change && hidden[i].maxCoeff() > 0 ? hidden[i].min(light_change->lamps_now(lamps, shared()[i]))
                                                            : hidden[i];
     });
-    for_each_index(receivers.size(), kRows * change.width, [&](std::size_t i) {
+    for_each_pixel(tiles, change.width, change.height, kRows, [&](int u, int v) {
+      const auto i = static_cast<std::size_t>(v * change.width + u);
       const Receiver& r = receivers[i];
       const Eigen::Array4f irradiance =
           blocks ? blocks->mixed(r.mix, [&](std::size_t block) { return delta[block]; }) : delta[i];
@@ -372,7 +408,7 @@ RelitPicture RayRenderer::relight(const capture::FrameSet& frame, const reconstr
   const CameraRays eye{s.pixel_rays, {s.session.color.model, s.held(scene.pose->T_tag_camera).cast<float>()}};
   const CurrentDepth depth(s.pixel_rays, depth_of(frame, s.session.color.model), s.room->voxel_m(),
                            s.session.depth_noise());
-  s.look(frame, eye, depth, gather_quality_of(plan.trace_scale), clock);
+  s.look(frame, eye, depth, gather_quality_of(plan.trace_scale), with_maps, clock);
   const bool lit_anew = s.light.gather(plan, done), seen_anew = lit_anew || s.new_view;
   if (seen_anew) s.see(eye, depth, plan.rays, clock);
   const float blur_px = like_camera ? s.camera_look.blur_px() : 0;

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "relight/gather/fast_exp.h"
 #include "relight/gather/parameters.h"
+#include "relight/tracing/fast_exp.h"
 #include "relight/tracing/lamps.h"
 #include "relight/tracing/parallel_for.h"
 

@@ -19,6 +19,7 @@ struct Seen {
   PosedCamera camera;
   capture::Image<float> radiance{kWidth, kHeight, 3};
   std::vector<GBufferPixel> rounded, exact;
+  relight::TileMask all() const { return {kWidth, kHeight, true}; }
   std::vector<bool> near_edge;
 };
 
@@ -64,7 +65,7 @@ class PixelEdges : public testing::TestWithParam<float> {};
 
 TEST_P(PixelEdges, PixelsLieOnOneOfTheIntersectingPlanes) {
   Seen seen = two_planes(GetParam());
-  sharpen_edges(seen.camera, seen.radiance, Rgb::Ones(), kVoxel_m, seen.rounded);
+  sharpen_edges(seen.camera, seen.radiance, Rgb::Ones(), kVoxel_m, seen.all(), seen.rounded);
   int near = 0;
   for (std::size_t i = 0; i < seen.exact.size(); ++i) {
     const GBufferPixel &is = seen.rounded[i], &wanted = seen.exact[i];
@@ -84,7 +85,7 @@ INSTANTIATE_TEST_SUITE_P(By, PixelEdges, testing::Values(1.2f, 0.8f, -0.8f, -1.2
 // With small errors of pose or planes, the picture locates the edge better.
 TEST(PixelEdges, ColoursSayWhereTheEdgeIs) {
   Seen seen = two_planes(1, 1);
-  sharpen_edges(seen.camera, seen.radiance, Rgb::Ones(), kVoxel_m, seen.rounded);
+  sharpen_edges(seen.camera, seen.radiance, Rgb::Ones(), kVoxel_m, seen.all(), seen.rounded);
   for (int u = 58; u < 70; ++u) {
     EXPECT_EQ(seen.rounded[48 * kWidth + static_cast<std::size_t>(u)].surface.normal.x() > 0, u > 64) << u;
   }
@@ -103,7 +104,7 @@ TEST(PixelEdges, RealCurvesStay) {
     p.surface.normal = p.surface.face = (p.surface.position_m - middle) / radius_m;
   }
   const std::vector<GBufferPixel> before = seen.rounded;
-  sharpen_edges(seen.camera, seen.radiance, Rgb::Ones(), kVoxel_m, seen.rounded);
+  sharpen_edges(seen.camera, seen.radiance, Rgb::Ones(), kVoxel_m, seen.all(), seen.rounded);
   for (std::size_t i = 0; i < before.size(); ++i) {
     if (before[i].known) {
       ASSERT_EQ(seen.rounded[i].surface.normal, before[i].surface.normal) << i;
