@@ -39,6 +39,27 @@ Rgb changed_part(const GBufferPixel& pixel, const Rgb& irradiance) {
   return irradiance * pixel.surface.bsdf.diffuse / (kPi * pixel.before.max(std::numeric_limits<float>::min()));
 }
 
+/// Whether what is inside of a sphere may shade a tile from a light source: the sphere touches the cone between them.
+bool may_shade(const Eigen::Vector4f& sphere, const Eigen::Vector3f& tile_m, float radius_m,
+               const LightSource& source) {
+  const Eigen::Vector3f way = source.centre_m() - tile_m, to = sphere.head<3>() - tile_m;
+  const float along = std::clamp(to.dot(way) / way.squaredNorm(), 0.0f, 1.0f);
+  return (to - along * way).norm() <= sphere.w() + (1 - along) * radius_m + along * source.reach_m();
+}
+
+/// The most light that the objects may hide anywhere in a tile, which their shadow may cross beside its pixel.
+Rgb hidden_at_most(const std::vector<Eigen::Vector4f>& spheres, const std::vector<LightSampleSet>& lamps,
+                   const GBufferPixel& pixel, float radius_m) {
+  Rgb sum = Rgb::Zero();
+  for (const LightSampleSet& lamp : lamps) {
+    const bool shaded = std::ranges::any_of(spheres, [&](const Eigen::Vector4f& sphere) {
+      return may_shade(sphere, pixel.surface.position_m, radius_m, lamp);
+    });
+    if (shaded) sum += lamp.irradiance(pixel.surface);
+  }
+  return sum;
+}
+
 TileMask with_neighbours(const TileMask& tiles, int width, int height) {
   TileMask wider(width, height, false);
   for (int y = 0; y < tiles.down(); ++y) {
@@ -76,9 +97,9 @@ TileMask influenced_tiles(const DeltaLight& light, const IrradianceChangeCache& 
   GatherQuality each = detail;
   each.step = 1;
   each.sparse = false;
-  const std::vector<Eigen::Array4f> hidden = hidden_by_objects(light, lamps, tiles.seen, tiles.camera, each),
-                                    added = lit_by_objects(light, light.objects().emitter_samples(), tiles.seen,
-                                                           tiles.camera, each);
+  const std::vector<Eigen::Array4f> added =
+      lit_by_objects(light, light.objects().emitter_samples(), tiles.seen, tiles.camera, each);
+  const std::vector<Eigen::Vector4f>& spheres = light.objects().meshes().spheres();
   std::vector<std::uint8_t> changed(tiles.seen.size());
   for_each_pixel(tiles.camera.width, tiles.camera.height, kRows, [&](int x, int y) {
     const auto i = static_cast<std::size_t>(y * tiles.camera.width + x);
@@ -87,7 +108,9 @@ TileMask influenced_tiles(const DeltaLight& light, const IrradianceChangeCache& 
     const SurfaceHit& surface = p.surface;
     const Rgb indirect = cells.at(surface.position_m, surface.face).abs(),
               caustic = light.caustic(surface.position_m, surface.face);
-    const Rgb part = changed_part(p, hidden[i].head<3>() + added[i].head<3>() + indirect + caustic);
+    const float radius_m = p.depth_m / static_cast<float>(tiles.camera.fx);
+    const Rgb hidden = hidden_at_most(spheres, lamps, p, radius_m);
+    const Rgb part = changed_part(p, hidden + added[i].head<3>() + indirect + caustic);
     bool visible = p.glossy;
     const Codes most = visible ? Codes{} : brightest(codes, x, y);
     for (int c = 0; c < 3 && !visible; ++c)

@@ -57,7 +57,7 @@ void for_each_floor_pixel(const ClosedScene& scene, const relight::RelitPicture&
 void write_sweep(const Sweep& sweep);
 
 /// Sweeps run on Vulkan. That both devices draw the same is for the closed forms and DevicePictures to show.
-#define ON_VULKAN(suite)                                                                             \
+#define ON_VULKAN(suite)                                                                           \
   INSTANTIATE_TEST_SUITE_P(On, suite, testing::Values(::lumigraft::relight::gpu::Backend::vulkan), \
                            ::lumigraft::relight::gpu::backend_label)
 

@@ -146,6 +146,21 @@ TEST(TracedTiles, OfAMovingCameraGiveThePictureOfAllPixels) {
   EXPECT_GT(changed, 1000);
 }
 
+/// A shadow that is narrower than a tile, and passes between the pixels of which there is one for each tile.
+TEST(TracedTiles, HoldTheShadowOfAThinRod) {
+  ClosedScene scene = wide_floor();
+  scene.lamps = {lamp_at({0.3f, 0.1f, 0.5f}, 0.002f, 0.2f)};
+  scene.exhibit.objects = {box_object({-0.002f, -0.002f, 0.01f}, {0.002f, 0.002f, 0.2f}, 0.9f)};
+  const relight::RelitPicture some = last_of_moving(scene, 3, false), whole = last_of_moving(scene, 3, true);
+  int changed = 0, different = 0;
+  for (std::size_t i = 0; i < some.srgb.data.size(); ++i) {
+    changed += whole.srgb.data[i] != (*whole.camera).data[i];
+    different += std::abs(some.srgb.data[i] - whole.srgb.data[i]) > 1;
+  }
+  EXPECT_GT(changed, 200);
+  EXPECT_EQ(different, 0);
+}
+
 /// When it has come to rest, objects that move do not let it trace anew in every frame.
 TEST(TracedTiles, AreAllOnceACameraAtRestNeedsOthers) {
   ClosedScene scene = wide_floor();
