@@ -19,7 +19,7 @@ WebReply GetRequests::answer(std::string_view path) {
     return {.status = 200, .type = "text/plain; version=0.0.4; charset=utf-8", .body = metrics_.prometheus()};
   if (path == "/watch.html" || path == "/watch.json") return watch(path);
   if (path.starts_with("/maps/")) return map(path);
-  return path == "/snapshot.jpg" ? snapshot() : page_reply(path);
+  return page_reply(path);
 }
 
 /// The newest picture, encoded at most five times a second however often it is asked for.

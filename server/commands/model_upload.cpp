@@ -12,6 +12,7 @@
 #include "capture/error.h"
 #include "capture/text_file.h"
 #include "relight/exhibit/exhibit.h"
+#include "server/commands/exhibit_text.h"
 #include "server/commands/parameters.h"
 
 namespace lumigraft::server {
@@ -22,6 +23,11 @@ namespace fs = std::filesystem;
 constexpr std::string_view kExtension = ".glb";
 
 WebReply refused(unsigned status, const std::string& why) { return {.status = status, .body = why + "\n"}; }
+
+WebReply other_name() {
+  return refused(400, "found a file name of other characters, allowed: up to " +
+                          std::to_string(kCommands.max_model_name) + " letters, digits, - and _, then .glb");
+}
 
 /// Letters, digits, - and _, then .glb: a name that needs no quotes and leaves no folder.
 bool allowed_name(std::string_view name) {
@@ -62,9 +68,7 @@ ModelUpload::ModelUpload(fs::path exhibit, double max_mb, double min_free_gb, Re
 std::variant<UploadHandlers::Place, WebReply> ModelUpload::begin(std::string_view name,
                                                                  std::optional<std::uint64_t> bytes) const {
   if (exhibit_.empty()) return refused(409, "found no exhibit file to which a model could be added");
-  if (!allowed_name(name))
-    return refused(400, "found a file name of other characters, allowed: up to " +
-                            std::to_string(kCommands.max_model_name) + " letters, digits, - and _, then .glb");
+  if (!allowed_name(name)) return other_name();
   if (bytes.value_or(0) > max_bytes_)
     return refused(413, "found a model of " + megabytes(*bytes) + ", allowed: at most " + megabytes(max_bytes_) +
                             " (server.max_upload_mb)");
@@ -100,6 +104,32 @@ WebReply ModelUpload::received(const fs::path& file, std::string_view name) cons
     fs::remove(model, ignored);
     if (added) capture::write_text(exhibit_, before);
     return refused(422, "the model is not added: " + without_folder(without_folder(e.what(), model), exhibit_));
+  }
+}
+
+WebReply ModelUpload::remove(std::string_view name) const {
+  if (!allowed_name(name)) return other_name();
+  const fs::path model = folder() / name;
+  std::error_code error;
+  if (exhibit_.empty() || !fs::is_regular_file(model, error))
+    return refused(404, "found no model of this name, allowed: one that was uploaded");
+  const fs::path moved = folder() / ("." + std::string(name) + ".removed");  // so that what else needs it shows
+  const std::string before = text_of(exhibit_);
+  bool changed = false;
+  try {
+    const std::string after = without_objects_of(before, "models/" + std::string(name));
+    fs::rename(model, moved);
+    capture::write_text(exhibit_, after);
+    changed = true;
+    reload_();
+    fs::remove(moved, error);
+    std::fprintf(stderr, "lumigraft: %s was removed, and its objects from %s\n", model.c_str(), exhibit_.c_str());
+    return {.status = 200, .body = "removed\n"};
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "lumigraft: the model %s is not removed: %s\n", std::string(name).c_str(), e.what());
+    if (fs::exists(moved, error)) fs::rename(moved, model, error);
+    if (changed) capture::write_text(exhibit_, before);
+    return refused(422, "the model is not removed: " + without_folder(without_folder(e.what(), model), exhibit_));
   }
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 // Models that operators upload become part of the exhibit: the file is kept in models/ beside the exhibit's file, to
-// which an [[object]] is appended. Then the exhibit is read again.
+// which an [[object]] is appended. Then the exhibit is read again. They remove such models, too.
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -25,6 +25,9 @@ class ModelUpload {
   std::variant<UploadHandlers::Place, WebReply> begin(std::string_view name, std::optional<std::uint64_t> bytes) const;
   /// As UploadHandlers::received: checks the model, keeps it and adds it to the exhibit; or leaves all as it was.
   WebReply received(const std::filesystem::path& file, std::string_view name) const;
+  /// As UploadHandlers::remove: takes the objects that show the model out of the exhibit and deletes the file; or
+  /// leaves all as it was.
+  WebReply remove(std::string_view name) const;
 
  private:
   std::filesystem::path folder() const { return exhibit_.parent_path() / "models"; }

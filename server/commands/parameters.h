@@ -16,10 +16,13 @@ inline constexpr struct CommandParameters {
   int enough_views = 15;                                     ///< calibration is attempted again, first with these
   std::chrono::milliseconds snapshots_apart{200};            ///< encoded
   std::chrono::milliseconds recording_check{500};            ///< of a recording's limits: 60 MB at 120 MB/s
+  std::chrono::hours certificates_apart{24};                 ///< looked at, since a service runs for months
   /// A thread without an iteration for so long hangs.
   std::chrono::seconds hung_after{10};
   std::size_t max_model_name = 64;   ///< of an uploaded model, without its extension
   double not_grafting_after_s = 60;  ///< as while the tag is hidden
   double stale_after_s = 5;          ///< age of the newest picture that is not healthy
+  /// The same while nobody watches: a picture is made every 30 s, and may take some.
+  double resting_stale_after_s = 45;
 } kCommands;
 }  // namespace lumigraft::server

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cstdio>
 #include <ctime>
 #include <fstream>
@@ -92,6 +93,15 @@ void RecordingsFolder::mark(const fs::path& recording) {
   out << "lumigraft made this recording, and removes it when newer ones need its space. Delete this file to keep it.\n";
   out.close();
   if (!out) throw std::runtime_error((recording / kMark).string() + ": cannot be written; is the disk full?");
+  std::error_code ignored;
+  fs::file_time_type began = fs::last_write_time(recording / kMark, ignored);
+  for (fs::directory_iterator other(recording.parent_path(), ignored), end; !ignored && other != end;
+       other.increment(ignored)) {
+    std::error_code absent;
+    const fs::file_time_type before = fs::last_write_time(other->path() / kMark, absent);
+    if (!absent && other->path() != recording && before >= began) began = before + std::chrono::seconds(1);
+  }
+  fs::last_write_time(recording / kMark, began, ignored);
 }
 
 std::uintmax_t RecordingsFolder::disk_free_bytes(const fs::path& folder) {

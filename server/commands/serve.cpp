@@ -122,6 +122,7 @@ void run_serve(const ServiceFiles& as_asked, const std::string& listen) {
                              .rate = server.rate};
   WebHandlers handlers;
   handlers.get = [&](std::string_view path) { return requests.answer(path); };
+  handlers.snapshot = [&] { return requests.snapshot(); };
   handlers.hello = [&](Permissions permissions) { return hello_text(session, pipeline.exhibit(), permissions); };
   handlers.state = [&] { return state_text(pipeline.exhibit()); };
   handlers.change_object = [&](const ObjectCommand& command) { return pipeline.change_object(command); };
@@ -152,10 +153,10 @@ void run_serve(const ServiceFiles& as_asked, const std::string& listen) {
     ServiceInput again = read_service(files, interactive_plan());
     pipeline.replace_exhibit(std::move(again.exhibit), std::move(again.limits));
   });
-  handlers.upload =
-      UploadHandlers{.begin = [&](std::string_view name, auto bytes) { return models.begin(name, bytes); },
-                     .received = [&](const std::filesystem::path& file,
-                                     std::string_view name) { return models.received(file, name); }};
+  handlers.upload = UploadHandlers{
+      .begin = [&](std::string_view name, auto bytes) { return models.begin(name, bytes); },
+      .received = [&](const std::filesystem::path& file, std::string_view name) { return models.received(file, name); },
+      .remove = [&](std::string_view name) { return models.remove(name); }};
   WebServer web(settings, std::move(handlers), demand, metrics);
   web_pointer = &web;
   stop.arm();
@@ -199,7 +200,7 @@ void run_serve(const ServiceFiles& as_asked, const std::string& listen) {
   bool reload_wanted = false;
   std::size_t replaced = 0;
   // Some megabytes; new views are many in the first minute and rare later.
-  auto views_saved = std::chrono::steady_clock::now();
+  auto views_saved = std::chrono::steady_clock::now(), certificates_read = views_saved;
   std::size_t models_given = 0;
   ServeLog log;
   ServiceManager manager;
@@ -228,6 +229,11 @@ void run_serve(const ServiceFiles& as_asked, const std::string& listen) {
     if (metrics.frames() > 0) manager.ready();
     manager.tick(hung_in(pipeline, web), std::to_string(metrics.viewers()) + " viewers");
     save_tag_map();
+    if (std::chrono::steady_clock::now() - certificates_read >= kCommands.certificates_apart) {
+      for (const std::string& warning : certificate_warnings(server.listeners))
+        std::fprintf(stderr, "lumigraft: %s\n", warning.c_str());
+      certificates_read = std::chrono::steady_clock::now();
+    }
     if (std::chrono::steady_clock::now() - views_saved >= std::chrono::minutes(1)) {
       save_views();
       views_saved = std::chrono::steady_clock::now();

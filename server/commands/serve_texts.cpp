@@ -78,14 +78,23 @@ std::string watch_text(const std::string& whep_url) {
   return json_line({{"whep", whep_url.empty() ? Json() : Json(whep_url)}});
 }
 
+bool is_healthy(double picture_age_s, double pose_age_s, double since_rest_s) {
+  const auto recent = [](double age_s, double limit_s) { return age_s >= 0 && age_s < limit_s; };
+  if (recent(picture_age_s, kCommands.stale_after_s)) return true;
+  return recent(since_rest_s, kCommands.stale_after_s) && recent(pose_age_s, kCommands.stale_after_s) &&
+         recent(picture_age_s, kCommands.resting_stale_after_s);
+}
+
 Health health(const Metrics& metrics) {
   Health health;
-  const double age_s = metrics.age_of_last_frame_s();
-  health.ok = age_s >= 0 && age_s < kCommands.stale_after_s;
+  const double age_s = metrics.age_of_last_frame_s(), pose_s = metrics.age_of_last_pose_s();
+  health.ok = is_healthy(age_s, pose_s, metrics.since_rest_s());
   health.json = json_line({{"ok", health.ok},
                            {"frames", metrics.frames()},
                            {"grafting", metrics.not_grafted_s() < kCommands.not_grafting_after_s},
+                           {"resting", metrics.rests()},
                            {"age_of_last_frame_s", age_s < 0 ? Json() : Json(age_s)},
+                           {"age_of_last_pose_s", pose_s < 0 ? Json() : Json(pose_s)},
                            {"viewers", metrics.viewers()}}) +
                 "\n";
   return health;

@@ -22,8 +22,13 @@ std::string stats_text(const Pipeline::Record& record, const Metrics& metrics, c
 /// Of the page /watch.html: `whep` is where it gets the published stream, null if that is nowhere.
 std::string watch_text(const std::string& whep_url);
 
-/// `ok` is false where no frame was composited for 5 s; `grafting` is false where for a minute none had the objects
-/// that should be shown.
+/// Whether the service does its work. Ages in seconds, negative if there is none: of the newest picture, of the newest
+/// pose that was looked for, and since the service last rested (Metrics). A service that rests makes a picture only now
+/// and then, but looks for the pose of its camera's frames.
+bool is_healthy(double picture_age_s, double pose_age_s, double since_rest_s);
+
+/// `ok` is is_healthy; `resting` is true while pictures are far apart because nobody watches; `grafting` is false where
+/// for a minute none had the objects that should be shown.
 struct Health {
   bool ok = false;
   std::string json;

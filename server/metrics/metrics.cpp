@@ -59,6 +59,13 @@ void Metrics::frame_made(bool grafted) {
   if (grafted) last_grafted_ = last_frame_;
 }
 
+void Metrics::frame_posed(bool rests) {
+  std::lock_guard lock(mutex_);
+  last_posed_ = Clock::now();
+  if (rests || rests_) last_rested_ = last_posed_;  // it rested until now
+  rests_ = rests;
+}
+
 void Metrics::warn(std::uint64_t count) {
   std::lock_guard lock(mutex_);
   warnings_ += count;
@@ -96,6 +103,22 @@ double Metrics::age_of_last_frame_s() const {
   return frames_ == 0 ? -1.0 : std::chrono::duration<double>(Clock::now() - last_frame_).count();
 }
 
+double Metrics::age_of_last_pose_s() const {
+  std::lock_guard lock(mutex_);
+  return last_posed_ ? std::chrono::duration<double>(Clock::now() - *last_posed_).count() : -1.0;
+}
+
+double Metrics::since_rest_s() const {
+  std::lock_guard lock(mutex_);
+  if (!last_rested_) return -1.0;
+  return rests_ ? 0.0 : std::chrono::duration<double>(Clock::now() - *last_rested_).count();
+}
+
+bool Metrics::rests() const {
+  std::lock_guard lock(mutex_);
+  return rests_;
+}
+
 double Metrics::not_grafted_s() const {
   std::lock_guard lock(mutex_);
   return std::chrono::duration<double>(Clock::now() - last_grafted_).count();
@@ -124,7 +147,7 @@ Metrics::Interval Metrics::take_interval() {
 }
 
 std::string Metrics::prometheus() const {
-  const double age_s = age_of_last_frame_s(), not_grafted = not_grafted_s();
+  const double age_s = age_of_last_frame_s(), posed_s = age_of_last_pose_s(), not_grafted = not_grafted_s();
   std::lock_guard lock(mutex_);
   std::ostringstream out;
   const auto head = [&out](const char* name, const char* kind, const char* help) {
@@ -146,6 +169,10 @@ std::string Metrics::prometheus() const {
   const auto second = [](const auto& pair) { return pair.second; };
   one("lumigraft_frames_total", "counter", "Pictures made.", frames_);
   one("lumigraft_last_frame_age_seconds", "gauge", "Age of the newest picture; -1 before the first.", age_s);
+  one("lumigraft_resting", "gauge", "1 while nobody watches and pictures are made half a minute apart.",
+      rests_ ? 1 : 0);
+  one("lumigraft_last_pose_age_seconds", "gauge",
+      "Since the pose of a camera frame was looked for, also while resting; -1 before the first.", posed_s);
   one("lumigraft_not_grafted_seconds", "gauge", "Since the last picture with all objects that should be shown.",
       not_grafted);
   one("lumigraft_resident_bytes", "gauge", "Memory of the process.", resident_bytes());

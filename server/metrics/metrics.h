@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,9 @@ class Metrics {
   /// The relight stage finished a frame. `grafted` false: an object should be shown, but the camera image passed
   /// through.
   void frame_made(bool grafted = true);
+  /// The pose stage looked for the pose of a new camera frame. `rests`: nobody watches, so that not every such frame
+  /// becomes a picture.
+  void frame_posed(bool rests);
   void warn(std::uint64_t count);  ///< warnings attached to frames
   void encoded(const std::string& codec, std::size_t bytes);
   void viewers(int count) { viewers_ = count; }
@@ -47,7 +51,10 @@ class Metrics {
 
   std::uint64_t frames() const;
   double age_of_last_frame_s() const;  ///< negative before the first
-  double not_grafted_s() const;        ///< since when no frame was grafted, or since the start
+  double age_of_last_pose_s() const;   ///< since frame_posed; negative before the first
+  double since_rest_s() const;         ///< since it last rested: 0 while it does; negative if it never did
+  bool rests() const;
+  double not_grafted_s() const;  ///< since when no frame was grafted, or since the start
   std::map<std::string, std::uint64_t> drops() const;
 
   struct Interval {
@@ -76,6 +83,8 @@ class Metrics {
   std::uint64_t frames_ = 0, warnings_ = 0, refused_ = 0;
   std::uint64_t interval_frames_ = 0;
   Clock::time_point last_frame_{}, last_grafted_ = Clock::now(), interval_start_ = Clock::now();
+  std::optional<Clock::time_point> last_posed_, last_rested_;
+  bool rests_ = false;
   std::atomic<std::size_t> bricks_ = 0, brick_bytes_ = 0, evicted_bricks_ = 0;
   std::atomic<std::uintmax_t> kept_bytes_ = 0;
   std::atomic<std::uint64_t> published_ = 0;

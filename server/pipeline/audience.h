@@ -1,6 +1,7 @@
 #pragma once
-// Whether somebody watches. While nobody does, pictures are made seconds apart and the stages behind them rest longer,
-// so that an exhibition that is closed costs little; the room is learnt first, and is kept up to date.
+// Whether somebody watches. While nobody does, poses are estimated seconds apart, pictures are made half a minute
+// apart, and the stages behind them rest longer, so that an exhibition that is closed costs little; the room is learnt
+// first, and is kept up to date.
 //
 // No clock: times are given. Any thread.
 #include <atomic>

@@ -102,6 +102,12 @@ Json json_of(const relight::MaterialOverride& material) {
           {"clearcoat_roughness", json_or_null(material.clearcoat_roughness)}};
 }
 
+/// A point of the model, as far from the object's place as it is before its rotation.
+Json corner(const Eigen::Vector3f& in_model_m, const relight::VirtualObject& object) {
+  const Eigen::Vector3d p = object.scale * (in_model_m.cast<double>() - object.origin_m);
+  return {p.x(), p.y(), p.z()};
+}
+
 /// As many as there are objects if there is none.
 std::size_t index_of(const ObjectCommand& command, const relight::Exhibit& exhibit) {
   if (const auto* index = std::get_if<std::size_t>(&command.object)) return *index;
@@ -283,21 +289,37 @@ void ExhibitState::save() {
   last_command_.reset();
 }
 
+/// Models have up to millions of vertices: their boxes are kept.
+const Eigen::AlignedBox3f& ExhibitState::bounds_of(std::size_t index) const {
+  bounds_.resize(exhibit_->objects.size());
+  Bounds& bounds = bounds_[index];
+  const std::shared_ptr<const relight::Model>& model = exhibit_->objects[index].model;
+  if (bounds.model != model) {
+    bounds = {model, {}};
+    if (model)
+      for (const Eigen::Vector3f& p : model->positions_m) bounds.box_m.extend(p);
+  }
+  return bounds.box_m;
+}
+
 std::string ExhibitState::objects_json() const {
   std::lock_guard lock(mutex_);
   Json objects = Json::array();
   for (std::size_t i = 0; i < exhibit_->objects.size(); ++i) {
     const relight::VirtualObject& o = exhibit_->objects[i];
-    objects.push_back(Json{{"index", i},
-                           {"name", o.name},
-                           {"visible", o.visible},
-                           {"position_m", {o.position_m.x(), o.position_m.y(), o.position_m.z()}},
-                           {"rotation_wxyz", {o.rotation.w(), o.rotation.x(), o.rotation.y(), o.rotation.z()}},
-                           {"yaw_degrees", yaw_degrees_[i]},
-                           {"scale", o.scale},
-                           {"material", json_of(o.material)},
-                           {"variants", variants_of(o)},
-                           {"animation", json_of(o, time_s_.value_or(0))}});
+    const Eigen::AlignedBox3f& box_m = bounds_of(i);
+    objects.push_back(
+        Json{{"index", i},
+             {"name", o.name},
+             {"visible", o.visible},
+             {"position_m", {o.position_m.x(), o.position_m.y(), o.position_m.z()}},
+             {"rotation_wxyz", {o.rotation.w(), o.rotation.x(), o.rotation.y(), o.rotation.z()}},
+             {"yaw_degrees", yaw_degrees_[i]},
+             {"scale", o.scale},
+             {"bounds_m", box_m.isEmpty() ? Json() : Json{corner(box_m.min(), o), corner(box_m.max(), o)}},
+             {"material", json_of(o.material)},
+             {"variants", variants_of(o)},
+             {"animation", json_of(o, time_s_.value_or(0))}});
   }
   return json_line(objects);
 }

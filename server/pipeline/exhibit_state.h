@@ -58,7 +58,14 @@ class ExhibitState {
   std::string objects_json() const;
 
  private:
+  /// The box around the model of an object at rest.
+  struct Bounds {
+    std::shared_ptr<const relight::Model> model;
+    Eigen::AlignedBox3f box_m;  ///< in the model's frame; empty while there is no model
+  };
+
   void begin(relight::Exhibit exhibit);
+  const Eigen::AlignedBox3f& bounds_of(std::size_t index) const;
   relight::Exhibit as_start() const;
   void reset(relight::Exhibit& exhibit, std::size_t index);
 
@@ -69,7 +76,8 @@ class ExhibitState {
   std::optional<Clock::time_point> last_command_;  ///< since it was as configured
   std::vector<Eigen::Quaterniond> rest_;           ///< rotations before viewers changed them
   std::vector<double> yaw_degrees_;
-  std::optional<double> time_s_;  ///< of the last frame
+  mutable std::vector<Bounds> bounds_;  ///< by object, of the models for which they were last asked
+  std::optional<double> time_s_;        ///< of the last frame
   std::size_t models_given_ = 0, replaced_ = 0;
 };
 

@@ -139,19 +139,27 @@ std::vector<ListenerSettings> read_listeners(const capture::ConfigTable& server,
   return listeners;
 }
 
-std::vector<std::string> listener_warnings(const std::vector<ListenerSettings>& listeners) {
+std::vector<std::string> certificate_warnings(const std::vector<ListenerSettings>& listeners) {
   std::vector<std::string> warnings;
   for (const ListenerSettings& one : listeners) {
-    const std::string at = one.url(one.port);
-    if (!one.token.empty() && !one.encrypted() && !one.local())
-      warnings.push_back(
-          at + ": its token travels unencrypted; give it a certificate, or listen behind a proxy that has one");
     if (!one.encrypted()) continue;
     const std::optional<int> days = days_left(one.certificate);
     if (days && *days < kPipeline.certificate_ends_soon_days)
-      warnings.push_back(at + ": its certificate " +
+      warnings.push_back(one.url(one.port) + ": its certificate " +
                          (*days < 0 ? std::string("has ended") : "ends in " + std::to_string(*days) + " days"));
   }
+  return warnings;
+}
+
+std::vector<std::string> listener_warnings(const std::vector<ListenerSettings>& listeners) {
+  std::vector<std::string> warnings;
+  for (const ListenerSettings& one : listeners) {
+    if (!one.token.empty() && !one.encrypted() && !one.local())
+      warnings.push_back(
+          one.url(one.port) +
+          ": its token travels unencrypted; give it a certificate, or listen behind a proxy that has one");
+  }
+  for (std::string& warning : certificate_warnings(listeners)) warnings.push_back(std::move(warning));
   return warnings;
 }
 

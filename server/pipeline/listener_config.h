@@ -18,7 +18,10 @@ ListenerSettings listener_at(const std::string& text, const std::string& where);
 /// neither. Throws InputError.
 std::vector<ListenerSettings> read_listeners(const capture::ConfigTable& server, int max_viewers);
 
-/// What a person who set them should know: tokens that travel unencrypted, certificates that end soon.
+/// Certificates that end soon, or have ended.
+std::vector<std::string> certificate_warnings(const std::vector<ListenerSettings>& listeners);
+
+/// What a person who set them should know: these, and tokens that travel unencrypted.
 std::vector<std::string> listener_warnings(const std::vector<ListenerSettings>& listeners);
 
 }  // namespace lumigraft::server

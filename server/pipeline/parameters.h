@@ -20,10 +20,11 @@ inline constexpr struct PipelineParameters {
   /// Rest after a turn, as a multiple of its processor time: each uses a third of a core while the room is unknown,
   /// later geometry and room a tenth, and albedo a twentieth: later solutions differ little from the previous ones.
   int rest = 2, geometry_rest_later = 9, room_rest_later = 9, albedo_rest_later = 19, background_niceness = 10;
-  /// While nobody watches: one picture in this time, which is below the 5 s after which /healthz misses pictures, and
-  /// each background stage uses half a hundredth of a core. Only after nobody has watched for a while, and until the
-  /// room is known or this time has passed at the usual pace.
-  std::chrono::seconds unwatched_period{3}, audience_lingers{10};
+  /// While nobody watches: one pose in this time, which is below the 5 s after which /healthz misses the camera, and
+  /// one picture in the second time: one of 0.7 s on two cores takes 4 % of a core then, and whoever comes first sees a
+  /// picture no older than that at once. Each background stage uses half a hundredth of a core. Only after nobody has
+  /// watched for a while, and until the room is known or this time has passed at the usual pace.
+  std::chrono::seconds unwatched_period{3}, unwatched_picture_period{30}, audience_lingers{10};
   std::chrono::minutes learns_unwatched{10};
   int unwatched_rest = 199;
   /// Range of a surface that is picked in the picture, and the cosine of its slope: an object stands on up to 30°.

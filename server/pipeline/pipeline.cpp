@@ -10,16 +10,15 @@
 #include "capture/error.h"
 #include "reconstruct/scene_builder.h"
 #include "relight/planner.h"
-#include "server/maps/draw_map.h"
-#include "server/maps/parameters.h"
 #include "server/pipeline/audience.h"
 #include "server/pipeline/background_threads.h"
-#include "server/pipeline/camera_picture.h"
 #include "server/pipeline/frame_player.h"
 #include "server/pipeline/heartbeats.h"
 #include "server/pipeline/mailbox.h"
+#include "server/pipeline/map_drawer.h"
 #include "server/pipeline/pacing.h"
 #include "server/pipeline/resting_pace.h"
+#include "server/pipeline/room_keeper.h"
 #include "server/pipeline/surface_picking.h"
 
 namespace lumigraft::server {
@@ -55,8 +54,6 @@ struct Pipeline::State {
   EncoderDemand& demand;
   Metrics& metrics;
   Publish publish;
-  Keep keep;
-  std::mutex keep_mutex;
 
   Audience audience{demand, Clock::now()};
   reconstruct::SceneBuilder builder;
@@ -87,16 +84,13 @@ struct Pipeline::State {
   std::mutex newest_color_mutex;
   std::shared_ptr<const capture::Frame> newest_color;  ///< the last frame of capture
 
-  MapBoard maps;
-  SeenSurface seen_surface;                     ///< used by the maps thread only, and so is
-  JpegEncoder map_encoder{kMaps.jpeg_quality};  ///< this
+  MapDrawer maps{session.color.model, metrics};
+  RoomKeeper room_keeper;
 
   Clock::time_point last_encoded{};  ///< used by the encode thread only, and so is
   bool encoded_for_viewers = false;  ///< this
-  Clock::time_point posed_at{};      ///< used by the pose thread only
-
-  Clock::duration keep_wait = kPipeline.first_keep;  ///< used by the thread that keeps the room only
-  Clock::time_point keep_due = Clock::now() + keep_wait;
+  Clock::time_point posed_at{};      ///< used by the pose thread only, and so is
+  Clock::time_point shown_at{};      ///< this: the pose of the last frame that was to become a picture
 
   Heartbeats heartbeats;  ///< of the threads from camera to picture
   std::stop_source stopping;
@@ -114,11 +108,11 @@ struct Pipeline::State {
         demand(the_demand),
         metrics(the_metrics),
         publish(std::move(the_publish)),
-        keep(std::move(the_keep)),
         builder(session, {}, std::make_unique<RestingPace>(the_metrics, audience), input.server.fusion),
         planner(input.plan),
         relighter(session, input.plan, std::move(make_device)),
-        encode(input.server.jpeg_quality, demand, metrics) {
+        encode(input.server.jpeg_quality, demand, metrics),
+        room_keeper(std::move(the_keep), builder, metrics) {
     if (input.tag_map) builder.restore_tag_map(*std::move(input.tag_map));
     builder.restore_views(std::move(input.views));
     if (input.room) builder.restore_room(*std::move(input.room));
@@ -170,7 +164,6 @@ struct Pipeline::State {
   void models_turn();
   void maps_turn();
   void keep_turn();
-  bool keep_room();
   void encode_turn();
 };
 
@@ -251,7 +244,8 @@ void Pipeline::State::pose_turn(std::uint64_t& round) {
   pose_waits_for_relight = true;
   if (!to_relight.wait_until_taken(kPipeline.tick) || !just_in_time.wait_for_pose(stopping.get_token())) return;
   pose_waits_for_relight = false;
-  if (unwatched() && Clock::now() < posed_at + kPipeline.unwatched_period) {
+  const bool rests = unwatched();
+  if (rests && Clock::now() < posed_at + kPipeline.unwatched_period) {
     sleep_until(Clock::now() + kPipeline.tick / 4);
     return;
   }
@@ -264,11 +258,14 @@ void Pipeline::State::pose_turn(std::uint64_t& round) {
   posed_at = Clock::now();
   const auto posed = std::make_shared<const PosedFrame>(pose_of(*played));
   just_in_time.pose_took(Clock::now() - posed_at);
+  metrics.frame_posed(rests);
   const std::optional<reconstruct::Pose>& where = posed->located.pose;
   if (where && posed->completed.depth && geometry_rest.over(rest(kPipeline.geometry_rest_later))) {
     put(to_geometry, posed);
   }
   if (!session.lamps.empty() && lamp_tags_rest.over(rest(kPipeline.rest))) put(to_lamp_tags, posed);
+  if (rests && posed_at < shown_at + kPipeline.unwatched_picture_period) return;
+  shown_at = posed_at;
   put(to_relight, posed);
 }
 
@@ -448,48 +445,19 @@ void Pipeline::State::maps_turn() {
     sleep_until(Clock::now() + kPipeline.tick / 4);
     return;
   }
-  MapSource source;
-  std::uint32_t sequence = 0;
-  std::shared_ptr<const capture::Frame> camera;
+  MapDrawer::Newest source;
   {
     std::lock_guard lock(newest_mutex);
-    camera = newest_camera;
-    source.shown = newest.srgb;
-    source.scene = newest_scene;
-    sequence = newest.sequence;
+    source = {newest_camera, newest.srgb, newest_scene, newest.sequence};
   }
-  std::optional<capture::Image<std::uint8_t>> map;
-  if (camera) {
-    const StageTimer timer(metrics, "maps");
-    source.camera = camera_picture(*camera);
-    source.lens = session.color.model;
-    map = draw_map(*kind, source, seen_surface);
-  }
-  if (!map) {
-    maps.skip(*kind, Clock::now());
-    return;
-  }
-  const std::vector<std::uint8_t> jpeg = map_encoder.encode(*map);
-  maps.put(*kind, {{jpeg.begin(), jpeg.end()}, sequence}, Clock::now());
+  maps.draw(*kind, std::move(source));
   store.publish_warnings("maps stage", {});
 }
 
-/// The room is shared with the stages until it is written, and copied in chunks; no stage waits for it.
 void Pipeline::State::keep_turn() {
-  if (!sleep_until(keep_due)) return;
-  keep_due = Clock::now() + keep_wait;
-  if (keep_room()) keep_wait = std::min<Clock::duration>(2 * keep_wait, kPipeline.longest_keep);
+  if (!sleep_until(room_keeper.due())) return;
+  room_keeper.keep_due();
   store.publish_warnings("keep room stage", {});
-}
-
-/// False if it is not worth it.
-bool Pipeline::State::keep_room() {
-  std::lock_guard lock(keep_mutex);
-  const std::optional<reconstruct::RoomToKeep> room = keep ? builder.room_to_keep() : std::nullopt;
-  if (!room) return false;
-  const StageTimer timer(metrics, "keep room");
-  metrics.kept(keep(*room));
-  return true;
 }
 
 void Pipeline::State::encode_turn() {
@@ -498,7 +466,7 @@ void Pipeline::State::encode_turn() {
   if (picture) {
     last_encoded = Clock::now();
   } else if (viewers_came) {
-    // Whoever comes first sees the picture before, seconds old, until one is made.
+    // Whoever comes first sees the picture before, up to half a minute old, until one is made.
     std::lock_guard lock(newest_mutex);
     if (newest.srgb) picture = newest;
   } else if (Clock::now() - last_encoded > kPipeline.keep_alive) {
@@ -540,7 +508,7 @@ void Pipeline::start() {
   if (s.relighter.may_draw_prepared()) s.run("room", true, [&s] { s.room_turn(); });
   s.run("models", true, [&s] { s.models_turn(); });
   s.run("maps", true, [&s] { s.maps_turn(); });
-  if (s.keep) s.run("keep room", true, [&s] { s.keep_turn(); });
+  if (s.room_keeper.keeps()) s.run("keep room", true, [&s] { s.keep_turn(); });
   s.run("capture", false, [&s] { s.capture_turn(); });
   if (s.fisheye) s.run("fisheye", false, [&s] { s.fisheye_turn(); });
 }
@@ -589,7 +557,7 @@ Playback& Pipeline::playback() { return state_->playback; }
 
 std::optional<reconstruct::KeyframeMap::Views> Pipeline::take_views() { return state_->builder.take_views(); }
 
-void Pipeline::keep_room() { state_->keep_room(); }
+void Pipeline::keep_room() { state_->room_keeper.keep(); }
 
 std::optional<std::string> Pipeline::hung(std::chrono::steady_clock::duration limit) const {
   if (state_->relighter.gave_up()) return "GPU";

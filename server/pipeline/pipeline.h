@@ -33,6 +33,7 @@
 #include "server/pipeline/exhibit_state.h"
 #include "server/pipeline/live_relighter.h"
 #include "server/pipeline/playback.h"
+#include "server/pipeline/room_keeper.h"
 #include "server/pipeline/service_config.h"
 #include "server/stream/encode_stage.h"
 
@@ -46,7 +47,7 @@ class Pipeline {
   };
   using OpenCameras = std::function<Cameras()>;
   /// Keeps the room for the next start; returns the size of the file. Called on a thread of its own, and by keep_room.
-  using Keep = std::function<std::uintmax_t(const reconstruct::RoomToKeep&)>;
+  using Keep = RoomKeeper::Keep;
   using Publish = std::function<void(std::shared_ptr<const StreamMessage>)>;
 
   /// Creates all stages and the GPU device; throws what they throw. `publish` is called on the encode thread.
@@ -81,7 +82,7 @@ class Pipeline {
   std::optional<std::string> hung(std::chrono::steady_clock::duration limit) const;
   /// Somebody uses newest(): pictures are made as for a viewer for a while. Any thread.
   void picture_asked();
-  /// The newest image; its srgb is null before the first. Seconds old where nobody watched.
+  /// The newest image; its srgb is null before the first. Up to half a minute old where nobody watched.
   ShownFrame newest() const;
   /// The newest map; requests further ones for some seconds. Empty: none is drawn yet, or what it shows is not known.
   /// Any thread.

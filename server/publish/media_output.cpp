@@ -60,7 +60,8 @@ struct MediaOutput::State {
   std::stop_token stop;
   Clock::time_point deadline;
   bool begun = false;
-  std::int64_t time_ns = 0, last_time_ns = 0, last_pts = -1;  ///< time_ns is that of the stream: it never steps back
+  Clock::time_point first_captured;
+  std::int64_t last_pts = -1;
 
   State() = default;
   State(const State&) = delete;
@@ -92,7 +93,7 @@ MediaOutput::MediaOutput(const PublishUrl& url, const Format& format, std::stop_
   s.output->flags |= AVFMT_FLAG_FLUSH_PACKETS;
   s.output->max_delay = 0;
   s.output->start_time_realtime = format.first_time_ns / 1000;  // so that RTCP tells times of capture
-  s.last_time_ns = format.first_time_ns;
+  s.first_captured = format.first_captured;
   AVStream* stream = avformat_new_stream(s.output, nullptr);
   if (stream == nullptr) throw std::runtime_error("out of memory");
   set_format(*stream, format);
@@ -109,13 +110,11 @@ MediaOutput::MediaOutput(const PublishUrl& url, const Format& format, std::stop_
 
 MediaOutput::~MediaOutput() = default;
 
-void MediaOutput::write(std::span<const std::uint8_t> annex_b, bool key, std::int64_t capture_time_ns) {
+void MediaOutput::write(std::span<const std::uint8_t> annex_b, bool key, Clock::time_point captured) {
   State& s = *state_;
   s.deadline = Clock::now() + kPublish.write_patience;
-  // The clock of this machine may be set back by hours, during which no receiver would show anything.
-  s.time_ns += std::max<std::int64_t>(capture_time_ns - s.last_time_ns, 0);
-  s.last_time_ns = capture_time_ns;
-  const std::int64_t pts = av_rescale_q(s.time_ns, kNanoseconds, s.output->streams[0]->time_base);
+  const auto since = std::chrono::duration_cast<std::chrono::nanoseconds>(captured - s.first_captured);
+  const std::int64_t pts = av_rescale_q(since.count(), kNanoseconds, s.output->streams[0]->time_base);
   s.last_pts = std::max(pts, s.last_pts + 1);
   AVPacket& packet = *s.packet;
   av_packet_unref(&packet);

@@ -67,11 +67,13 @@ void Publisher::pause(Clock::duration duration, const std::stop_token& stop) {
   changed_.wait_for(lock, stop, duration, [] { return false; });
 }
 
-std::unique_ptr<MediaOutput> Publisher::connect(const StreamHeader& header,
+std::unique_ptr<MediaOutput> Publisher::connect(const StreamMessage& first,
                                                 std::span<const std::uint8_t> parameter_sets,
                                                 const std::stop_token& stop) {
+  const StreamHeader& header = first.header;
   auto output = std::make_unique<MediaOutput>(
-      url_, MediaOutput::Format{header.width, header.height, parameter_sets, header.capture_time_ns}, stop);
+      url_, MediaOutput::Format{header.width, header.height, parameter_sets, header.capture_time_ns, first.captured},
+      stop);
   connected_ = Clock::now();
   metrics_.publish_connected(true);
   std::fprintf(stderr, "lumigraft: publishing to %s\n", url_.shown.c_str());
@@ -90,10 +92,10 @@ std::string Publisher::publish(const std::stop_token& stop) {
       const bool key = picture->header.kind == StreamKind::h264_key;
       if (std::vector<std::uint8_t> sets = key ? parameter_sets(unit) : announced; !output || sets != announced) {
         output.reset();  // of another size: receivers must be told
-        output = connect(picture->header, sets, stop);
+        output = connect(*picture, sets, stop);
         announced = std::move(sets);
       }
-      output->write(unit, key, picture->header.capture_time_ns);
+      output->write(unit, key, picture->captured);
       metrics_.published();
     }
   } catch (const std::runtime_error& e) {

@@ -40,7 +40,7 @@ class Publisher {
 
   void run(const std::stop_token& stop);
   std::string publish(const std::stop_token& stop);
-  std::unique_ptr<MediaOutput> connect(const StreamHeader& header, std::span<const std::uint8_t> parameter_sets,
+  std::unique_ptr<MediaOutput> connect(const StreamMessage& first, std::span<const std::uint8_t> parameter_sets,
                                        const std::stop_token& stop);
   PublishQueue::Picture next(const std::stop_token& stop);
   void demand(bool wanted);

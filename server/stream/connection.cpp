@@ -167,9 +167,43 @@ class StreamConnection final : public Connection {
     }
   }
 
+  /// Answers with what `make` returns on that thread. Meanwhile the others go on, and this connection reads nothing.
+  template <typename Make>
+  void answer_from(asio::thread_pool& thread, bool keep_alive, Make make) {
+    lowest().expires_never();
+    asio::post(thread, [self = self(), keep_alive, make = std::move(make)] {
+      WebReply answer{.status = 500, .type = kPlainText, .body = "the service failed to answer\n"};
+      try {
+        answer = make();
+      } catch (const std::exception&) {
+      }
+      asio::post(self->server_.io, [self, keep_alive, answer = std::move(answer)]() mutable {
+        self->reply(std::move(answer), keep_alive);
+      });
+    });
+  }
+
+  static constexpr std::string_view kModels = "/models/";
+
+  /// DELETE /models/NAME.
+  void remove_model(std::string_view path) {
+    const auto refuse = [&](unsigned status, const char* body) {
+      reply({.status = status, .type = kPlainText, .body = body}, false);
+    };
+    if (!server_.handlers.upload || !path.starts_with(kModels)) return refuse(405, "GET or HEAD\n");
+    if (!listener_.settings.permissions.has(Permission::admin)) return refuse(403, "not permitted on this listener\n");
+    if (server_.uploading) return refuse(409, "found an upload that is not finished, allowed: one at a time\n");
+    server_.uploading = true;
+    const auto free_again = std::shared_ptr<void>(
+        nullptr, [&server = server_](void*) { asio::post(server.io, [&server] { server.uploading = false; }); });
+    answer_from(server_.file_thread, false,
+                [&server = server_, name = std::string(path.substr(kModels.size())), free_again] {
+                  return server.handlers.upload->remove(name);
+                });
+  }
+
   /// PUT /models/NAME.
   void receive_upload() {
-    constexpr std::string_view kModels = "/models/";
     const auto& request = header_->get();
     const auto field = [&](http::field name) { return view_of(request[name]); };
     const auto refuse = [&](unsigned status, const char* body) {
@@ -228,6 +262,7 @@ class StreamConnection final : public Connection {
     if (request.method() == http::verb::post && server_.handlers.post) {
       return reply(server_.handlers.post(path), request.keep_alive());
     }
+    if (request.method() == http::verb::delete_) return remove_model(path);
     if (request.method() != http::verb::get && request.method() != http::verb::head) {
       return reply({.status = 405, .type = kPlainText, .body = "GET or HEAD\n"}, false);
     }
@@ -242,6 +277,9 @@ class StreamConnection final : public Connection {
       }
       return become_viewer();
     }
+    if (path == "/snapshot.jpg" && server_.handlers.snapshot)
+      return answer_from(server_.snapshot_thread, request.keep_alive(),
+                         [&server = server_] { return server.handlers.snapshot(); });
     reply(path == "/ws" ? WebReply{.status = 426, .type = kPlainText, .body = "a websocket\n"}
                         : server_.handlers.get(path),
           request.keep_alive());
@@ -272,7 +310,7 @@ class StreamConnection final : public Connection {
           break;
         case Login::Answer::too_many_attempts:
           server_.metrics.refused_connection();
-          reply({.status = 429, .type = kPlainText, .body = "too many attempts: wait a minute\n"}, false);
+          reply(too_many_attempts(), false);
           break;
       }
       return true;
@@ -282,7 +320,8 @@ class StreamConnection final : public Connection {
       return false;
     const bool reads = request.method() == http::verb::get || request.method() == http::verb::head;
     if (path == "/login" && reads) {
-      reply(server_.handlers.get("/login.html"), request.keep_alive());
+      reply(view_of(request.target()).starts_with("/login?wrong") ? login_page("login-wrong") : login_page(),
+            request.keep_alive());
     } else if (path == "/" && reads) {
       reply(redirect("/login"), request.keep_alive());
     } else {
@@ -291,6 +330,22 @@ class StreamConnection final : public Connection {
       reply(std::move(unknown), false);
     }
     return true;
+  }
+
+  /// The form, with the one of its messages that has this id.
+  WebReply login_page(const std::string& message = "") const {
+    WebReply page = server_.handlers.get("/login.html");
+    const std::string shown = "id=\"" + message + '"', hidden = shown + " hidden";
+    if (const std::size_t at = page.body.find(hidden); at != std::string::npos)
+      page.body.replace(at, hidden.size(), shown);
+    return page;
+  }
+
+  WebReply too_many_attempts() const {
+    WebReply page = login_page("login-wait");
+    page.status = 429;
+    page.headers.emplace_back("Retry-After", std::to_string(static_cast<int>(kStream.attempts_within_s)));
+    return page;
   }
 
   static WebReply redirect(const char* to) {
@@ -400,7 +455,7 @@ class StreamConnection final : public Connection {
     } else if (const auto* object = std::get_if<ObjectCommand>(&command)) {
       wrong = server_.handlers.change_object(*object);
       if (!wrong) server_.objects_changed();
-      harmless = object->on_pixel.has_value();  // there may be no surface
+      harmless = true;  // there may be no surface, or the object has just gone
     } else if (const auto* record = std::get_if<RecordCommandOfViewer>(&command)) {
       wrong = server_.handlers.record(record->on);
     } else if (const auto* playback = std::get_if<PlaybackCommand>(&command)) {

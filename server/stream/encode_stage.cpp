@@ -23,7 +23,7 @@ std::shared_ptr<const StreamMessage> message(const ShownFrame& frame, StreamSize
   header.height = static_cast<std::uint16_t>(kind == StreamKind::jpeg ? frame.srgb->height : frame.srgb->height & ~1);
   header.capture_time_ns = unix_time_ns(frame.captured);
   header.send_time_ns = unix_time_ns(std::chrono::steady_clock::now());
-  return make_stream_message(header, payload, size);
+  return make_stream_message(header, payload, size, frame.captured);
 }
 
 }  // namespace

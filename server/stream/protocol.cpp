@@ -219,9 +219,11 @@ Command parse(const nlohmann::json& message) {
 }  // namespace
 
 std::shared_ptr<const StreamMessage> make_stream_message(const StreamHeader& header,
-                                                         std::span<const std::uint8_t> payload, StreamSize size) {
+                                                         std::span<const std::uint8_t> payload, StreamSize size,
+                                                         std::chrono::steady_clock::time_point captured) {
   auto message = std::make_shared<StreamMessage>();
   message->header = header;
+  message->captured = captured;
   message->size = size;
   std::vector<std::uint8_t>& out = message->bytes;
   out.resize(kStreamHeaderBytes + payload.size());

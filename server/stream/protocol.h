@@ -2,6 +2,7 @@
 // Parsing and serialisation of the stream's messages, as in docs/protocol.md. Pure functions.
 #include <Eigen/Geometry>
 #include <atomic>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -38,12 +39,15 @@ enum class StreamSize { full, half };  ///< half: of width and height
 /// One binary message, shared by all viewers that receive it.
 struct StreamMessage {
   StreamHeader header;
+  /// The same moment as the header's capture time, on a clock that nobody sets: durations are of this one.
+  std::chrono::steady_clock::time_point captured{};
   StreamSize size = StreamSize::full;
   std::vector<std::uint8_t> bytes;  ///< header and payload
 };
 std::shared_ptr<const StreamMessage> make_stream_message(const StreamHeader& header,
                                                          std::span<const std::uint8_t> payload,
-                                                         StreamSize size = StreamSize::full);
+                                                         StreamSize size = StreamSize::full,
+                                                         std::chrono::steady_clock::time_point captured = {});
 
 /// Which encodings of one size viewers currently request: a kind that no viewer requests is not encoded.
 struct SizeDemand {

@@ -208,9 +208,9 @@ void WebServer::State::look_at_networks() {
 void WebServer::State::publish(const std::shared_ptr<const StreamMessage>& message) {
   if (message->header.kind == StreamKind::config) {
     configs[static_cast<std::size_t>(message->size)] = message;
-  } else if (capture_times_ns.empty() || capture_times_ns.back().first != message->header.sequence) {
-    capture_times_ns.emplace_back(message->header.sequence, message->header.capture_time_ns);
-    if (capture_times_ns.size() > kStream.remembered_frames) capture_times_ns.pop_front();
+  } else if (capture_times.empty() || capture_times.back().first != message->header.sequence) {
+    capture_times.emplace_back(message->header.sequence, message->captured);
+    if (capture_times.size() > kStream.remembered_frames) capture_times.pop_front();
   }
   for (const auto& viewer : viewers()) viewer->offer(message);
 }
@@ -220,11 +220,10 @@ void WebServer::State::publish_text(const std::string& kind, const std::string& 
 }
 
 void WebServer::State::acknowledged(std::uint32_t sequence) {
-  const auto known = std::ranges::find(capture_times_ns, sequence, [](const auto& frame) { return frame.first; });
-  if (known == capture_times_ns.end()) return;
-  const auto now = std::chrono::system_clock::now().time_since_epoch();
-  const auto now_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(now).count();
-  metrics.time("capture_to_ack", 1e-9 * static_cast<double>(now_ns - known->second));
+  const auto known = std::ranges::find(capture_times, sequence, [](const auto& frame) { return frame.first; });
+  if (known == capture_times.end()) return;
+  const auto age = std::chrono::steady_clock::now() - known->second;
+  metrics.time("capture_to_ack", std::chrono::duration<double>(age).count());
 }
 
 WebServer::WebServer(const WebSettings& settings, WebHandlers handlers, EncoderDemand& demand, Metrics& metrics)

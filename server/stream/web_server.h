@@ -40,7 +40,7 @@ struct WebReply {
   std::string connects_to = {};  ///< an origin beside this one that the page may connect to
 };
 
-/// What becomes of a file that a client with the permission `admin` sends: PUT /models/NAME.
+/// What becomes of a file that a client with the permission `admin` sends, PUT /models/NAME, or removes, DELETE.
 struct UploadHandlers {
   struct Place {
     std::filesystem::path file;  ///< that does not exist yet; removed if it is still there after `received`
@@ -50,12 +50,17 @@ struct UploadHandlers {
   std::function<std::variant<Place, WebReply>(std::string_view name, std::optional<std::uint64_t> bytes)> begin;
   /// Takes the file. On the thread that writes files.
   std::function<WebReply(const std::filesystem::path& file, std::string_view name)> received;
+  /// Removes what was received by this name before. On the thread that writes files.
+  std::function<WebReply(std::string_view name)> remove;
 };
 
-/// Callbacks into the service; all are called on the server's thread. A request for which one
+/// Callbacks into the service; all are called on the server's thread if nothing else is said. A request for which one
 /// throws is answered with 500, a viewer is closed.
 struct WebHandlers {
   std::function<WebReply(std::string_view path)> get;
+  /// GET /snapshot.jpg. On a thread of its own, one at a time: to encode a picture takes milliseconds, in which viewers
+  /// would get none. Null: `get` answers.
+  std::function<WebReply()> snapshot = nullptr;
   std::function<WebReply(std::string_view path)> post = nullptr;  ///< null: POST is not answered
   std::optional<UploadHandlers> upload = {};                      ///< none: nothing can be sent
   std::function<std::string(Permissions)> hello;                  ///< JSON text for a new viewer

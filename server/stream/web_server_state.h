@@ -51,13 +51,15 @@ struct WebServer::State {
   std::list<Listener> listeners;
   boost::asio::steady_timer state_timer{io}, stop_timer{io}, network_timer{io};
   bool state_waits = false;
-  std::list<std::shared_ptr<Connection>> connections;                   ///< oldest first
-  std::array<std::shared_ptr<const StreamMessage>, 2> configs;          ///< the newest of each size; may be null
-  std::deque<std::pair<std::uint32_t, std::int64_t>> capture_times_ns;  ///< of recent frames, by sequence number
-  bool uploading = false;                                               ///< one at a time
+  std::list<std::shared_ptr<Connection>> connections;           ///< oldest first
+  std::array<std::shared_ptr<const StreamMessage>, 2> configs;  ///< the newest of each size; may be null
+  /// Of recent frames, by sequence number.
+  std::deque<std::pair<std::uint32_t, std::chrono::steady_clock::time_point>> capture_times;
+  bool uploading = false;  ///< or removing: one at a time
   std::thread thread;
   std::atomic<std::chrono::steady_clock::time_point> last_turn{std::chrono::steady_clock::now()};
-  boost::asio::thread_pool file_thread{1};  ///< last: what it runs uses the members above
+  /// Last: what they run uses the members above.
+  boost::asio::thread_pool file_thread{1}, snapshot_thread{1};
 
   State(const WebSettings& the_settings, WebHandlers the_handlers, EncoderDemand& the_demand, Metrics& the_metrics);
 

@@ -17,3 +17,19 @@ export function pixelOf(camera, T_tag_camera, point) {
   if (!(z > 0)) return null;
   return [camera.cx + (camera.fx * x) / z, camera.cy + (camera.fy * y) / z];
 }
+
+/** Rotates a vector by a unit quaternion. */
+function rotated([w, ...q], v) {
+  const cross = ([ax, ay, az], [bx, by, bz]) => [ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx];
+  const t = cross(q, v).map((value) => 2 * value);
+  return cross(q, t).map((value, i) => v[i] + w * t[i] + value);
+}
+
+/** The corners of the box around an object, in the tag frame; its place alone while its model is not known. */
+export function cornersOf({ position_m, rotation_wxyz, bounds_m }) {
+  if (!bounds_m) return [position_m];
+  return [0, 1, 2, 3, 4, 5, 6, 7].map((corner) => {
+    const offset = rotated(rotation_wxyz, [0, 1, 2].map((i) => bounds_m[(corner >> i) & 1][i]));
+    return position_m.map((value, i) => value + offset[i]);
+  });
+}

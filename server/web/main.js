@@ -20,7 +20,7 @@ const controls = new Controls((message) => connection.send(message));
 const playbackBar = new PlaybackBar((message) => connection.send(message));
 const recordButton = new RecordButton((message) => connection.send(message));
 const saveButton = new SaveButton((message) => connection.send(message));
-const upload = new Upload();
+const upload = new Upload(() => controls.current?.name);
 const kiosk = isKiosk ? new Kiosk() : null;
 if (!isKiosk) new Maps();
 let h264Works = h264Possible();

@@ -1,11 +1,10 @@
 // The objects under mouse, fingers and keys. One finger moves an object at its height, two fingers turn it.
-import { pixelOf, pointOnPlane } from "./camera.js";
+import { cornersOf, pixelOf, pointOnPlane } from "./camera.js";
 
 const STEP_M = 0.01;
 const TURN_DEGREES = 5;
 const SLACK_PX = 8; // of the screen: a tap that moves less moves nothing
 const REACH = 0.12; // of the picture's width: how far from an object a tap still means it
-const REACH_UP_M = 0.15; // an object is taken for as high: the service does not tell sizes
 const NAMED_MS = 2000;
 
 const $ = (id) => document.getElementById(id);
@@ -13,10 +12,10 @@ const $ = (id) => document.getElementById(id);
 export const keyOf = (event) => (event.key.length === 1 ? event.key.toLowerCase() : event.key);
 const degrees = (angle) => ((((angle + 180) % 360) + 360) % 360) - 180;
 
-function distanceToSegment([u, v], [u0, v0], [u1, v1]) {
-  const [du, dv] = [u1 - u0, v1 - v0];
-  const along = Math.min(1, Math.max(0, ((u - u0) * du + (v - v0) * dv) / (du * du + dv * dv || 1)));
-  return Math.hypot(u - u0 - along * du, v - v0 - along * dv);
+/** From a pixel to the smallest rectangle that holds all of these; 0 inside. */
+function distanceToAll([u, v], pixels) {
+  const outside = (at, all) => Math.max(Math.min(...all) - at, 0, at - Math.max(...all));
+  return Math.hypot(outside(u, pixels.map((p) => p[0])), outside(v, pixels.map((p) => p[1])));
 }
 
 export class PictureControls {
@@ -63,13 +62,13 @@ export class PictureControls {
     const { camera, T_tag_camera, objects } = this.controls;
     if (!camera || !T_tag_camera) return -1;
     const pixel = this.pixel(at);
-    const distances = objects.map(({ visible, position_m: [x, y, z] }) => {
-      const foot = pixelOf(camera, T_tag_camera, [x, y, z]);
-      const head = pixelOf(camera, T_tag_camera, [x, y, z + REACH_UP_M]);
-      return visible && foot && head ? distanceToSegment(pixel, foot, head) : Infinity;
+    const found = objects.map((object, index) => {
+      const pixels = cornersOf(object).map((corner) => pixelOf(camera, T_tag_camera, corner));
+      const far = Math.hypot(...object.position_m.map((value, i) => value - T_tag_camera[i][3]));
+      return { index, far, away: object.visible && pixels.every(Boolean) ? distanceToAll(pixel, pixels) : Infinity };
     });
-    const nearest = Math.min(...distances);
-    return nearest < REACH * this.size[0] ? distances.indexOf(nearest) : -1;
+    const [nearest] = found.sort((a, b) => a.away - b.away || a.far - b.far); // of those there, the one in front
+    return nearest?.away < REACH * this.size[0] ? nearest.index : -1;
   }
 
   down(event) {

@@ -1,12 +1,14 @@
-// Operators add a model to the exhibit: a file that is chosen or dropped on the page, with progress.
+// Operators add a model to the exhibit, a file that is chosen or dropped on the page, with progress; and remove one.
 import { error } from "./messages.js";
 import { number, text } from "./text.js";
 
 const $ = (id) => document.getElementById(id);
 
 export class Upload {
-  constructor() {
+  /** chosen(): the name of the object that is chosen, undefined if none is */
+  constructor(chosen) {
     this.request = null;
+    $("remove").onclick = () => this.remove(chosen());
     $("upload").onclick = () => (this.request ? this.request.abort() : $("upload-file").click());
     $("upload-file").onchange = () => {
       const [file] = $("upload-file").files;
@@ -25,7 +27,22 @@ export class Upload {
   }
 
   get permitted() { return !$("upload").hidden; }
-  set permitted(permitted) { $("upload").hidden = !permitted; }
+  set permitted(permitted) { $("upload").hidden = $("remove").hidden = !permitted; }
+
+  /** What was uploaded is called as its file. */
+  async remove(name) {
+    if (name === undefined || !window.confirm(text("upload.remove.sure", { name }))) return;
+    $("remove").disabled = true;
+    $("upload-state").textContent = "";
+    try {
+      const reply = await fetch(`models/${encodeURIComponent(name)}.glb`, { method: "DELETE" });
+      if (reply.ok) $("upload-state").textContent = text("upload.removed");
+      else error(`${name}: ${(await reply.text()).trim()}`);
+    } catch {
+      error(`${name}: ${text("upload.lost")}`);
+    }
+    $("remove").disabled = false;
+  }
 
   send(file) {
     const request = this.request = new XMLHttpRequest();

@@ -81,5 +81,40 @@ TEST(ModelUpload, WhatCannotBeUsedChangesNothing) {
   EXPECT_EQ(send(ModelUpload({}, kMax_mb, kMinFree_gb, [] {}), "a.glb", triangle()).status, 409u) << "no exhibit";
 }
 
+TEST(ModelUpload, AModelIsRemovedWithItsObject) {
+  const TinySession tiny("upload-remove");
+  tiny.write("exhibit.toml", "# by hand\n");
+  const ModelUpload upload(tiny.folder / "exhibit.toml", kMax_mb, kMinFree_gb, [] {});
+  ASSERT_EQ(send(upload, "vase.glb", triangle()).status, 201u);
+  ASSERT_EQ(send(upload, "bowl.glb", triangle()).status, 201u);
+  EXPECT_EQ(upload.remove("vase.glb").status, 200u);
+  EXPECT_EQ(tiny.read("exhibit.toml"),
+            "# by hand\n\n[[object]]  # uploaded on the page\nname = \"bowl\"\nmodel = \"models/bowl.glb\"\n"
+            "on = \"table\"\n");
+  EXPECT_FALSE(fs::exists(tiny.folder / "models/vase.glb"));
+  EXPECT_TRUE(fs::exists(tiny.folder / "models/bowl.glb"));
+  EXPECT_EQ(upload.remove("vase.glb").body, "found no model of this name, allowed: one that was uploaded\n");
+  EXPECT_EQ(send(upload, "vase.glb", triangle()).status, 201u) << "the name is free again";
+}
+
+TEST(ModelUpload, WhatCannotBeRemovedStays) {
+  const TinySession tiny("upload-stays");
+  tiny.write("exhibit.toml", "# by hand\n");
+  tiny.write("secret.glb", "x");
+  const fs::path exhibit = tiny.folder / "exhibit.toml";
+  ASSERT_EQ(send(ModelUpload(exhibit, kMax_mb, kMinFree_gb, [] {}), "a.glb", triangle()).status, 201u);
+  const std::string before = tiny.read("exhibit.toml");
+  const ModelUpload upload(exhibit, kMax_mb, kMinFree_gb, [] { throw std::runtime_error("another object needs it"); });
+  const WebReply kept = upload.remove("a.glb");
+  EXPECT_EQ(kept.status, 422u);
+  EXPECT_NE(kept.body.find("another object needs it"), std::string::npos);
+  for (const char* name : {"../secret.glb", "..%2fsecret.glb", "", ".glb", "a.toml"})
+    EXPECT_EQ(upload.remove(name).status, 400u) << name;
+  EXPECT_EQ(upload.remove("secret.glb").status, 404u);
+  EXPECT_EQ(tiny.read("exhibit.toml"), before);
+  EXPECT_EQ(tiny.read("models/a.glb"), triangle());
+  EXPECT_EQ(ModelUpload({}, kMax_mb, kMinFree_gb, [] {}).remove("a.glb").status, 404u) << "no exhibit";
+}
+
 }  // namespace
 }  // namespace lumigraft::server

@@ -46,6 +46,15 @@ using Names = std::set<std::string>;
 
 std::uintmax_t plenty(const fs::path&) { return 1'000'000'000'000; }
 
+TEST_F(RecordingsFolderTest, TheNewestIsNewestAlsoWhereTheClockWasSetBack) {
+  add("before", -1);  // an hour in the future
+  fs::create_directory(at("after"));
+  std::ofstream(at("after") / "color.mkv") << std::string(100'000, 'x');
+  RecordingsFolder::mark(at("after"));
+  EXPECT_EQ(folder(0.00015, 0.1, plenty).make_room({}), "");
+  EXPECT_EQ(left(), Names{"after"});
+}
+
 TEST_F(RecordingsFolderTest, TheOldestGoWhereAllTakeTooMuch) {
   add("c", 1);
   add("a", 3);

@@ -40,6 +40,19 @@ TEST(ExhibitState, CommandsChangeACopy) {
   EXPECT_NE(apply(board, R"({"type":"object","index":2,"visible":false})"), std::nullopt);
 }
 
+TEST(ExhibitState, ViewersKnowTheBoxOfAnObject) {
+  relight::Exhibit exhibit = two_objects();
+  auto model = std::make_shared<relight::Model>(*exhibit.objects[0].model);
+  model->positions_m = {{0, 0, 0}, {1, 2, 8}, {-1, 3, 4}};
+  exhibit.objects[0].model = model;
+  exhibit.objects[0].scale = 0.5;
+  exhibit.objects[0].origin_m = {1, 0, 0};
+  const ExhibitState board(exhibit);
+  const auto objects = nlohmann::json::parse(board.objects_json());
+  EXPECT_EQ(objects[0]["bounds_m"], nlohmann::json::parse("[[-1.0, 0.0, 0.0], [0.0, 1.5, 4.0]]"));
+  EXPECT_EQ(objects[1]["bounds_m"], nullptr) << "it has no model yet";
+}
+
 TEST(ExhibitState, ObjectsStayWithinTheBounds) {
   const Eigen::AlignedBox3d bounds(Eigen::Vector3d(-0.5, -0.5, 0), Eigen::Vector3d(0.5, 0.5, 1));
   ExhibitState board(two_objects(), {.bounds_m = bounds, .reset_after_s = {}});

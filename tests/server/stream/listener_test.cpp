@@ -28,6 +28,8 @@ class ListenerTest : public testing::Test {
     WebHandlers handlers;
     handlers.get = [](std::string_view path) {
       if (path == "/fails") throw std::runtime_error("a handler that fails");
+      if (path == "/login.html")
+        return WebReply{.body = R"(this is /login.html <p id="login-wrong" hidden><p id="login-wait" hidden>)"};
       return WebReply{.status = 200, .type = "text/html", .body = "this is " + std::string(path)};
     };
     handlers.hello = [](Permissions may) { return "hello of " + std::to_string(may.names().size()); };
@@ -130,6 +132,8 @@ TEST_F(ListenerTest, ATokenIsNeeded) {
   EXPECT_TRUE(WebsocketClient(web_->port(0), std::string("Authorization: Bearer ") + kToken + "\r\n").open());
 
   EXPECT_NE(log_in("token=wrong").find("Location: /login?wrong"), std::string::npos);
+  EXPECT_NE(get(0, "/login?wrong").find(R"(<p id="login-wrong"><p id="login-wait" hidden>)"), std::string::npos);
+  EXPECT_NE(get(0, "/login").find(R"(<p id="login-wrong" hidden><p id="login-wait" hidden>)"), std::string::npos);
   const std::string in = log_in(std::string("token=") + kToken);
   const std::size_t at = in.find("Set-Cookie: ");
   ASSERT_NE(at, std::string::npos) << in;
@@ -138,7 +142,10 @@ TEST_F(ListenerTest, ATokenIsNeeded) {
   EXPECT_NE(get(0, "/", "Cookie: " + cookie + "\r\n").find("this is /"), std::string::npos);
   EXPECT_TRUE(WebsocketClient(web_->port(0), "Cookie: " + cookie + "\r\n").open());
   for (int i = 0; i < 10; ++i) log_in("token=guess");
-  EXPECT_NE(log_in(std::string("token=") + kToken).find(" 429 "), std::string::npos);
+  const std::string refused = log_in(std::string("token=") + kToken);
+  EXPECT_NE(refused.find(" 429 "), std::string::npos);
+  EXPECT_NE(refused.find(R"(<p id="login-wrong" hidden><p id="login-wait">)"), std::string::npos)
+      << "the form says why";
 }
 
 TEST_F(ListenerTest, PermissionsAndTokensChangeWhileItRuns) {

@@ -47,6 +47,11 @@ class UploadTest : public testing::Test {
               if (name == "broken") throw std::runtime_error("as a disk that fails");
               received_ = content_of(file);
               return WebReply{.status = 201, .body = std::to_string(received_.size())};
+            },
+        .remove =
+            [](std::string_view name) {
+              if (name == "broken") throw std::runtime_error("as a disk that fails");
+              return WebReply{.status = 200, .body = "removed " + std::string(name)};
             }};
     web_ = std::make_unique<WebServer>(settings, handlers, demand_, metrics_);
     web_->start();
@@ -54,6 +59,9 @@ class UploadTest : public testing::Test {
   std::string put(const std::string& name, const std::string& body, const std::string& more = "") const {
     return http_exchange(web_->port(), "PUT /models/" + name + " HTTP/1.1\r\nHost: localhost\r\n" + more +
                                            "Content-Length: " + std::to_string(body.size()) + "\r\n\r\n" + body);
+  }
+  std::string remove(const std::string& path, const std::string& more = "") const {
+    return http_exchange(web_->port(), "DELETE " + path + " HTTP/1.1\r\nHost: localhost\r\n" + more + "\r\n");
   }
   static bool answers(const std::string& reply, int status) {
     return reply.starts_with("HTTP/1.1 " + std::to_string(status));
@@ -92,6 +100,16 @@ TEST_F(UploadTest, WhatIsRefusedIsNotRead) {
 TEST_F(UploadTest, OnlyAdministratorsSendFiles) {
   start({Permission::view, Permission::control, Permission::record});
   EXPECT_TRUE(answers(put("a.glb", "x"), 403));
+  EXPECT_TRUE(answers(remove("/models/a.glb"), 403));
+}
+
+TEST_F(UploadTest, ModelsAreRemoved) {
+  start();
+  EXPECT_TRUE(remove("/models/a.glb").ends_with("removed a.glb"));
+  EXPECT_TRUE(answers(remove("/models/a.glb", "Origin: http://evil.example\r\n"), 403));
+  EXPECT_TRUE(answers(remove("/models/broken"), 500));
+  EXPECT_TRUE(answers(remove("/other"), 405));
+  EXPECT_TRUE(answers(put("a.glb", "x"), 201)) << "the next one is taken";
 }
 
 // A client who states no length is cut off at the limit, one who stops or goes away leaves no file.

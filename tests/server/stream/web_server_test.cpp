@@ -5,7 +5,9 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <latch>
 #include <nlohmann/json.hpp>
+#include <semaphore>
 #include <thread>
 
 #include "tests/server/stream/stream_header.h"
@@ -23,6 +25,11 @@ class WebServerTest : public testing::Test {
     WebHandlers handlers;
     handlers.get = [](std::string_view path) {
       return path == "/" ? WebReply{200, "text/html", "the page"} : WebReply{404, "text/plain", "none"};
+    };
+    handlers.snapshot = [this] {
+      snapshot_begun_.count_down();
+      EXPECT_TRUE(pictures_came_.try_acquire_for(std::chrono::seconds(10)));
+      return WebReply{200, "image/jpeg", "a picture"};
     };
     handlers.hello = [](Permissions) { return std::string(R"({"type":"hello"})"); };
     handlers.state = [this] { return R"({"type":"state","moved":)" + std::to_string(moved_.load()) + "}"; };
@@ -68,6 +75,8 @@ class WebServerTest : public testing::Test {
   EncoderDemand demand_;
   Metrics metrics_;
   std::atomic<int> moved_ = 0;
+  std::latch snapshot_begun_{1};
+  std::binary_semaphore pictures_came_{0};
   std::unique_ptr<WebServer> web_;
   std::jthread camera_;
 };
@@ -94,6 +103,20 @@ TEST_F(WebServerTest, HelloThenFramesThatWereRequested) {
   }
   EXPECT_EQ(demand_.jpeg, 1);
   EXPECT_EQ(metrics_.viewers(), 1);
+}
+
+TEST_F(WebServerTest, PicturesGoOnWhileASnapshotIsEncoded) {
+  start();
+  WebsocketClient client(port());
+  want(client);
+  expect_frames(client, 1);
+  std::string reply;
+  std::jthread asks([&] { reply = http_get(port(), "/snapshot.jpg"); });
+  snapshot_begun_.wait();
+  expect_frames(client, 5);
+  pictures_came_.release();
+  asks.join();
+  EXPECT_TRUE(reply.ends_with("a picture")) << reply;
 }
 
 TEST_F(WebServerTest, AChangeIsSentToAllViewers) {
@@ -131,12 +154,24 @@ TEST_F(WebServerTest, AFirstBadMessageIsAnsweredASecondEndsTheStream) {
   want(good);
   bad.send_text(R"({"type":"launch"})");
   EXPECT_TRUE(bad.receive_text(R"("type":"error")"));
-  bad.send_text(R"({"type":"object","index":3,"visible":true})");
-  EXPECT_TRUE(bad.receive_text("there is one"));
+  bad.send_text(R"({"type":"object","index":-3,"visible":true})");
+  EXPECT_TRUE(bad.receive_text(R"("type":"error")"));
   const auto close = bad.receive();
   ASSERT_TRUE(close);
   EXPECT_EQ(close->close_code(), 1008);
   expect_frames(good, 5);
+}
+
+// As of a visitor who drags an object that an operator removes.
+TEST_F(WebServerTest, CommandsOfAnObjectThatIsGoneEndNoStream) {
+  start();
+  WebsocketClient viewer(port());
+  want(viewer);
+  for (int i = 0; i < 4; ++i) {
+    viewer.send_text(R"({"type":"object","index":3,"visible":true})");
+    EXPECT_TRUE(viewer.receive_text("there is one"));
+  }
+  expect_frames(viewer, 3);
 }
 
 TEST_F(WebServerTest, TouchesThatMissEndNoStream) {
