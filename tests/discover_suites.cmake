@@ -1,7 +1,7 @@
 # CTest includes this when it starts, once for each program of GoogleTest: one test for each of its suites. One process for
 # each single test would load the program's 270 shared libraries each time, which takes as long as most tests. Long tests
 # are tests of CTest by themselves, so that all processors have work until the end.
-#   program  label  alone  cameras  long_tests   as for lumigraft_module_tests
+#   program  label  alone  cameras  left_out  long_tests   as for lumigraft_module_tests
 
 function(add_one name filter)
   add_test("${label}.${name}" "${program}" "--gtest_filter=${filter}")
@@ -22,7 +22,7 @@ function(add_suites filter)
     if(line MATCHES "^([A-Za-z0-9_/]+)[.]$")
       set(suite "${CMAKE_MATCH_1}")
       if(NOT long_tests)
-        add_one("${suite}" "${suite}.*" ${ARGN})
+        add_one("${suite}" "${suite}.*-${left_out}" ${ARGN})
       endif()
     elseif(long_tests AND line MATCHES "^  (.+)$")
       add_one("${suite}.${CMAKE_MATCH_1}" "${suite}.${CMAKE_MATCH_1}" SKIP_REGULAR_EXPRESSION "  SKIPPED " ${ARGN})
@@ -40,4 +40,4 @@ endif()
 if(cameras)
   add_suites("${cameras}" RESOURCE_LOCK loopback_camera)
 endif()
-add_suites("-${alone}:${cameras}")
+add_suites("-${alone}:${cameras}:${left_out}")
