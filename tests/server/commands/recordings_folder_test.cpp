@@ -17,7 +17,7 @@ class RecordingsFolderTest : public testing::Test {
     fs::remove_all(root_);
     fs::create_directories(root_ / "recorded");
   }
-  ~RecordingsFolderTest() override { fs::remove_all(root_); }
+  void TearDown() override { fs::remove_all(root_); }
 
   /// A recording of 100 kB that began `age` hours ago.
   void add(const std::string& name, int age, bool marked = true) const {
@@ -36,7 +36,8 @@ class RecordingsFolderTest : public testing::Test {
   fs::path at(const std::string& name) const { return root_ / "recorded" / name; }
   RecordingsFolder folder(double max_total_gb, double min_free_gb, RecordingsFolder::FreeBytes free_bytes) const {
     return RecordingsFolder(root_ / "recorded",
-                            {.max_s = 600, .max_total_gb = max_total_gb, .min_free_gb = min_free_gb}, free_bytes);
+                            {.max_s = 600, .max_total_gb = max_total_gb, .min_free_gb = min_free_gb},
+                            std::move(free_bytes));
   }
 
   const fs::path root_;
