@@ -5,6 +5,7 @@
 #include <chrono>
 #include <fstream>
 #include <set>
+#include <utility>
 
 namespace lumigraft::server {
 namespace {
