@@ -47,7 +47,8 @@ bool may_shade(const Eigen::Vector4f& sphere, const Eigen::Vector3f& tile_m, flo
   return (to - along * way).norm() <= sphere.w() + (1 - along) * radius_m + along * source.reach_m();
 }
 
-/// The most light that the objects may hide anywhere in a tile, which their shadow may cross beside its pixel.
+/// Upper bound of the light of lamps that objects hide at any point of a tile. Shadows may be narrower than a tile, so
+/// the shadow at its one traced pixel is no bound.
 Rgb hidden_at_most(const std::vector<Eigen::Vector4f>& spheres, const std::vector<LightSampleSet>& lamps,
                    const GBufferPixel& pixel, float radius_m) {
   Rgb sum = Rgb::Zero();

@@ -12,7 +12,8 @@
 namespace lumigraft::relight {
 
 /// Tiles in which the change of light may be half a step of an 8-bit picture or more, of less than which its codes show
-/// nothing, and those next to them; of glossy surfaces all. Tiles that show no fused surface count as those around
+/// nothing, and those next to them; of glossy surfaces all. Bounded from above: an object hides a lamp wherever its
+/// bounding sphere may. Tiles that show no fused surface count as those around
 /// them: they may get their planes (fill_holes). `cells`: indirect light. `codes`: the camera's picture, sRGB.
 TileMask influenced_tiles(const DeltaLight& light, const IrradianceChangeCache& cells,
                           const std::vector<LightSampleSet>& lamps, const TilePixels& tiles,

@@ -21,8 +21,8 @@ class RecordingsFolder {
 
   /// A folder for a recording that begins now, which does not exist yet; named by its time.
   std::filesystem::path new_recording() const;
-  /// Marks it as one that a service made, once it exists, and as newer than those beside it, also where the clock was
-  /// set back meanwhile. Throws std::runtime_error.
+  /// Marks a recording that exists as made by a service, and as newer than all others of its folder, also after the
+  /// clock was set back. Throws std::runtime_error.
   static void mark(const std::filesystem::path& recording);
   /// Removes the oldest recordings until the limits are kept. Never `written`. Where that would not suffice, removes
   /// none and returns what is wrong, else an empty text. Takes as long as the disk takes to remove files.

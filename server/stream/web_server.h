@@ -54,8 +54,8 @@ struct UploadHandlers {
   std::function<WebReply(std::string_view name)> remove;
 };
 
-/// Callbacks into the service; all are called on the server's thread if nothing else is said. A request for which one
-/// throws is answered with 500, a viewer is closed.
+/// Callbacks into the service, called on the server's thread unless documented otherwise. If one throws, a request is
+/// answered with 500, and a viewer's connection is closed.
 struct WebHandlers {
   std::function<WebReply(std::string_view path)> get;
   /// GET /snapshot.jpg. On a thread of its own, one at a time: to encode a picture takes milliseconds, in which viewers
