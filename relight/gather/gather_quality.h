@@ -4,6 +4,7 @@
 namespace lumigraft::relight {
 
 struct GatherQuality {
+  int room = 1;           ///< real surfaces are traced for one pixel per square of this edge; all below are of these
   int gather = 2;         ///< indirect light is gathered for one pixel per square of this edge, pixels
   int block = 1;          ///< edge of the pixel squares of the room that share lamp shadows and indirect light
   int on_object = 1;      ///< edge of the pixel squares of objects that share lamp shadows
@@ -21,20 +22,31 @@ struct GatherQuality {
 };
 
 inline GatherQuality gather_quality_of(int trace_scale) {
+  GatherQuality live{.gather = 8,
+                     .block = 2,
+                     .on_object = 4,
+                     .step = 4,
+                     .lamp_rays = 8,
+                     .sparse = true,
+                     .inside = 1,
+                     .at_edges = 4,
+                     .mirrored = 2,
+                     .mirror_rounds = 1,
+                     .photons = 1 << 14,
+                     .rounds = 8};
   switch (trace_scale) {
+    case 32:
+      live.room = 4;
+      live.gather = 4;
+      live.block = 1;
+      return live;
+    case 16:  // light is sampled for the same pixels of the camera as with 8
+      live.room = 2;
+      live.gather = 4;
+      live.block = 1;
+      return live;
     case 8:
-      return {.gather = 8,
-              .block = 2,
-              .on_object = 4,
-              .step = 4,
-              .lamp_rays = 8,
-              .sparse = true,
-              .inside = 1,
-              .at_edges = 4,
-              .mirrored = 2,
-              .mirror_rounds = 1,
-              .photons = 1 << 14,
-              .rounds = 8};
+      return live;
     case 4:
       return {.gather = 4,
               .block = 1,

@@ -110,18 +110,20 @@ TilePixels trace_tiles(const RayRoom& room, const CameraRays& eye, const capture
 std::optional<GBufferPixel> room_behind(const RayRoom& room, const CameraRays& eye, const CurrentDepth& depth, int u,
                                         int v, float front_m, const Rgb& radiance);
 
-/// The pixel nearest to the centre of the square (x, y) of `edge` × `edge` pixels among those that count; -1: none.
+/// From the left to the central pixel of a square of so many; of two, the right one.
+constexpr int central_offset(int edge) { return edge / 2; }
+
+/// The pixel nearest to the central one of the square (x, y) of `edge` × `edge` pixels among those that count; -1:
+/// none.
 template <typename Counts>
 int central_pixel(const std::vector<GBufferPixel>& seen, const capture::CameraModel& camera, int edge, int x, int y,
                   Counts counts) {
-  const float middle = 0.4f * static_cast<float>(edge);  // of two central pixels always the same one
-  int nearest = -1;
-  float least = std::numeric_limits<float>::infinity();
+  const int middle = central_offset(edge);
+  int nearest = -1, least = std::numeric_limits<int>::max();
   for (int v = y * edge; v < std::min((y + 1) * edge, camera.height); ++v) {
     for (int u = x * edge; u < std::min((x + 1) * edge, camera.width); ++u) {
       const int pixel = v * camera.width + u;
-      const float off =
-          std::hypot(static_cast<float>(u - x * edge) - middle, static_cast<float>(v - y * edge) - middle);
+      const int du = u - x * edge - middle, dv = v - y * edge - middle, off = du * du + dv * dv;
       if (!counts(seen[static_cast<std::size_t>(pixel)]) || off >= least) continue;
       least = off;
       nearest = pixel;

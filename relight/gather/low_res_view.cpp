@@ -49,7 +49,7 @@ bool LowResView::is_even(std::size_t first) const {
 }
 
 BlockMix LowResView::mix(int u, int v, const SurfaceHit& surface) const {
-  const float to_middle = 0.5f * static_cast<float>(block_ - 1);
+  const auto to_middle = static_cast<float>(central_offset(block_));  // where most blocks have their surface
   const float x = (static_cast<float>(u) - to_middle) / static_cast<float>(block_),
               y = (static_cast<float>(v) - to_middle) / static_cast<float>(block_);
   const int left = std::clamp(static_cast<int>(std::floor(x)), 0, std::max(camera_.width - 2, 0)),

@@ -40,10 +40,9 @@ struct TracedRays {
 /// Arrays are per pixel of the window, unless noted.
 class ObjectView {
  public:
-  ObjectView(const DeltaLight& light, const std::vector<const LightSource*>& sources,
-             const std::vector<GBufferPixel>& room, const CameraRays& eye, const CurrentDepth& depth,
-             const SeenRadiance& seen, const GatherQuality& detail, float step_radiance,
-             std::vector<GBufferPixel> memory)
+  ObjectView(const DeltaLight& light, const std::vector<const LightSource*>& sources, const RoomPixels& room,
+             const CameraRays& eye, const CurrentDepth& depth, const SeenRadiance& seen, const GatherQuality& detail,
+             float step_radiance, std::vector<GBufferPixel> memory)
       : light_(light),
         sources_(sources),
         room_(room),
@@ -87,9 +86,9 @@ class ObjectView {
   std::size_t index(int u, int v) const {
     return static_cast<std::size_t>(v) * static_cast<std::size_t>(window_.width) + static_cast<std::size_t>(u);
   }
-  const GBufferPixel& room_at(int u, int v) const {
-    return room_[static_cast<std::size_t>(v + window_.top) * eye_.camera.model.width + u + window_.left];
-  }
+  const GBufferPixel& room_at(int u, int v) const { return room_.at(u + window_.left, v + window_.top); }
+  /// Through the pixel's centre.
+  Vector3f ray_at(int u, int v) const { return eye_.ray(u + window_.left, v + window_.top); }
 
   /// Index in within_ of the pixel's first ray; the first four are stratified too.
   static std::size_t pattern(int u, int v) { return static_cast<std::size_t>(kMaxRays * (4 * (v & 3) + (u & 3))); }
@@ -99,7 +98,7 @@ class ObjectView {
 
   /// Whether any ray of the pixel may meet an object.
   bool may_see(int u, int v) const {
-    const Vector3f& w = room_at(u, v).w;
+    const Vector3f w = ray_at(u, v);
     if (w.isZero(0)) return true;  // its corners may still have rays
     for (const Eigen::Vector4f& sphere : light_.objects().meshes().spheres()) {
       const Vector3f to = sphere.head<3>() - eye_m_;
@@ -137,7 +136,7 @@ class ObjectView {
       const int u = pixels[static_cast<std::size_t>(slot / rays)];
       const auto i = static_cast<std::size_t>(slot);
       const int ray = first + slot % rays;
-      fan.w[i] = is_central(ray) ? room_at(u, v).w
+      fan.w[i] = is_central(ray) ? ray_at(u, v)
                                  : eye_.ray(u + window_.left, v + window_.top,
                                             within_[pattern(u, v) + static_cast<std::size_t>(ray)]);
       fan.limit_m[i] = std::numeric_limits<float>::infinity();
@@ -430,7 +429,7 @@ class ObjectView {
 
   const DeltaLight& light_;
   const std::vector<const LightSource*>& sources_;
-  const std::vector<GBufferPixel>& room_;  ///< per pixel of the full image
+  const RoomPixels& room_;
   const CameraRays& eye_;
   const CurrentDepth& depth_;
   const SeenRadiance& seen_;
@@ -450,7 +449,7 @@ class ObjectView {
 }  // namespace
 
 ObjectPixels trace_objects(const DeltaLight& light, const std::vector<const LightSource*>& sources,
-                           const std::vector<GBufferPixel>& room, const CameraRays& eye, const CurrentDepth& depth,
+                           const RoomPixels& room, const CameraRays& eye, const CurrentDepth& depth,
                            const SeenRadiance& seen, const GatherQuality& detail, float step_radiance,
                            ObjectPixels last) {
   return ObjectView(light, sources, room, eye, depth, seen, detail, step_radiance, std::move(last.surfaces)).see();

@@ -23,6 +23,8 @@
 #include "relight/gather/parameters.h"
 #include "relight/gather/pixel_repair.h"
 #include "relight/gather/ray_light.h"
+#include "relight/gather/reduced_view.h"
+#include "relight/gather/upsample_change.h"
 #include "relight/look/camera_look.h"
 #include "relight/quality_warnings.h"
 #include "relight/static_view_cache.h"
@@ -69,6 +71,8 @@ struct RayRenderer::State {
   // State of the last camera view.
   StaticViewCache still;
   PixelRays pixel_rays;
+  /// What the room's pixels below are of; none: they are the camera's.
+  std::optional<ReducedView> reduced;
   Eigen::Matrix4f T_tag_camera = Eigen::Matrix4f::Zero();
   std::shared_ptr<const RayRoom> seen_room;
   GatherQuality detail;
@@ -85,6 +89,7 @@ struct RayRenderer::State {
   bool new_view = false;           ///< nothing was gathered for it yet
   capture::Image<float> change;    ///< 3 channels, L_Δ of real pixels, W/sr/m²
   capture::Image<float> radiance;  ///< 3 channels, of the frame for which `change` is, W/sr/m²
+  FullChange full;                 ///< these at the camera's pixels, if they are not
   ObjectPixels objects;
   ObjectLayer shown;  ///< objects as the camera sees them, behind what is in front of them
   CameraLook camera_look;
@@ -99,6 +104,24 @@ struct RayRenderer::State {
         light(std::move(models)),
         still(s.color.model),
         pixel_rays(s.color.model) {}
+
+  const CameraUpload& room_picture() const { return reduced ? reduced->picture() : camera; }
+  const capture::CameraModel& room_camera() const { return reduced ? reduced->model() : session.color.model; }
+  const capture::Image<float>& full_change() const { return reduced ? full.change : change; }
+  const capture::Image<float>& full_radiance() const { return reduced ? full.radiance : radiance; }
+
+  /// Whether squares of so many pixels of the room are one.
+  void reduce(int scale, const capture::FrameSet& frame) {
+    if (scale != (reduced ? reduced->scale() : 1)) {
+      reduced.reset();
+      if (scale > 1) reduced.emplace(session.color, scale);
+      seen_room.reset();
+      tiles = {};
+      seen.clear();
+      covered.clear();
+    }
+    if (reduced) reduced->take(frame);
+  }
 
   std::shared_ptr<const RayRoom> room_of(const reconstruct::Scene& scene) const {
     return std::make_shared<const RayRoom>(scene, known, session.tag);
@@ -138,7 +161,7 @@ struct RayRenderer::State {
     for (std::uint32_t mesh = 0; mesh < meshes.spheres().size(); ++mesh) whole = whole || meshes.transmits(mesh);
     if (whole) return {model.width, model.height, true};
     *pixels = trace_tiles(*room, eye, radiance);
-    TileMask needed = influenced_tiles(light.light(), light.cells(), lamps, **pixels, *camera.coded(), asked);
+    TileMask needed = influenced_tiles(light.light(), light.cells(), lamps, **pixels, *room_picture().coded(), asked);
     add_object_tiles(meshes.spheres(), eye, needed);
     add_moved_tiles(eye, depth, *room->field(), {recent, room->field(), session.depth_noise()}, needed);
     return needed;
@@ -149,9 +172,10 @@ struct RayRenderer::State {
   void look(const capture::FrameSet& frame, const CameraRays& eye, const CurrentDepth& depth,
             const GatherQuality& asked, bool whole, Clock& clock) {
     const Eigen::Matrix4f& T = eye.camera.T_tag_camera.matrix();
+    const CameraUpload& picture = room_picture();
     // What clips is restored in the light of now.
     const bool other_light =
-        seen_room && seen_room->illumination() != room->illumination() && (clips || camera.any_clipped());
+        seen_room && seen_room->illumination() != room->illumination() && (clips || picture.any_clipped());
     // With another exposure other pixels clip.
     const bool other_exposure = clips && gain != frame.color_gain;
     const bool at_rest = T_tag_camera == T, all_traced = tiles.has_all();
@@ -160,14 +184,14 @@ struct RayRenderer::State {
     bool same_view = same_surfaces && detail == asked;
     if (same_view && frame.depth == last_depth && (all_traced || !(whole || light.changes()))) return;
     seen_room.reset();  // until all below is done: memory may run out
-    if (!same_surfaces) radiance = camera.radiance();
+    if (!same_surfaces) radiance = picture.radiance();
     std::optional<TilePixels> pixels;
     if (!same_surfaces || !all_traced) {
       TileMask needed = needed_tiles(eye, depth, asked, whole || (at_rest && all_traced), &pixels);
       if (same_surfaces && !tiles.has_all_of(needed)) {
         needed = {eye.camera.model.width, eye.camera.model.height, true};
         pixels.reset();
-        radiance = camera.radiance();
+        radiance = picture.radiance();
         same_surfaces = same_view = false;
       }
       if (!same_surfaces) tiles = std::move(needed);
@@ -180,32 +204,32 @@ struct RayRenderer::State {
     const bool had_moved = !covered.empty();
     for (const auto& [i, pixel] : std::exchange(covered, {})) seen[i] = pixel;
     if (!same_surfaces) trace_room(*room, eye, radiance, tiles, seen);
-    auto light_change = std::make_shared<LightChange>(eye.camera, depth, camera, room->voxel_m(), seen, asked.block,
+    auto light_change = std::make_shared<LightChange>(eye.camera, depth, picture, room->voxel_m(), seen, asked.block,
                                                       pixels ? &*pixels : nullptr);
     if (!same_surfaces) {
       light_change->exclude_from(seen, radiance);
-      fill_holes(eye.camera, radiance, camera.exposure(), tiles, seen);
-      sharpen_edges(eye.camera, radiance, camera.exposure(), room->voxel_m(), tiles, seen);
-      clips = restore_clipped(*room->illumination(), lamps, camera, seen, radiance);
+      fill_holes(eye.camera, radiance, picture.exposure(), tiles, seen);
+      sharpen_edges(eye.camera, radiance, picture.exposure(), room->voxel_m(), tiles, seen);
+      clips = restore_clipped(*room->illumination(), lamps, picture, seen, radiance);
       T_tag_camera = T;
       gain = frame.color_gain;
     }
     MovedPixels moved;
     const ArrivedSurface arrived(recent, room->field(), session.depth_noise());
     if (depth.any()) {
-      moved = moved_surfaces(*room->illumination(), lamps, room->voxel_m(), eye, depth, camera, seen, &arrived);
+      moved = moved_surfaces(*room->illumination(), lamps, room->voxel_m(), eye, depth, picture, seen, &arrived);
       // Where depth sees through fused surface to other fused surface, that is what the pixel shows: a point of noisy
       // depth would be behind it for half of the pixels, and in its shadow.
       for_each_index(moved.size(), kRows * eye.camera.model.width, [&](std::size_t k) {
         auto& [i, pixel] = moved[k];
         const auto u = static_cast<int>(i) % eye.camera.model.width, v = static_cast<int>(i) / eye.camera.model.width;
         if (!seen[i].known || !(seen[i].depth_m < pixel.depth_m) || !depth.differs(u, v, seen[i].depth_m)) return;
-        if (auto behind = room_behind(*room, eye, depth, u, v, seen[i].depth_m, camera.radiance(i)))
+        if (auto behind = room_behind(*room, eye, depth, u, v, seen[i].depth_m, picture.radiance(i)))
           pixel = std::move(*behind);
       });
       for (const auto& [i, pixel] : moved) {
         covered.emplace_back(i, std::exchange(seen[i], pixel));
-        set_at(radiance, i, camera.radiance(i));
+        set_at(radiance, i, picture.radiance(i));
       }
     }
     std::shared_ptr<const MovedOccluders> occluders;
@@ -236,11 +260,12 @@ struct RayRenderer::State {
   }
 
   /// Surfaces shared by pixels, or the pixels' own.
+  int room_scale() const { return reduced ? reduced->scale() : 1; }
   const std::vector<GBufferPixel>& shared() const { return blocks ? blocks->seen() : seen; }
-  const capture::CameraModel& of_shared() const { return blocks ? blocks->camera() : session.color.model; }
+  const capture::CameraModel& of_shared() const { return blocks ? blocks->camera() : room_camera(); }
 
   void find_receivers() {
-    const capture::CameraModel& model = session.color.model;
+    const capture::CameraModel& model = room_camera();
     receivers.assign(seen.size(), {});
     change = capture::Image<float>(model.width, model.height, 3);
     for_each_pixel(tiles, model.width, model.height, kRows, [&](int u, int v) {
@@ -254,6 +279,7 @@ struct RayRenderer::State {
   /// One of 255 equal steps to the white of the picture, W/sr/m².
   float grey_level() const { return 1 / (255 * camera.exposure().maxCoeff()); }
 
+  /// `eye`, `depth`: of the camera's own pixels.
   void see(const CameraRays& eye, const CurrentDepth& depth, int rays, Clock& clock) {
     const UpdateSubset turn = new_view ? UpdateSubset{} : light.turn();
     new_view = true;  // until finish() is done: if anything throws, everything is recomputed
@@ -267,25 +293,36 @@ struct RayRenderer::State {
       }
       clock.done("gloss");
     }
-    const SeenRadiance picture(seen, radiance, eye.camera, kGather.seen_voxels * room->voxel_m());
-    objects = trace_objects(light.light(), light_sources(lamps, emitters), seen, eye, depth, picture, detail,
-                            grey_level(), std::move(objects));
+    const SeenRadiance picture(seen, radiance, {room_camera(), eye.camera.T_tag_camera},
+                               kGather.seen_voxels * room->voxel_m());
+    objects = trace_objects(light.light(), light_sources(lamps, emitters), {seen, room_camera(), room_scale()}, eye,
+                            depth, picture, detail, grey_level(), std::move(objects));
     clock.done("object pixels");
   }
 
   /// The change of light at the outlines of what moved in front of the room.
   void divide_at_outlines(const CurrentDepth& depth) {
-    capture::Image<std::uint8_t> front(change.width, change.height, 1);
+    const int scale = room_scale();
+    capture::Image<std::uint8_t> front(session.color.model.width, session.color.model.height, 1);
     for (const auto& [i, behind] : covered) {
-      const auto u = static_cast<int>(i) % front.width, v = static_cast<int>(i) / front.width;
-      if (!behind.known || behind.depth_m > seen[i].depth_m || !depth.differs(u, v, behind.depth_m))
-        front.data[i] = 255;
+      const int left = static_cast<int>(i) % change.width * scale, top = static_cast<int>(i) / change.width * scale;
+      for (int v = top; v < std::min(top + scale, front.height); ++v) {
+        for (int u = left; u < std::min(left + scale, front.width); ++u) {
+          if (!behind.known || behind.depth_m > seen[i].depth_m || depth.differs(u, v, behind.depth_m))
+            front.at(u, v) = 255;
+        }
+      }
     }
-    divide_change(depth, camera, front, objects, change);
+    divide_change(depth, camera, front, objects, reduced ? full.change : change);
   }
 
   /// From `objects` to `shown`, and with a new `change` that at outlines. Neither needs the other.
-  void finish(const CurrentDepth& depth, const MotionBlur& motion, bool changed, Clock& clock) {
+  void finish(const CameraRays& eye, const CurrentDepth& depth, const MotionBlur& motion, bool changed, Clock& clock) {
+    if (changed && reduced) {
+      upsample({reduced->scale(), change.width, change.height, seen, change, radiance, tiles}, eye, depth, camera,
+               full);
+      clock.done("upsample");
+    }
     const bool divided = changed && !covered.empty();
     for_each_index(divided ? 2 : 1, 1,
                    [&](int k) { k == 0 ? show_objects(depth, motion) : divide_at_outlines(depth); });
@@ -408,7 +445,16 @@ RelitPicture RayRenderer::relight(const capture::FrameSet& frame, const reconstr
   const CameraRays eye{s.pixel_rays, {s.session.color.model, s.held(scene.pose->T_tag_camera).cast<float>()}};
   const CurrentDepth depth(s.pixel_rays, depth_of(frame, s.session.color.model), s.room->voxel_m(),
                            s.session.depth_noise());
-  s.look(frame, eye, depth, gather_quality_of(plan.trace_scale), with_maps, clock);
+  // Maps show every pixel.
+  const GatherQuality quality = gather_quality_of(with_maps ? std::min(plan.trace_scale, 8) : plan.trace_scale);
+  s.reduce(quality.room, frame);
+  if (s.reduced) {
+    const ReducedView& view = *s.reduced;
+    s.look(frame, {view.rays(), {view.model(), eye.camera.T_tag_camera}},
+           {view.rays(), view.depth_m(), depth.voxel_m(), s.session.depth_noise()}, quality, with_maps, clock);
+  } else {
+    s.look(frame, eye, depth, quality, with_maps, clock);
+  }
   const bool lit_anew = s.light.gather(plan, done), seen_anew = lit_anew || s.new_view;
   if (seen_anew) s.see(eye, depth, plan.rays, clock);
   const float blur_px = like_camera ? s.camera_look.blur_px() : 0;
@@ -416,9 +462,9 @@ RelitPicture RayRenderer::relight(const capture::FrameSet& frame, const reconstr
   if (seen_anew || s.blur_px != blur_px || s.blurred != motion.any()) {
     s.blur_px = blur_px;
     s.blurred = motion.any();
-    s.finish(depth, motion, seen_anew, clock);
+    s.finish(eye, depth, motion, seen_anew, clock);
   }
-  compose(s.camera, {s.change, &s.radiance, like_camera}, s.shown, &result.srgb);
+  compose(s.camera, {s.full_change(), &s.full_radiance(), like_camera}, s.shown, &result.srgb);
   if (like_camera && frame.color->original)
     subsample_chroma(capture::chroma_block(*frame.color->original), s.shown, &result.srgb);
   if (seen_anew) clock.done("compose");

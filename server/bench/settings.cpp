@@ -45,10 +45,12 @@ BenchSetting gathered(int trace_scale, int rays) {
   plan.method = "rays";
   plan.trace_scale = trace_scale;
   plan.rays = rays;
-  const char* name = trace_scale == 1   ? "careful-"
-                     : trace_scale == 2 ? "half-"
-                     : trace_scale == 4 ? "quarter-"
-                                        : "live-";
+  const char* name = trace_scale == 1    ? "careful-"
+                     : trace_scale == 2  ? "half-"
+                     : trace_scale == 4  ? "quarter-"
+                     : trace_scale == 8  ? "live-"
+                     : trace_scale == 16 ? "live-room-half-"
+                                         : "live-room-quarter-";
   return {name + std::to_string(rays) + "-rays", plan};
 }
 
@@ -57,7 +59,8 @@ BenchSetting gathered(int trace_scale, int rays) {
 std::vector<BenchSetting> bench_settings(const std::string& method) {
   if (method == "reference") return {paths(method, 16), paths(method, 64)};
   if (method == "rays") {
-    return {gathered(8, 8), gathered(4, 8), gathered(4, 20), gathered(2, 20), gathered(2, 64), gathered(1, 64)};
+    return {gathered(32, 8), gathered(16, 8), gathered(8, 8),  gathered(4, 8),
+            gathered(4, 20), gathered(2, 20), gathered(2, 64), gathered(1, 64)};
   }
   const auto of = [&](const Traced& traced, int volume) { return setting(method, traced, volume); };
   std::vector<BenchSetting> settings{

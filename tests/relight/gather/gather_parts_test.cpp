@@ -106,11 +106,11 @@ TEST(LowResView, MixesLinearlyWithinASurfaceAndNothingOfAnother) {
   constexpr int column = 21, block = 4;
   const std::vector<relight::GBufferPixel> seen = two_walls(camera, column);
   const relight::LowResView view(seen, camera, block);
-  // What the blocks hold: the column of their middle on the near wall, and a thousand more on the far one.
+  // What the blocks hold: the column that their surface is seen at, and a thousand more on the far wall.
   const auto value = [&](std::size_t i) {
-    const float middle =
-        static_cast<float>(block) * static_cast<float>(i % static_cast<std::size_t>(view.camera().width)) + 1.5f;
-    return view.seen()[i].depth_m > 1.5f ? middle + 1000 : middle;
+    const relight::GBufferPixel& p = view.seen()[i];
+    const auto column_of = static_cast<float>(camera.project(p.surface.position_m.cast<double>())->x());
+    return p.depth_m > 1.5f ? column_of + 1000 : column_of;
   };
   for (int v = 0; v < camera.height; ++v) {
     for (int u = 0; u < camera.width; ++u) {
@@ -120,7 +120,7 @@ TEST(LowResView, MixesLinearlyWithinASurfaceAndNothingOfAnother) {
       ASSERT_EQ(sum, 255) << u << ", " << v;
       const float mixed = view.mixed(mix, value), expected = static_cast<float>(u) + (u < column ? 0 : 1000);
       // At the wall's end and the picture's there is a block on one side alone.
-      const bool between = (u >= 2 && u < column - block) || (u >= column + block && u < camera.width - block);
+      const bool between = (u >= block && u < column - block) || (u >= column + block && u < camera.width - block);
       ASSERT_NEAR(mixed, expected, between ? 0.1 : block) << u << ", " << v;
     }
   }

@@ -105,7 +105,7 @@ TEST(RaysKept, WhatTurnsGoesOnFromTheLastFrame) {
 // Live, light is updated in cycles of frames; after motion stops, the picture equals that of a scene that was always
 // static.
 TEST(RaysKept, LiveLightFollowsInRounds) {
-  for (const int trace_scale : {4, 8}) {
+  for (const int trace_scale : {4, 8, 16}) {
     SCOPED_TRACE(trace_scale);
     ClosedScene scene = box_on_floor();
     scene.width *= 2;

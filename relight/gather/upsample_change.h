@@ -1,0 +1,31 @@
+#pragma once
+// The change of light on real surfaces at every pixel, from a view at a fraction of the image size.
+#include <vector>
+
+#include "relight/compose/current_depth.h"
+#include "relight/gather/gbuffer.h"
+#include "relight/passes/screen/camera_upload.h"
+
+namespace lumigraft::relight {
+
+struct LowResChange {
+  int scale;                              ///< edge of the squares of pixels that a pixel of it stands for
+  int width, height;                      ///< of it, pixels
+  const std::vector<GBufferPixel>& seen;  ///< by pixel of it, and so are
+  const capture::Image<float>& change;    ///< these: 3 channels, L_Δ, W/sr/m²,
+  const capture::Image<float>& radiance;  ///< 3 channels, of the room without objects, W/sr/m², and
+  const TileMask& tiles;                  ///< what is traced
+};
+
+struct FullChange {
+  capture::Image<float> change, radiance;  ///< 3 channels, of the camera's size, W/sr/m²; 0 where nothing is traced
+};
+
+/// Joint bilateral upsampling (Kopf et al. 2007) of the change over the radiance, as a change of irradiance multiplies
+/// what the picture shows: texture is that of the picture. Where the four values around a pixel differ visibly, those
+/// count whose surface goes through the pixel's depth. On glossy surfaces, and where the picture is dark, the change
+/// itself is interpolated. Clipped channels of `picture` get the radiance that was restored for them.
+void upsample(const LowResChange& low, const CameraRays& eye, const CurrentDepth& depth, const CameraUpload& picture,
+              FullChange& full);
+
+}  // namespace lumigraft::relight
