@@ -18,9 +18,16 @@ inline constexpr struct RelightParameters {
   /// more per pixel and axis, so that an error of still_px changes the coverage by less than one.
   std::uint64_t young_field = 64, max_behind = 24, max_behind_few_changed = 64;
   double few_changed = 0.1, still_px = 0.125;
-  /// Of the choice of method: time constant of the fraction of frames in which the camera moves, and that fraction from
-  /// which it counts as moving, or as resting.
-  double motion_s = 1, mostly = 0.75;
+  double rest_s = 1;  ///< without motion, until the camera counts as resting
+  /// Of the quality ladder: times of the budget over which the step goes down, and under which the next one may take to
+  /// go up; pictures that contain the change of step itself; all pictures over which a still scene is gathered anew
+  /// (GatherQuality::rounds, twice for new objects); and those in a row that keep what was computed, until nothing
+  /// moves.
+  double over_budget = 1.1, under_budget = 0.8;
+  int settling_pictures = 2, refining_pictures = 20, kept_pictures = 15;
+  /// From a change of step to the next step up: at first; after a step down; and at most, doubling with each. One
+  /// picture may take so long while nothing moves: it delays a reaction, which people notice from about that on.
+  double first_wait_s = 2, next_wait_s = 10, max_wait_s = 80, max_pause_ms = 200;
   float max_left_out = 0.01f;  ///< of the irradiance; a choice is lowered if half of it would do for calm_frames
   int change_cones = 9, vertex_cones = 9;  ///< over the hemisphere of a real cell; of an object's vertex
   float min_hemisphere = 0.004f;  ///< covered by objects, for real cells to gather: less changes no 8-bit pixel value

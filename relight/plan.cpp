@@ -1,6 +1,7 @@
 #include "relight/plan.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "capture/message_text.h"
 #include "relight/shaders/common/interop.h"
@@ -42,6 +43,8 @@ const std::vector<IntegerKey>& integer_keys() {
       {"lpv_steps", &Plan::lpv_steps, from_to(4, 128), "dlpv: steps of propagation"},
       {"rays", &Plan::rays, from_to(4, 4096), "rays: rays per gathering place or pixel"},
       {"samples", &Plan::samples, from_to(1, 65536), "reference: camera paths per pixel"},
+      {"budget_ms", &Plan::budget_ms, from_to(0, 5000),
+       "rays: milliseconds that a picture may take; trace_scale and rays follow, unless they are set; 0: any"},
       {"adaptive",
        &Plan::adaptive,
        {0, 1},
@@ -62,6 +65,13 @@ std::string text_of(const std::vector<int>& allowed) {
 }
 
 }  // namespace
+
+Plan by_rays(Plan cones) {
+  Plan plan = std::move(cones);
+  plan.method = "rays";
+  if (plan.trace_scale == 4 && !plan.user_set.contains("trace_scale")) plan.trace_scale = 8;
+  return plan;
+}
 
 Plan read_plan(const capture::ConfigTable& root, const Plan& defaults) {
   Plan plan = defaults;

@@ -18,7 +18,8 @@ struct Plan {
   std::string method = "dvct";
   int volume = 64;  ///< voxels along the edge of each cascade: 32, 64, 128 or 256
   /// Indirect light is traced at 1/trace_scale of the image size: 1, 2 or 4. 4 is the live setting, which requires
-  /// cells = 1; 8 is the live setting of rays.
+  /// cells = 1; 8 is the live setting of rays, and with 16 and 32
+  /// real surfaces, too, are traced at a half or a quarter of that size.
   int trace_scale = 2;
   int cells = 0;        ///< 1: indirect light is gathered in cells of the volumes, in rounds of frames; 0: per pixel
   int rsm = 256;        ///< edge of the reflective shadow maps, texels
@@ -31,6 +32,8 @@ struct Plan {
   /// "camera": objects have the camera's noise and sharpness, darkened and brightened surfaces its noise; "plain": the
   /// exact change of light is added to the frame.
   std::string look = "plain";
+  /// Time that a picture may take, ms of wall time; 0: any. Rays choose trace_scale and rays by it (quality_ladder.h).
+  int budget_ms = 0;
   int adaptive = 1;                ///< 1: values not set by the user follow measures of the scene (planner.h); 0: fixed
   std::set<std::string> user_set;  ///< keys set by the user; never changed automatically
   /// Replaces the result of quality_of(); no configuration key sets it. Benchmarks use it to render with other
@@ -42,6 +45,9 @@ struct Plan {
   bool on_device() const { return method != "reference" && method != "rays"; }
   bool in_cells() const { return (method == "dvct" || method == "dlpv") && (cells == 1 || trace_scale == 4); }
 };
+
+/// The plan of rays that takes the place of a live plan of cones; other keys that both read are kept.
+Plan by_rays(Plan cones);
 
 /// Reads the optional table [plan] over `defaults`, and records which keys it sets; the caller calls root.finish().
 Plan read_plan(const capture::ConfigTable& root, const Plan& defaults);

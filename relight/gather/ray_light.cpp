@@ -111,11 +111,13 @@ void RayLight::follow(std::shared_ptr<const RayRoom> room, const std::vector<Ref
                       const std::function<void(const char*)>& done) {
   rounds_ = gather_quality_of(plan.trace_scale).rounds;
   const bool same_plan = rays_ == plan.rays && trace_scale_ == plan.trace_scale;
+  // What a budget chooses continues from what was found with the choice before.
+  const bool similar_plan = same_plan || (plan.budget_ms > 0 && rounds_ > 1);
   same_ = world_ && world_->room == room && same_meshes(objects_, objects) && same_plan;
   if (same_ && outstanding_ == 0 && shadows_ == lit_with_) return;
   const bool all_known = same_models(objects_, objects);
   const bool over_frames = models_ && rounds_ > 1;  // also the first light
-  goes_on_ = over_frames || (solved_ && same_plan && (all_known || rounds_ > 1));
+  goes_on_ = over_frames || (solved_ && similar_plan && (all_known || rounds_ > 1));
   // What appears or disappears is gathered in twice as many parts, and drawn in the frames between: none does both.
   apart_ = over_frames && (!all_known || bounces_);
   if (apart_) rounds_ *= 2;

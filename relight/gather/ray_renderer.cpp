@@ -4,6 +4,7 @@
 #include <chrono>
 #include <limits>
 #include <optional>
+#include <string_view>
 #include <utility>
 
 #include "relight/compose/add_noise.h"
@@ -26,10 +27,12 @@
 #include "relight/gather/reduced_view.h"
 #include "relight/gather/upsample_change.h"
 #include "relight/look/camera_look.h"
+#include "relight/quality_ladder.h"
 #include "relight/quality_warnings.h"
 #include "relight/static_view_cache.h"
 #include "relight/tracing/build_trace_scene.h"
 #include "relight/tracing/parallel_for.h"
+#include "relight/view_motion.h"
 
 namespace lumigraft::relight {
 namespace {
@@ -44,10 +47,20 @@ class Clock {
     passes_.push_back({pass, std::chrono::duration<double, std::milli>(now - last_).count()});
     last_ = now;
   }
+  double total_ms() const { return ms_since(began_); }
+  double ms_of(std::string_view pass) const {
+    double sum = 0;
+    for (const gpu::PassTime& one : passes_) sum += one.name == pass ? one.gpu_ms : 0;
+    return sum;
+  }
 
  private:
+  static double ms_since(std::chrono::steady_clock::time_point moment) {
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - moment).count();
+  }
+
   std::vector<gpu::PassTime>& passes_;
-  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+  std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now(), last_ = began_;
 };
 
 /// A pixel's response to irradiance on the room; zero on glossy surfaces.
@@ -69,6 +82,8 @@ struct RayRenderer::State {
   std::vector<LightSampleSet> lamps;
 
   // State of the last camera view.
+  ViewMotion view_motion;
+  QualityLadder ladder;
   StaticViewCache still;
   PixelRays pixel_rays;
   /// What the room's pixels below are of; none: they are the camera's.
@@ -102,6 +117,7 @@ struct RayRenderer::State {
         known(known_surfaces(s.real_surfaces)),
         camera(s.color),
         light(std::move(models)),
+        view_motion(s.color.model),
         still(s.color.model),
         pixel_rays(s.color.model) {}
 
@@ -121,6 +137,12 @@ struct RayRenderer::State {
       covered.clear();
     }
     if (reduced) reduced->take(frame);
+  }
+
+  Plan plan_in_budget(const Plan& asked, const Exhibit& exhibit, const reconstruct::Scene& scene,
+                      std::int64_t time_ns) {
+    return ladder.plan(asked, view_motion.moves(exhibit, scene.pose->T_tag_camera, time_ns),
+                       1e-9 * static_cast<double>(time_ns));
   }
 
   std::shared_ptr<const RayRoom> room_of(const reconstruct::Scene& scene) const {
@@ -410,14 +432,14 @@ std::shared_ptr<const RayRoom> RayRenderer::room_of(const reconstruct::Scene& sc
 void RayRenderer::take(std::shared_ptr<const RayRoom> room) { state_->enter(std::move(room)); }
 
 RelitPicture RayRenderer::relight(const capture::FrameSet& frame, const reconstruct::Scene& scene,
-                                  const Exhibit& wanted, const Plan& plan, bool with_maps) {
+                                  const Exhibit& wanted, const Plan& asked, bool with_maps) {
   State& s = *state_;
   RelitPicture result;
-  result.plan = plan;
+  result.plan = asked;
   s.camera.take(frame);
   result.camera = s.camera.coded();
   result.srgb = *result.camera;
-  const bool like_camera = plan.look == "camera";
+  const bool like_camera = asked.look == "camera";
   Clock clock(result.passes);
   if (like_camera) {
     const capture::CameraModel& camera = s.session.color.model;
@@ -439,6 +461,9 @@ RelitPicture RayRenderer::relight(const capture::FrameSet& frame, const reconstr
   }
   if (!preparing.empty()) result.warnings.push_back("relight: " + being_prepared(preparing));
   s.follow(scene);
+  if (s.rooms == Rooms::made_here) clock.done("room");
+  const bool chooses = QualityLadder::chooses(asked);
+  const Plan& plan = result.plan = chooses ? s.plan_in_budget(asked, exhibit, scene, frame.time_ns) : asked;
   const auto done = [&](const char* pass) { clock.done(pass); };
   s.light.set_shadows(scene.shadows);
   s.light.follow(s.room, objects, plan, done);
@@ -472,6 +497,7 @@ RelitPicture RayRenderer::relight(const capture::FrameSet& frame, const reconstr
     add_noise(*s.camera_look.noise(), *s.camera.coded(), s.shown, frame.index, &result.srgb);
     clock.done("noise");
   }
+  if (chooses) s.ladder.took(clock.total_ms() - clock.ms_of("room"), seen_anew);
   if (with_maps) result.maps = s.maps();
   return result;
 }

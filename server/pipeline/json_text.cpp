@@ -5,10 +5,19 @@
 namespace lumigraft::server {
 
 nlohmann::ordered_json plan_json(const relight::Plan& plan) {
-  return {{"method", plan.method},           {"look", plan.look},         {"volume", plan.volume},
-          {"trace_scale", plan.trace_scale}, {"cells", plan.cells},       {"rsm", plan.rsm},
-          {"max_lights", plan.max_lights},   {"sh_bands", plan.sh_bands}, {"bounces", plan.bounces},
-          {"lpv_steps", plan.lpv_steps},     {"rays", plan.rays},         {"samples", plan.samples},
+  return {{"method", plan.method},
+          {"look", plan.look},
+          {"volume", plan.volume},
+          {"trace_scale", plan.trace_scale},
+          {"budget_ms", plan.budget_ms},
+          {"cells", plan.cells},
+          {"rsm", plan.rsm},
+          {"max_lights", plan.max_lights},
+          {"sh_bands", plan.sh_bands},
+          {"bounces", plan.bounces},
+          {"lpv_steps", plan.lpv_steps},
+          {"rays", plan.rays},
+          {"samples", plan.samples},
           {"adaptive", plan.adaptive}};
 }
 

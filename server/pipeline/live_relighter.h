@@ -3,8 +3,8 @@
 // through with a warning. After some that hang none is created any more. While the camera's pose or picture is missing,
 // or when depth stops, objects fade out (compose/change_fade.h).
 //
-// On a software device, rays draw specular objects in place of cones while the camera rests, unless the user chose the
-// method or a fixed plan (relight/method_choice.h). What the other method needs is prepared before it takes over.
+// Instead of a software device rays draw, unless the user chose the method or a fixed plan: they are several times as
+// fast there, or nearer to the truth.
 #include <atomic>
 #include <chrono>
 #include <functional>
@@ -14,7 +14,6 @@
 #include "relight/compose/change_fade.h"
 #include "relight/compose/held_depth.h"
 #include "relight/gather/ray_renderer.h"
-#include "relight/method_choice.h"
 #include "relight/relighter.h"
 #include "relight/upload/upload_model.h"
 
@@ -33,9 +32,9 @@ class LiveRelighter {
   };
   /// Whether so many devices have hung that none is made any more. Any thread.
   bool gave_up() const;
-  /// Whether rays may draw, which need `prepare`.
-  bool may_draw_prepared() const { return chooses_ || !plan_.on_device(); }
-  /// Whether rays are to draw, and the scene contains surfaces that are not prepared. Any thread.
+  /// Whether rays draw, which need `prepare`.
+  bool draws_prepared() const { return by_rays_ != nullptr; }
+  /// Whether rays draw, and the scene contains surfaces that are not prepared. Any thread.
   bool wants_prepared(const reconstruct::Scene& scene) const;
   /// Prepares the scene's surfaces for later calls of `relight`, also during one; takes tenths of a second. One thread.
   void prepare(const reconstruct::Scene& scene);
@@ -52,8 +51,6 @@ class LiveRelighter {
  private:
   void make_on_device();
   void device_failed(const relight::gpu::GpuError& error);
-  void choose(const reconstruct::Scene& scene, const relight::Exhibit& exhibit, std::int64_t time_ns);
-  bool rays_are_ready(const reconstruct::Scene& scene, const relight::Exhibit& exhibit) const;
   relight::RelitPicture draw(const capture::FrameSet& frame, const reconstruct::Scene& scene,
                              const relight::Exhibit& exhibit, const relight::Plan& plan);
 
@@ -63,14 +60,11 @@ class LiveRelighter {
   std::shared_ptr<relight::UploadModels> upload_models_;
   std::shared_ptr<relight::RayModels> ray_models_;
   std::unique_ptr<relight::Relighter> on_device_;  ///< null if the plan needs none, and after a failure
-  bool chooses_ = false;                           ///< between both methods
-  relight::MethodChoice choice_;
-  std::atomic<bool> wants_rays_ = false;
-  bool draws_rays_ = false, drawn_ = false;  ///< the method that draws; whether it has drawn
+  std::unique_ptr<relight::RayRenderer> by_rays_;  ///< null if a device draws
 
-  mutable std::mutex rays_mutex_;                  ///< for the three below
-  std::shared_ptr<relight::RayRenderer> by_rays_;  ///< while rays draw or are to
-  std::shared_ptr<const relight::RayRoom> prepared_, drawn_with_;
+  mutable std::mutex rays_mutex_;  ///< for this:
+  std::shared_ptr<const relight::RayRoom> prepared_;
+  std::shared_ptr<const relight::RayRoom> drawn_with_;
 
   relight::ChangeFade fade_;
   relight::HeldDepth held_depth_;

@@ -505,7 +505,7 @@ void Pipeline::start() {
   if (!s.session.lamps.empty()) s.run("lamp tags", true, [&s] { s.lamp_tags_turn(); });
   s.run("geometry", true, [&s] { s.geometry_turn(); });
   s.run("albedo", true, [&s] { s.albedo_turn(); });
-  if (s.relighter.may_draw_prepared()) s.run("room", true, [&s] { s.room_turn(); });
+  if (s.relighter.draws_prepared()) s.run("room", true, [&s] { s.room_turn(); });
   s.run("models", true, [&s] { s.models_turn(); });
   s.run("maps", true, [&s] { s.maps_turn(); });
   if (s.room_keeper.keeps()) s.run("keep room", true, [&s] { s.keep_turn(); });

@@ -211,6 +211,7 @@ relight::Plan interactive_plan() {
   plan.trace_scale = 4;
   plan.rsm = 128;
   plan.look = "camera";
+  plan.budget_ms = 33;  // a picture of a camera of 30 Hz
   return plan;
 }
 

@@ -82,8 +82,8 @@ TEST(Plan, RefusesWhatIsNotAllowed) {
            Case{"[plan]\nvolume = 48", "session.toml:2: plan.volume: found 48", "32, 64, 128 or 256"},
            Case{"[plan]\nvolume = 512", "session.toml:2: plan.volume: found 512", "32"},
            Case{"[plan]\ntrace_scale = 8", "session.toml:2: plan.trace_scale: found trace_scale 8 with method \"dvct\"",
-                "8 with \"rays\""},
-           Case{"[plan]\ntrace_scale = 3", "session.toml:2: plan.trace_scale: found 3", "1, 2, 4 or 8"},
+                "8, 16 or 32 with \"rays\""},
+           Case{"[plan]\ntrace_scale = 3", "session.toml:2: plan.trace_scale: found 3", "1, 2, 4, 8, 16 or 32"},
            Case{"[plan]\nrsm = 300", "session.toml:2: plan.rsm: found 300", "64, 128, 256, 512 or 1024"},
            Case{"[plan]\nmax_lights = 33", "session.toml:2: plan.max_lights: found 33", "0 to 32"},
            Case{"[plan]\nbounces = 0", "session.toml:2: plan.bounces: found 0", "1 to 4"},
@@ -100,7 +100,7 @@ TEST(Plan, RefusesWhatIsNotAllowed) {
 
 TEST(Plan, HelpNamesEveryKeyOnce) {
   const std::vector<PlanKey> keys = plan_keys();
-  ASSERT_EQ(keys.size(), 13u);
+  ASSERT_EQ(keys.size(), 14u);
   EXPECT_EQ(keys[0].key, "plan.method");
   EXPECT_EQ(keys[1].key, "plan.look");
   EXPECT_EQ(keys[2].key, "plan.volume");

@@ -92,7 +92,7 @@ class Film {
         planner_(plan),
         relighter_(session, plan, [] { return relight::gpu::create_device(relight::gpu::Backend::best, {}); }),
         exhibit(std::move(first)) {
-    if (relighter_.may_draw_prepared()) relighter_.prepare(seen.back().scene);
+    if (relighter_.draws_prepared()) relighter_.prepare(seen.back().scene);
     models_ = std::jthread([this](const std::stop_token& stop) {
       server::BackgroundThreads background;
       background.add();

@@ -149,7 +149,7 @@ TEST(LiveRelighter, RaysNeedNoDeviceAndDrawWithWhatWasPrepared) {
   plan.trace_scale = 8;
   LiveRelighter relighter(small_camera(), plan,
                           []() -> std::shared_ptr<relight::gpu::Device> { throw relight::gpu::GpuError("none"); });
-  ASSERT_TRUE(relighter.may_draw_prepared());
+  ASSERT_TRUE(relighter.draws_prepared());
   reconstruct::Scene scene = empty_room();
   const relight::Exhibit exhibit = pyramid();
   EXPECT_TRUE(relighter.wants_prepared(scene));
@@ -325,64 +325,35 @@ TEST_P(LiveRelighterOn, ADeviceThatFailsIsMadeAgainAndThePictureGoesOn) {
   EXPECT_TRUE(well);
 }
 
-TEST_P(LiveRelighterOn, WithoutAGraphicsProcessorRaysDrawSpecularObjectsOnceTheyAreReady) {
+TEST_P(LiveRelighterOn, WithoutAGraphicsProcessorRaysDraw) {
   if (!relight::gpu::create_device(GetParam(), {})->is_software()) GTEST_SKIP() << "draws on a graphics processor";
   relight::Plan asked = small_plan();
   asked.user_set.clear();
   asked.trace_scale = 4;
   LiveRelighter relighter(small_camera(), asked, [] { return relight::gpu::create_device(GetParam(), {}); });
-  ASSERT_TRUE(relighter.may_draw_prepared());
+  ASSERT_TRUE(relighter.draws_prepared());
   const reconstruct::Scene scene = empty_room();
-  relight::Exhibit matt = pyramid(), metal = matt;
-  matt.objects[0].material.specular = 0;
-  metal.objects[0].material.metallic = 1;
-  EXPECT_FALSE(relighter.wants_prepared(scene)) << "cones draw matt objects";
-  relighter.prepare_model(matt);
-  ASSERT_EQ(drawn(relighter, scene, matt, asked).picture.plan.method, "dvct");
-
-  const auto unprepared = relighter.relight(grey_frame(), scene, metal, asked);
-  EXPECT_EQ(unprepared.picture.plan.method, "dvct");
-  EXPECT_FALSE(unprepared.picture.passed_through) << "the object stays meanwhile";
-  EXPECT_TRUE(relighter.wants_models(metal));
-  relighter.prepare_model(metal);
-  EXPECT_EQ(relighter.relight(grey_frame(), scene, metal, asked).picture.plan.method, "dvct");
+  const relight::Exhibit exhibit = pyramid();
+  EXPECT_TRUE(relighter.relight(grey_frame(), scene, exhibit, asked).picture.passed_through);
+  ASSERT_TRUE(relighter.wants_models(exhibit));
+  relighter.prepare_model(exhibit);
   ASSERT_TRUE(relighter.wants_prepared(scene));
   relighter.prepare(scene);
-  const auto prepared = relighter.relight(grey_frame(), scene, metal, asked);
-  EXPECT_EQ(prepared.picture.plan.method, "rays");
-  EXPECT_EQ(prepared.picture.plan.trace_scale, 8) << "the live setting of rays";
-  EXPECT_FALSE(prepared.picture.passed_through);
-
-  EXPECT_EQ(relighter.relight(grey_frame(), scene, matt, asked).picture.plan.method, "dvct");
   EXPECT_FALSE(relighter.wants_prepared(scene));
+  const auto drawn_by_rays = relighter.relight(grey_frame(), scene, exhibit, asked);
+  EXPECT_EQ(drawn_by_rays.picture.plan.method, "rays");
+  EXPECT_EQ(drawn_by_rays.picture.plan.trace_scale, 8) << "the live setting of rays";
+  EXPECT_FALSE(drawn_by_rays.picture.passed_through);
+  asked.budget_ms = 33;
+  EXPECT_EQ(relighter.relight(grey_frame(), scene, exhibit, asked).picture.plan.trace_scale, 32) << "the first step";
 
   // What the user chose stays.
   relight::Plan chosen = asked;
   chosen.user_set.insert("method");
   LiveRelighter as_chosen(small_camera(), chosen, [] { return relight::gpu::create_device(GetParam(), {}); });
-  as_chosen.prepare_model(metal);
-  EXPECT_EQ(drawn(as_chosen, scene, metal, chosen).picture.plan.method, "dvct");
-  EXPECT_FALSE(as_chosen.may_draw_prepared());
-}
-
-TEST(LiveRelighter, SpecularObjectsAtTheStartAreDrawnByRaysAlone) {
-  relight::Exhibit metal = pyramid();
-  metal.objects[0].material.metallic = 1;
-  const reconstruct::Scene scene = empty_room();
-  relight::Plan plan = small_plan();
-  plan.user_set.clear();
-  plan.trace_scale = 4;
-  const std::shared_ptr<relight::gpu::Device> device = relight::gpu::create_device(relight::gpu::Backend::best, {});
-  if (!device->is_software()) GTEST_SKIP() << "draws on a graphics processor";
-  LiveRelighter relighter(small_camera(), plan, [&] { return device; });
-  EXPECT_TRUE(relighter.relight(grey_frame(), scene, metal, plan).picture.passed_through);
-  ASSERT_TRUE(relighter.wants_models(metal));
-  relighter.prepare_model(metal);
-  ASSERT_TRUE(relighter.wants_prepared(scene));
-  relighter.prepare(scene);
-  const auto result = relighter.relight(grey_frame(), scene, metal, plan);
-  EXPECT_EQ(result.picture.plan.method, "rays");
-  EXPECT_FALSE(result.picture.passed_through);
+  as_chosen.prepare_model(exhibit);
+  EXPECT_EQ(drawn(as_chosen, scene, exhibit, chosen).picture.plan.method, "dvct");
+  EXPECT_FALSE(as_chosen.draws_prepared());
 }
 
 TEST_P(LiveRelighterOn, AfterALostDevicePicturesAreAsBefore) {
