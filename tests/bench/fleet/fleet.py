@@ -5,6 +5,7 @@
 
 Writes DIR/results.parquet and DIR/report.html. Finished parts are kept in DIR/parts and are not run again.
 """
+
 import argparse
 import os
 import sys
@@ -20,8 +21,9 @@ VERSIONS = ("before", "after")
 
 
 def parse():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter,
-                                     fromfile_prefix_chars="@")
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter, fromfile_prefix_chars="@"
+    )
     parser.add_argument("sessions", nargs="+", metavar="SESSION", help="folder of a session with truth")
     parser.add_argument("--program", action="append", required=True, help="lumigraft; twice: before and after")
     parser.add_argument("--out", required=True)
@@ -44,8 +46,9 @@ def connect(arguments):
     if arguments.scheduler:
         client = dask.distributed.Client(arguments.scheduler)
     else:
-        cluster = dask.distributed.LocalCluster(n_workers=arguments.workers, threads_per_worker=1,
-                                                dashboard_address=None)
+        cluster = dask.distributed.LocalCluster(
+            n_workers=arguments.workers, threads_per_worker=1, dashboard_address=None
+        )
         client = dask.distributed.Client(cluster)
     client.upload_file(part_run.__file__)
     return client
@@ -66,10 +69,19 @@ def parts_of(arguments, folder, session_hash, program_hashes):
             words += ["--" + option, getattr(arguments, option)]
     for number in range(1, arguments.shards + 1):
         choice = [*words, "--shard", f"{number}/{arguments.shards}"] if arguments.shards > 1 else words
-        yield [{"version": version, "program": program, "program_hash": program_hash, "folder": folder,
-                "session_hash": session_hash, "choice": choice, "arguments": [folder, *choice],
-                "shard": f"{number}/{arguments.shards}"}
-               for version, program, program_hash in zip(VERSIONS, arguments.program, program_hashes)]
+        yield [
+            {
+                "version": version,
+                "program": program,
+                "program_hash": program_hash,
+                "folder": folder,
+                "session_hash": session_hash,
+                "choice": choice,
+                "arguments": [folder, *choice],
+                "shard": f"{number}/{arguments.shards}",
+            }
+            for version, program, program_hash in zip(VERSIONS, arguments.program, program_hashes)
+        ]
 
 
 def outcome(future, count):
@@ -121,8 +133,11 @@ def main():
             failed += 1
         else:
             store.save(part, result)
-        print(f"fleet: {len(finished)} of {kept + left}, {part['folder']} {part['shard']}, {part['version']}: "
-              f"{result.get('error', 'done')}", flush=True)
+        print(
+            f"fleet: {len(finished)} of {kept + left}, {part['folder']} {part['shard']}, {part['version']}: "
+            f"{result.get('error', 'done')}",
+            flush=True,
+        )
 
     run(client, jobs, arguments.timeout_s, finish)
     client.close()

@@ -1,5 +1,6 @@
 """What a worker does: hashes of programs and sessions, and one part of the bench. Standard library alone: the module is
 sent to the workers."""
+
 import csv
 import functools
 import hashlib
@@ -53,8 +54,15 @@ def run_bench(program, arguments, timeout_s):
     with tempfile.TemporaryDirectory(prefix="lumigraft-fleet-") as out:
         # The bench ends with its worker: left alone it would lengthen the times of others.
         command = ["setpriv", "--pdeathsig", "KILL", program, "bench", *arguments, "--out", out]
-        ended = subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, errors="replace",
-                               timeout=timeout_s, check=False)
+        ended = subprocess.run(
+            command,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            text=True,
+            errors="replace",
+            timeout=timeout_s,
+            check=False,
+        )
         if ended.returncode < 0:
             raise RuntimeError(f"ended by signal {-ended.returncode}: {last_line(ended.stderr)}")
         if ended.returncode > 0:

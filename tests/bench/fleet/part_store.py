@@ -1,4 +1,5 @@
 """Finished parts on disk, one JSON file each, named by what they depend on."""
+
 import hashlib
 import json
 import os

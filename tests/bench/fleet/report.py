@@ -1,4 +1,5 @@
 """report.html: two versions session by session, or one version; one file that needs no network."""
+
 import html
 import math
 
@@ -31,9 +32,16 @@ def pairs_of(rows):
             continue
         before, after = versions["before"], versions["after"]
         same = (before["host"], before["cpu"]) == (after["host"], after["cpu"])
-        pairs.append({"folder": before["folder"], "setting": setting_of(before), "before": before, "after": after,
-                      "error_ratio": ratio(before["relight_error"], after["relight_error"]),
-                      "cpu_ratio": ratio(before["cpu_ms"], after["cpu_ms"]) if same else None})
+        pairs.append(
+            {
+                "folder": before["folder"],
+                "setting": setting_of(before),
+                "before": before,
+                "after": after,
+                "error_ratio": ratio(before["relight_error"], after["relight_error"]),
+                "cpu_ratio": ratio(before["cpu_ms"], after["cpu_ms"]) if same else None,
+            }
+        )
     return pairs
 
 
@@ -44,18 +52,36 @@ def table(names, lines):
         return f"{value:.4g}" if isinstance(value, float) else html.escape(str(value))
 
     head = "".join(f"<th>{html.escape(name)}</th>" for name in names)
-    body = "".join("<tr>" + "".join(f"<td>{cell(value)}</td>" for value in line) + "</tr>\n" for line in lines[:MOST_ROWS])
-    cut = f"<p class=note>The first {MOST_ROWS} of {len(lines)}; results.parquet has all.</p>" if len(lines) > MOST_ROWS else ""
+    body = "".join(
+        "<tr>" + "".join(f"<td>{cell(value)}</td>" for value in line) + "</tr>\n" for line in lines[:MOST_ROWS]
+    )
+    cut = (
+        f"<p class=note>The first {MOST_ROWS} of {len(lines)}; results.parquet has all.</p>"
+        if len(lines) > MOST_ROWS
+        else ""
+    )
     return f"<table><tr>{head}</tr>\n{body}</table>{cut}"
 
 
 def compared(pairs, key):
     """Worst regressions first."""
     known = sorted((pair for pair in pairs if pair[key] is not None), key=lambda pair: -pair[key])
-    return table(["session", "setting", "relight_error before", "after", "ratio", "CPU ms before", "after", "ratio"],
-                 [[pair["folder"], pair["setting"], pair["before"]["relight_error"], pair["after"]["relight_error"],
-                   pair["error_ratio"], pair["before"]["cpu_ms"], pair["after"]["cpu_ms"], pair["cpu_ratio"]]
-                  for pair in known])
+    return table(
+        ["session", "setting", "relight_error before", "after", "ratio", "CPU ms before", "after", "ratio"],
+        [
+            [
+                pair["folder"],
+                pair["setting"],
+                pair["before"]["relight_error"],
+                pair["after"]["relight_error"],
+                pair["error_ratio"],
+                pair["before"]["cpu_ms"],
+                pair["after"]["cpu_ms"],
+                pair["cpu_ratio"],
+            ]
+            for pair in known
+        ],
+    )
 
 
 def means(rows):
@@ -64,8 +90,10 @@ def means(rows):
     for row in rows:
         if row["error"] is None and row["relight_error"] is not None and row["cpu_ms"] is not None:
             groups.setdefault((row["version"], setting_of(row)), []).append((row["relight_error"], row["cpu_ms"]))
-    return {key: (*(math.fsum(column) / len(values) for column in zip(*values)), len(values))
-            for key, values in groups.items()}
+    return {
+        key: (*(math.fsum(column) / len(values) for column in zip(*values)), len(values))
+        for key, values in groups.items()
+    }
 
 
 def error_against_cost(rows):
@@ -75,16 +103,29 @@ def error_against_cost(rows):
     for setting in dict.fromkeys(setting for _, setting in points):
         ends = [points[version, setting] for version in ("before", "after") if (version, setting) in points]
         if len(ends) == 2:
-            figure.add_scatter(x=[end[1] for end in ends], y=[end[0] for end in ends], mode="lines", showlegend=False,
-                               line={"color": "#bbb"}, hoverinfo="skip")
+            figure.add_scatter(
+                x=[end[1] for end in ends],
+                y=[end[0] for end in ends],
+                mode="lines",
+                showlegend=False,
+                line={"color": "#bbb"},
+                hoverinfo="skip",
+            )
     for version, colour in (("before", "#0072b2"), ("after", "#d55e00")):
         chosen = {setting: point for (of, setting), point in points.items() if of == version}
         if chosen:
-            figure.add_scatter(x=[p[1] for p in chosen.values()], y=[p[0] for p in chosen.values()], name=version,
-                               mode="markers+text", text=list(chosen), textposition="top center",
-                               textfont={"size": 10}, marker={"color": colour, "size": 9},
-                               customdata=[p[2] for p in chosen.values()],
-                               hovertemplate="%{text}: error %{y:.4f}, %{x:.1f} ms, %{customdata} sessions")
+            figure.add_scatter(
+                x=[p[1] for p in chosen.values()],
+                y=[p[0] for p in chosen.values()],
+                name=version,
+                mode="markers+text",
+                text=list(chosen),
+                textposition="top center",
+                textfont={"size": 10},
+                marker={"color": colour, "size": 9},
+                customdata=[p[2] for p in chosen.values()],
+                hovertemplate="%{text}: error %{y:.4f}, %{x:.1f} ms, %{customdata} sessions",
+            )
     figure.update_layout(template="plotly_white", height=560, title="Error against cost, mean over the sessions")
     figure.update_xaxes(type="log", title="CPU ms of a frame, objects turning")
     figure.update_yaxes(title="relight_error", rangemode="tozero")
@@ -97,9 +138,14 @@ def ratios(pairs):
     figure = go.Figure()
     for setting in dict.fromkeys(pair["setting"] for pair in known):
         chosen = [pair for pair in known if pair["setting"] == setting]
-        figure.add_scattergl(x=[pair["cpu_ratio"] for pair in chosen], y=[pair["error_ratio"] for pair in chosen],
-                             mode="markers", name=setting, text=[html.escape(pair["folder"]) for pair in chosen],
-                             hovertemplate="%{text}<br>error × %{y:.3f}, CPU × %{x:.3f}")
+        figure.add_scattergl(
+            x=[pair["cpu_ratio"] for pair in chosen],
+            y=[pair["error_ratio"] for pair in chosen],
+            mode="markers",
+            name=setting,
+            text=[html.escape(pair["folder"]) for pair in chosen],
+            hovertemplate="%{text}<br>error × %{y:.3f}, CPU × %{x:.3f}",
+        )
     figure.add_hline(y=1, line_color="#bbb")
     figure.add_vline(x=1, line_color="#bbb")
     figure.update_layout(template="plotly_white", height=560, title="After over before, by session and setting")
@@ -113,27 +159,52 @@ def write(rows, path):
     failed = [row for row in rows if row["error"] is not None]
     programs = dict.fromkeys((row["version"], row["program"], row["program_hash"]) for row in rows)
     machines = {(row["host"], row["cpu"], row["device"]) for row in rows if row["host"]}
-    parts = ["<h1>lumigraft bench</h1>",
-             table(["version", "program", "SHA-256"], list(programs)),
-             f"<p>{len({row['folder'] for row in rows})} sessions, {len(rows) - len(failed)} rows, {len(failed)} failed "
-             "parts.</p>", table(["host", "processor", "device"], sorted(machines)),
-             error_against_cost(rows).to_html(full_html=False, include_plotlyjs=True)]
+    parts = [
+        "<h1>lumigraft bench</h1>",
+        table(["version", "program", "SHA-256"], list(programs)),
+        f"<p>{len({row['folder'] for row in rows})} sessions, {len(rows) - len(failed)} rows, {len(failed)} failed "
+        "parts.</p>",
+        table(["host", "processor", "device"], sorted(machines)),
+        error_against_cost(rows).to_html(full_html=False, include_plotlyjs=True),
+    ]
     if pairs:
         elsewhere = sum(pair["cpu_ratio"] is None for pair in pairs)
-        parts += [ratios(pairs).to_html(full_html=False, include_plotlyjs=False),
-                  "<h2>Error, worst regressions first</h2>", compared(pairs, "error_ratio"),
-                  "<h2>CPU time, worst regressions first</h2>", compared(pairs, "cpu_ratio"),
-                  f"<p class=note>{elsewhere} of {len(pairs)} pairs have no ratio of costs: their versions ran on "
-                  "different machines.</p>" if elsewhere else ""]
+        parts += [
+            ratios(pairs).to_html(full_html=False, include_plotlyjs=False),
+            "<h2>Error, worst regressions first</h2>",
+            compared(pairs, "error_ratio"),
+            "<h2>CPU time, worst regressions first</h2>",
+            compared(pairs, "cpu_ratio"),
+            (
+                f"<p class=note>{elsewhere} of {len(pairs)} pairs have no ratio of costs: their versions ran on "
+                "different machines.</p>"
+                if elsewhere
+                else ""
+            ),
+        ]
     else:
         known = sorted((row for row in rows if row["error"] is None), key=lambda row: -(row["relight_error"] or 0))
-        parts += ["<h2>Largest errors first</h2>",
-                  table(["session", "setting", "relight_error", "object_error", "CPU ms"],
-                        [[row["folder"], setting_of(row), row["relight_error"], row["object_error"], row["cpu_ms"]]
-                         for row in known])]
+        parts += [
+            "<h2>Largest errors first</h2>",
+            table(
+                ["session", "setting", "relight_error", "object_error", "CPU ms"],
+                [
+                    [row["folder"], setting_of(row), row["relight_error"], row["object_error"], row["cpu_ms"]]
+                    for row in known
+                ],
+            ),
+        ]
     if failed:
-        parts += ["<h2>Failed</h2>", table(["session", "part", "version", "error"],
-                                           [[row["folder"], row["shard"], row["version"], row["error"]] for row in failed])]
+        parts += [
+            "<h2>Failed</h2>",
+            table(
+                ["session", "part", "version", "error"],
+                [[row["folder"], row["shard"], row["version"], row["error"]] for row in failed],
+            ),
+        ]
     with open(path, "w", encoding="utf-8") as f:
-        f.write(f"<!doctype html><html lang=en><meta charset=utf-8><title>lumigraft bench</title><style>{STYLE}</style>"
-                + "\n".join(parts) + "</html>\n")
+        f.write(
+            f"<!doctype html><html lang=en><meta charset=utf-8><title>lumigraft bench</title><style>{STYLE}</style>"
+            + "\n".join(parts)
+            + "</html>\n"
+        )

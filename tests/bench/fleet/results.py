@@ -1,4 +1,5 @@
 """The rows of all parts, as one table."""
+
 import pyarrow
 import pyarrow.parquet
 
@@ -17,12 +18,15 @@ def rows_of(finished):
         for row in result.get("rows", ()):
             numbers = {name: float(cell) if cell else None for name, cell in row.items() if name not in TEXTS}
             rows.append({**origin, **{name: row[name] for name in TEXTS}, **numbers})
-    return sorted(rows, key=lambda row: tuple(str(row.get(name)) for name in ("folder", "method", "setting", "version")))
+    return sorted(
+        rows, key=lambda row: tuple(str(row.get(name)) for name in ("folder", "method", "setting", "version"))
+    )
 
 
 def write_parquet(rows, path):
     texts = [*ORIGIN, *TEXTS]
     numbers = list(dict.fromkeys(name for row in rows for name in row if name not in texts))
-    schema = pyarrow.schema([(name, pyarrow.string()) for name in texts] +
-                            [(name, pyarrow.float64()) for name in numbers])
+    schema = pyarrow.schema(
+        [(name, pyarrow.string()) for name in texts] + [(name, pyarrow.float64()) for name in numbers]
+    )
     pyarrow.parquet.write_table(pyarrow.Table.from_pylist(rows, schema=schema), path)

@@ -69,8 +69,8 @@ class BenchTest(unittest.TestCase):
                 chosen += [row["setting"] for row in csv.DictReader(f)]
             self.assertFalse(os.path.exists(os.path.join(out, "cost_work.csv")))
         self.assertEqual(chosen, ["live-8-rays", "quarter-8-rays"])
-        wrong = subprocess.run([PROGRAM, "bench", RECORDING, "--out", self.out, "--shard", "1/2", "--charts", "cost-work"],
-                               stderr=subprocess.PIPE, text=True, check=False)
+        wrong = subprocess.run([PROGRAM, "bench", RECORDING, "--out", self.out, "--shard", "1/2",
+                                "--charts", "cost-work"], stderr=subprocess.PIPE, text=True, check=False)
         self.assertEqual(wrong.returncode, 2)
         self.assertIn("--charts with --shard: found \"cost-work\", allowed: error-time", wrong.stderr)
 

@@ -5,6 +5,7 @@
 
 FLEET is tests/bench/fleet/fleet.py; LUMIGRAFT_FLEET_PYTHON names a Python with the packages of its requirements.txt.
 """
+
 import contextlib
 import glob
 import json
@@ -27,8 +28,12 @@ SESSIONS = 2
 
 def missing_package():
     """The last line of Python's complaint, or nothing."""
-    found = subprocess.run([PYTHON, "-c", "import dask, distributed, plotly, pyarrow.parquet"], stderr=subprocess.PIPE,
-                           text=True, check=False)
+    found = subprocess.run(
+        [PYTHON, "-c", "import dask, distributed, plotly, pyarrow.parquet"],
+        stderr=subprocess.PIPE,
+        text=True,
+        check=False,
+    )
     return found.stderr.strip().splitlines()[-1] if found.returncode else ""
 
 
@@ -93,10 +98,25 @@ class FleetTest(unittest.TestCase):
         with open(self.after, "ab") as f:
             f.write(b"\0")  # another program by its hash alone
         scheduler_file = os.path.join(self.folder, "scheduler.json")
-        self.dask("scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", scheduler_file)
+        self.dask(
+            "scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", scheduler_file
+        )
         self.address = until("no scheduler", lambda: address_in(scheduler_file))
-        self.workers = [self.dask("worker", self.address, "--host", "127.0.0.1", "--nthreads", "1", "--no-nanny",
-                                  "--no-dashboard", "--local-directory", self.folder) for _ in range(2)]
+        self.workers = [
+            self.dask(
+                "worker",
+                self.address,
+                "--host",
+                "127.0.0.1",
+                "--nthreads",
+                "1",
+                "--no-nanny",
+                "--no-dashboard",
+                "--local-directory",
+                self.folder,
+            )
+            for _ in range(2)
+        ]
 
     def dask(self, *words):
         process = start([PYTHON, "-m", "dask", *words], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
@@ -104,15 +124,41 @@ class FleetTest(unittest.TestCase):
         return process
 
     def fleet(self, after, *sessions):
-        return start([PYTHON, FLEET, *self.sessions, *sessions, "--program", PROGRAM, "--program", after, "--out", self.out,
-                      "--scheduler", self.address, "--methods", "rays", "--settings", "live-8-rays",
-                      "--oracle", "pose,geometry,light,albedo"],
-                     stdout=subprocess.PIPE, text=True)
+        return start(
+            [
+                PYTHON,
+                FLEET,
+                *self.sessions,
+                *sessions,
+                "--program",
+                PROGRAM,
+                "--program",
+                after,
+                "--out",
+                self.out,
+                "--scheduler",
+                self.address,
+                "--methods",
+                "rays",
+                "--settings",
+                "live-8-rays",
+                "--oracle",
+                "pose,geometry,light,albedo",
+            ],
+            stdout=subprocess.PIPE,
+            text=True,
+        )
 
     def rows(self):
         code = "import sys, json, pyarrow.parquet as p; print(json.dumps(p.read_table(sys.argv[1]).to_pylist()))"
-        return json.loads(subprocess.run([PYTHON, "-c", code, os.path.join(self.out, "results.parquet")], check=True,
-                                         stdout=subprocess.PIPE, text=True).stdout)
+        return json.loads(
+            subprocess.run(
+                [PYTHON, "-c", code, os.path.join(self.out, "results.parquet")],
+                check=True,
+                stdout=subprocess.PIPE,
+                text=True,
+            ).stdout
+        )
 
     def parts(self):
         folder = os.path.join(self.out, "parts")
@@ -126,8 +172,10 @@ class FleetTest(unittest.TestCase):
         self.assertIn(f"0 parts kept, {2 * SESSIONS} to run", fleet.communicate(timeout=DEADLINE_S)[0])
         self.assertEqual(fleet.returncode, 0)
         rows = self.rows()
-        self.assertEqual(sorted((row["folder"], row["version"]) for row in rows),
-                         sorted((session, version) for session in self.sessions for version in ("before", "after")))
+        self.assertEqual(
+            sorted((row["folder"], row["version"]) for row in rows),
+            sorted((session, version) for session in self.sessions for version in ("before", "after")),
+        )
         for row in rows:
             self.assertIsNone(row["error"])
             self.assertEqual((row["method"], row["setting"]), ("rays", "live-8-rays"))
@@ -164,7 +212,9 @@ class FleetTest(unittest.TestCase):
 
 if __name__ == "__main__":
     if missing := missing_package():
-        print(f"skipped: {PYTHON} lacks packages of {os.path.dirname(FLEET)}/requirements.txt ({missing}); "
-              "LUMIGRAFT_FLEET_PYTHON names a Python that has them")
+        print(
+            f"skipped: {PYTHON} lacks packages of {os.path.dirname(FLEET)}/requirements.txt ({missing}); "
+            "LUMIGRAFT_FLEET_PYTHON names a Python that has them"
+        )
         sys.exit(0)
     unittest.main(argv=sys.argv[:1], verbosity=2)
