@@ -37,7 +37,7 @@ CommandLine parse_command_line(int argc, const char* const* argv) {
   ExportCommand exported;
   CalibrateCommand calibrate;
   BenchCommand bench;
-  std::string oracle, backend;
+  std::string oracle, backend, shard;
   std::vector<const std::vector<std::string>*> set;
   const auto add_set = [&set](CLI::App& command, std::vector<std::string>& overrides) {
     set.push_back(&overrides);
@@ -127,6 +127,8 @@ CommandLine parse_command_line(int argc, const char* const* argv) {
   bench_app.add_option("--methods", bench.methods, "Only these, as dvct; with commas between")->delimiter(',');
   bench_app.add_option("--settings", bench.settings, "Only these, as live-64; with commas between")->delimiter(',');
   bench_app.add_option("--charts", bench.charts, "Only these: error-time, cost-work, error-budget")->delimiter(',');
+  auto* shard_option =
+      bench_app.add_option("--shard", shard, "K/N: only the K-th of N parts of the rows, for error-time");
   bench_app.add_option("--enlarge", bench.enlarge, "Pictures with N pixels along each edge for one of the camera's")
       ->check(CLI::IsMember({1, 2, 4}));
   bench_app.add_option("--triangles", bench.triangles, "Objects with more are simplified to so many")
@@ -202,6 +204,7 @@ CommandLine parse_command_line(int argc, const char* const* argv) {
   if (bench_app.parsed()) {
     need(!bench.sessions.empty() && !bench.out.empty(), "bench", "SESSION... and --out DIR");
     bench.oracle = parse_oracle_parts(oracle);
+    if (shard_option->count() > 0) bench.shard = parse_shard(shard);
     bench.backend = relight::gpu::backend_named(backend).value_or(relight::gpu::Backend::best);
     return bench;
   }

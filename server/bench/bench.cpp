@@ -33,6 +33,12 @@ struct NamedInput {
   ServiceInput input;
 };
 
+/// What is measured on one session.
+struct SessionWork {
+  const NamedInput* session;
+  std::vector<Method> methods;
+};
+
 const std::string kErrorTime = "error-time", kCostWork = "cost-work", kErrorBudget = "error-budget";
 
 bool contains(const std::vector<std::string>& words, const std::string& word) {
@@ -66,7 +72,8 @@ std::vector<Method> choose_methods(const BenchCommand& command) {
 }
 
 bool wants(const BenchCommand& command, const std::string& chart) {
-  return command.charts.empty() || contains(command.charts, chart);
+  if (command.charts.empty()) return !command.shard || chart == kErrorTime;
+  return contains(command.charts, chart);
 }
 
 std::vector<NamedInput> open_sessions(const BenchCommand& command) {
@@ -106,16 +113,45 @@ relight::Exhibit simplified(relight::Exhibit exhibit, int max_triangles) {
   return exhibit;
 }
 
+/// The command's part of sessions × methods × settings, without sessions of which nothing is left.
+std::vector<SessionWork> divide_work(const BenchCommand& command, const std::vector<NamedInput>& sessions,
+                                     const std::vector<Method>& methods) {
+  std::vector<double> run_s;
+  for (std::size_t i = 0; i < sessions.size(); ++i) {
+    for (const Method& method : methods) {
+      for (const BenchSetting& setting : method.settings) run_s.push_back(setting.run_s);
+    }
+  }
+  const std::vector<bool> chosen = rows_of(command.shard.value_or(Shard{}), run_s);
+  std::vector<SessionWork> work;
+  std::size_t row = 0;
+  for (const NamedInput& session : sessions) {
+    SessionWork part{&session, {}};
+    for (const Method& method : methods) {
+      Method some{method.name, {}};
+      for (const BenchSetting& setting : method.settings) {
+        if (chosen[row++]) some.settings.push_back(setting);
+      }
+      if (!some.settings.empty()) part.methods.push_back(std::move(some));
+    }
+    if (!part.methods.empty()) work.push_back(std::move(part));
+  }
+  return work;
+}
+
 /// Runs every setting on every session; results are stored after each run. False when interrupted.
-bool measure_settings(const BenchCommand& command, const std::vector<NamedInput>& sessions,
-                      const std::vector<Method>& methods, const std::shared_ptr<relight::gpu::Device>& device,
-                      const std::atomic<bool>& interrupted, BenchResults& results) {
+bool measure_settings(const BenchCommand& command, const std::vector<SessionWork>& work,
+                      const std::shared_ptr<relight::gpu::Device>& device, const std::atomic<bool>& interrupted,
+                      BenchResults& results) {
   CsvFile table(command.out / "results.csv", fields_of(BenchRow{}));
   CsvFile stages(command.out / "stages.csv", fields_of("", "", {}));
   CsvFile passes(command.out / "passes.csv", fields_of(BenchRow{}, {}));
   std::size_t all = 0;
-  for (const Method& method : methods) all += sessions.size() * method.settings.size();
-  for (const auto& [name, input] : sessions) {
+  for (const SessionWork& part : work) {
+    for (const Method& method : part.methods) all += method.settings.size();
+  }
+  for (const auto& [named, methods] : work) {
+    const auto& [name, input] = *named;
     BenchScene scene = learn_bench_scene(input.session, command.oracle, command.oracle);
     capture::Session session = input.session;
     resize_picture(command.enlarge, session.color.model, scene.frame);
@@ -197,7 +233,9 @@ void write_down(const fs::path& out, const BenchResults& results) {
 }  // namespace
 
 bool run_bench(const BenchCommand& command, const std::atomic<bool>& interrupted) {
-  check_words("--charts", command.charts, {kErrorTime, kCostWork, kErrorBudget});
+  const std::vector<std::string> charts =
+      command.shard ? std::vector{kErrorTime} : std::vector{kErrorTime, kCostWork, kErrorBudget};
+  check_words(command.shard ? "--charts with --shard" : "--charts", command.charts, charts);
   const std::vector<Method> methods = choose_methods(command);
   const std::vector<NamedInput> sessions = open_sessions(command);
   make_folder(command.out);
@@ -209,7 +247,8 @@ bool run_bench(const BenchCommand& command, const std::atomic<bool>& interrupted
   results.enlarged = command.enlarge;
   results.max_triangles = command.triangles;
   const bool done =
-      (!wants(command, kErrorTime) || measure_settings(command, sessions, methods, device, interrupted, results)) &&
+      (!wants(command, kErrorTime) ||
+       measure_settings(command, divide_work(command, sessions, methods), device, interrupted, results)) &&
       (!wants(command, kErrorBudget) || measure_budgets(command, sessions, device, interrupted, results)) &&
       (!wants(command, kCostWork) || measure_work(command, sessions.front(), device, interrupted, results));
   write_down(command.out, results);

@@ -6,10 +6,12 @@
 // that a failure keeps earlier measurements, then results.json, and each chart as SVG and PNG.
 #include <atomic>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "relight/gpu/device.h"
+#include "server/bench/shard.h"
 #include "server/truth/oracle.h"
 
 namespace lumigraft::server {
@@ -21,6 +23,7 @@ struct BenchCommand {
   std::vector<std::string> methods;   ///< empty: all
   std::vector<std::string> settings;  ///< empty: all
   std::vector<std::string> charts;    ///< error-time, cost-work, error-budget; empty: all
+  std::optional<Shard> shard;         ///< only this part of the rows, for error-time; no other chart
   int enlarge = 1;                    ///< upscaling factor of the camera picture along each edge, for error-time
   int triangles = 0;  ///< limit to which larger objects are simplified, for error-time; 0: not simplified
   relight::gpu::Backend backend = relight::gpu::Backend::best;

@@ -10,7 +10,7 @@ struct Traced {
 constexpr Traced kLive{"live", 4, 0, 128}, kCells{"cells", 2, 1, 256}, kHalf{"half", 2, 0, 256},
     kCareful{"careful", 1, 0, 256};
 
-BenchSetting setting(const std::string& method, const Traced& traced, int volume) {
+BenchSetting setting(const std::string& method, const Traced& traced, int volume, double run_s) {
   relight::Plan plan;
   plan.method = method;
   plan.trace_scale = traced.trace_scale;
@@ -18,7 +18,7 @@ BenchSetting setting(const std::string& method, const Traced& traced, int volume
   plan.rsm = traced.rsm;
   plan.volume = volume;
   plan.adaptive = 0;
-  return {std::string(traced.name) + "-" + std::to_string(volume), plan};
+  return {std::string(traced.name) + "-" + std::to_string(volume), plan, run_s};
 }
 
 BenchSetting with_bounces(BenchSetting setting, int bounces) {
@@ -33,14 +33,14 @@ BenchSetting as_needed(BenchSetting setting) {
   return setting;
 }
 
-BenchSetting paths(const std::string& method, int samples) {
+BenchSetting paths(const std::string& method, int samples, double run_s) {
   relight::Plan plan;
   plan.method = method;
   plan.samples = samples;
-  return {std::to_string(samples) + "-paths", plan};
+  return {std::to_string(samples) + "-paths", plan, run_s};
 }
 
-BenchSetting gathered(int trace_scale, int rays) {
+BenchSetting gathered(int trace_scale, int rays, double run_s) {
   relight::Plan plan;
   plan.method = "rays";
   plan.trace_scale = trace_scale;
@@ -51,25 +51,28 @@ BenchSetting gathered(int trace_scale, int rays) {
                      : trace_scale == 8  ? "live-"
                      : trace_scale == 16 ? "live-room-half-"
                                          : "live-room-quarter-";
-  return {name + std::to_string(rays) + "-rays", plan};
+  return {name + std::to_string(rays) + "-rays", plan, run_s};
 }
 
 }  // namespace
 
 std::vector<BenchSetting> bench_settings(const std::string& method) {
-  if (method == "reference") return {paths(method, 16), paths(method, 64)};
+  if (method == "reference") return {paths(method, 16, 50), paths(method, 64, 200)};
   if (method == "rays") {
-    return {gathered(32, 8), gathered(16, 8), gathered(8, 8),  gathered(4, 8),
-            gathered(4, 20), gathered(2, 20), gathered(2, 64), gathered(1, 64)};
+    return {gathered(32, 8, 4), gathered(16, 8, 4), gathered(8, 8, 4),  gathered(4, 8, 4),
+            gathered(4, 20, 5), gathered(2, 20, 6), gathered(2, 64, 7), gathered(1, 64, 17)};
   }
-  const auto of = [&](const Traced& traced, int volume) { return setting(method, traced, volume); };
+  const auto of = [&](const Traced& traced, int volume, double run_s) {
+    return setting(method, traced, volume, run_s);
+  };
   std::vector<BenchSetting> settings{
-      of(kLive, 32), of(kLive, 64), of(kCells, 64), of(kCells, 128), with_bounces(of(kHalf, 64), 1), of(kHalf, 64)};
+      of(kLive, 32, 12), of(kLive, 64, 15), of(kCells, 64, 45), of(kCells, 128, 60), with_bounces(of(kHalf, 64, 8), 1),
+      of(kHalf, 64, 7)};
   if (method == "dvct") {
-    settings.push_back(as_needed(of(kLive, 64)));
-    settings.push_back(as_needed(of(kHalf, 64)));
-    settings.push_back(of(kHalf, 128));
-    settings.push_back(of(kCareful, 64));
+    settings.push_back(as_needed(of(kLive, 64, 13)));
+    settings.push_back(as_needed(of(kHalf, 64, 7)));
+    settings.push_back(of(kHalf, 128, 15));
+    settings.push_back(of(kCareful, 64, 12));
   }
   return settings;
 }

@@ -12,6 +12,9 @@ struct BenchSetting {
   /// plan is adaptive; or "16-paths" per pixel.
   std::string name;
   relight::Plan plan;
+  /// How long its row takes to measure, roughly: on the first 320×240 session of the results, with two cores. To divide
+  /// work evenly.
+  double run_s = 0;
 };
 
 /// Ordered from the fastest to the most accurate.

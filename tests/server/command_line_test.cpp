@@ -79,6 +79,8 @@ TEST(CommandLine, Bench) {
   EXPECT_EQ(bench.settings, (std::vector<std::string>{"live-32", "live-64"}));
   EXPECT_EQ(bench.backend, relight::gpu::Backend::egl);
   EXPECT_EQ(name_of(std::get<BenchCommand>(parse({"bench", "s", "--out", "o"})).oracle), "none");
+  EXPECT_FALSE(bench.shard);
+  EXPECT_EQ(std::get<BenchCommand>(parse({"bench", "s", "--out", "o", "--shard", "2/3"})).shard.value().number, 2);
 }
 
 TEST(CommandLine, Texts) {
@@ -106,6 +108,7 @@ TEST(CommandLine, WhatIsWrongIsOneLine) {
                                              {"bench"},
                                              {"bench", "s"},
                                              {"bench", "s", "--out", "o", "--oracle", "luck"},
+                                             {"bench", "s", "--out", "o", "--shard", "3/2"},
                                              {"record"},
                                              {"serve", "--session"}}) {
     try {

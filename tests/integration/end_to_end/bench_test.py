@@ -59,6 +59,21 @@ class BenchTest(unittest.TestCase):
         self.assertEqual((large["enlarged"], large["most_triangles"]), (2, 5000))
         self.assertLess(large["results"][0]["relight_error"], 0.4)
 
+    def test_parts_make_the_table(self):
+        chosen = []
+        for k in (1, 2):
+            out = os.path.join(self.folder.name, f"part-{k}")
+            subprocess.run([PROGRAM, "bench", RECORDING, "--out", out, "--methods", "rays", "--settings",
+                            "live-8-rays,quarter-8-rays", "--oracle", TRUE, "--shard", f"{k}/2"], check=True)
+            with open(os.path.join(out, "results.csv"), encoding="utf-8") as f:
+                chosen += [row["setting"] for row in csv.DictReader(f)]
+            self.assertFalse(os.path.exists(os.path.join(out, "cost_work.csv")))
+        self.assertEqual(chosen, ["live-8-rays", "quarter-8-rays"])
+        wrong = subprocess.run([PROGRAM, "bench", RECORDING, "--out", self.out, "--shard", "1/2",
+                                "--charts", "cost-work"], stderr=subprocess.PIPE, text=True, check=False)
+        self.assertEqual(wrong.returncode, 2)
+        self.assertIn("--charts with --shard: found \"cost-work\", allowed: error-time", wrong.stderr)
+
     def test_json_agrees(self):
         self.assertEqual(len(self.json["results"]), 1)
         row = self.json["results"][0]
