@@ -1,6 +1,7 @@
 #include "relight/gpu/device.h"
 
 #include <cstring>
+#include <map>
 
 #include "relight/gpu/check_commands.h"
 #include "relight/gpu/formats.h"
@@ -35,7 +36,9 @@ class VulkanDevice final : public Device {
     return checked(std::make_unique<VulkanBuffer>(context_, size_bytes, std::string(name)));
   }
   std::unique_ptr<ComputePipeline> create_compute(std::string_view shader) override {
-    return checked(std::make_unique<VulkanCompute>(context_, find_shader(shader, more_shaders_)));
+    std::shared_ptr<ComputeObjects>& shared = compute_[std::string(shader)];
+    if (!shared) shared = checked(std::make_shared<ComputeObjects>(context_, find_shader(shader, more_shaders_)));
+    return std::make_unique<VulkanCompute>(shared);
   }
   std::unique_ptr<RasterPipeline> create_raster(const RasterDesc& desc) override {
     return checked(std::make_unique<VulkanRaster>(context_, desc, find_shader(desc.vertex_shader, more_shaders_),
@@ -135,8 +138,8 @@ class VulkanDevice final : public Device {
 
  private:
   /// Validation messages about a new object are thrown to its creator.
-  template <typename T>
-  std::unique_ptr<T> checked(std::unique_ptr<T> made) {
+  template <typename Pointer>
+  Pointer checked(Pointer made) {
     context_->messages().throw_if_any();
     return made;
   }
@@ -153,6 +156,7 @@ class VulkanDevice final : public Device {
 
   std::shared_ptr<Context> context_;
   std::vector<ShaderCode> more_shaders_;
+  std::map<std::string, std::shared_ptr<ComputeObjects>> compute_;  ///< by shader: compiling one takes long
   std::shared_ptr<const TextureClear> texture_clear_;
 };
 

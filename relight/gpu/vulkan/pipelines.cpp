@@ -65,14 +65,14 @@ void PipelineObjects::create_layout(VkShaderStageFlags stages) {
   check(vkCreatePipelineLayout(context->device(), &info, nullptr, &layout), "layout of shader " + name);
 }
 
-VulkanCompute::VulkanCompute(std::shared_ptr<Context> context, const ShaderCode& shader)
+ComputeObjects::ComputeObjects(std::shared_ptr<Context> context, const ShaderCode& shader)
     : shader_(shader), objects_(std::move(context)) {
   objects_.name = shader.name;
   objects_.interface = reflect_shader(shader);
   objects_.create_layout(VK_SHADER_STAGE_COMPUTE_BIT);
 }
 
-const PipelineObjects& VulkanCompute::objects() const {
+const PipelineObjects& ComputeObjects::compiled() {
   if (objects_.handle != VK_NULL_HANDLE) return objects_;
   const Context& context = *objects_.context;
   const Module module(context, shader_);

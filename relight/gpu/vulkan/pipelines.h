@@ -22,16 +22,28 @@ struct PipelineObjects {
   VkPipeline handle = VK_NULL_HANDLE;
 };
 
-class VulkanCompute final : public ComputePipeline {
+/// A compute shader's pipeline.
+class ComputeObjects {
  public:
-  VulkanCompute(std::shared_ptr<Context> context, const ShaderCode& shader);
+  ComputeObjects(std::shared_ptr<Context> context, const ShaderCode& shader);
   /// Compiles the shader at its first use: a plan runs only a few of the passes that are created.
-  const PipelineObjects& objects() const;
+  const PipelineObjects& compiled();
   const Context* context() const { return objects_.context.get(); }
 
  private:
   ShaderCode shader_;
-  mutable PipelineObjects objects_;
+  PipelineObjects objects_;
+};
+
+/// Of those of one shader, each device compiles one.
+class VulkanCompute final : public ComputePipeline {
+ public:
+  explicit VulkanCompute(std::shared_ptr<ComputeObjects> shared) : shared_(std::move(shared)) {}
+  const PipelineObjects& objects() const { return shared_->compiled(); }
+  const Context* context() const { return shared_->context(); }
+
+ private:
+  std::shared_ptr<ComputeObjects> shared_;
 };
 
 class VulkanRaster final : public RasterPipeline {
