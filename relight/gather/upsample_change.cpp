@@ -3,13 +3,25 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
+#include "reconstruct/math/simd4.h"
 #include "relight/gather/parameters.h"
 #include "relight/tracing/fast_exp.h"
 #include "relight/tracing/parallel_for.h"
 
 namespace lumigraft::relight {
 namespace {
+
+using reconstruct::broadcast;
+using reconstruct::Simd4;
+
+Simd4 simd_of(const Rgb& light) { return Simd4{light[0], light[1], light[2], 0}; }
+
+/// A change of light, three channels and 0: a part of the radiance, and what is added to that.
+struct Change {
+  Simd4 ratio, added;
+};
 
 class Upsampler {
  public:
@@ -21,93 +33,111 @@ class Upsampler {
         picture_(picture),
         full_(full),
         eye_m_(eye.camera.T_tag_camera.translation()),
-        step_(1 / (255 * picture.exposure().maxCoeff())) {}
+        step_(1 / (255 * picture.exposure().maxCoeff())),
+        right_(low.width > 1 ? 1 : 0),
+        below_(low.height > 1 ? static_cast<std::size_t>(low.width) : 0),
+        changes_(low.seen.size()) {
+    for_each_pixel(low.tiles, low.width, low.height, kRows, [&](int x, int y) {
+      const auto i = static_cast<std::size_t>(y * low.width + x);
+      changes_[i] = change_at(i);
+    });
+    for (int u = 0; u < eye.camera.model.width; ++u) columns_.push_back(between(u, low.width));
+  }
 
-  void pixel(int u, int v) const {
-    const std::array<Corner, 4> corners = around(u, v);
-    const auto i = static_cast<std::size_t>(v * eye_.camera.model.width + u);
-    Rgb radiance = picture_.radiance(i), least = at(low_.change, corners[0]), most = least;
-    for (const Corner& corner : corners) {
-      const Rgb change = at(low_.change, corner);
-      least = least.min(change);
-      most = most.max(change);
+  void row(int v) const {
+    const int edge = low_.scale * TileMask::kEdge, width = eye_.camera.model.width;
+    const Between rows = between(v, low_.height);
+    for (int x = 0; x < low_.tiles.across(); ++x) {
+      if (!low_.tiles.tile(x, v / edge)) continue;
+      for (int u = x * edge; u < std::min((x + 1) * edge, width); ++u) pixel(u, v, rows);
     }
-    const bool clips = picture_.clipped(i);
-    // Equal changes are not those of textured surfaces, whose ratios are equal.
-    if ((least == 0).all() && (most == 0).all() && !clips) {
-      set_at(full_.radiance, i, radiance);
-      return;
-    }
-    const std::array<float, 4> weight =
-        weights(u, v, corners, (most - least).maxCoeff() < kGather.visible_codes * step_);
-    Rgb ratio = Rgb::Zero(), added = Rgb::Zero(), restored = Rgb::Zero();
-    for (std::size_t k = 0; k < 4; ++k) {
-      const Rgb change = at(low_.change, corners[k]), under = at(low_.radiance, corners[k]);
-      restored += weight[k] * under;
-      const bool in_proportion = !low_.seen[corners[k].pixel].glossy;
-      for (int c = 0; c < 3; ++c) {
-        if (in_proportion && under[c] > step_)
-          ratio[c] += weight[k] * change[c] / under[c];
-        else
-          added[c] += weight[k] * change[c];
-      }
-    }
-    for (std::size_t c = 0; clips && c < 3; ++c) {
-      const auto channel = static_cast<Eigen::Index>(c);
-      if (picture_.clipped(i, c)) radiance[channel] = std::max(radiance[channel], restored[channel]);
-    }
-    set_at(full_.radiance, i, radiance);
-    set_at(full_.change, i, ratio * radiance + added);
   }
 
  private:
-  struct Corner {
-    std::size_t pixel = 0;  ///< of low_
-    float weight = 0;       ///< bilinear
+  /// Where a pixel is between two of the view.
+  struct Between {
+    std::size_t first;
+    float next;  ///< weight of the one after it
   };
+  using Weights = std::array<float, 4>;  ///< of upper left, upper right, lower left and lower right
 
-  std::array<Corner, 4> around(int u, int v) const {
-    const float to_middle = 0.5f * static_cast<float>(low_.scale - 1), edge = static_cast<float>(low_.scale);
-    const float x = (static_cast<float>(u) - to_middle) / edge, y = (static_cast<float>(v) - to_middle) / edge;
-    const int left = std::clamp(static_cast<int>(std::floor(x)), 0, std::max(low_.width - 2, 0)),
-              top = std::clamp(static_cast<int>(std::floor(y)), 0, std::max(low_.height - 2, 0));
-    const float right = std::clamp(x - static_cast<float>(left), 0.0f, 1.0f),
-                down = std::clamp(y - static_cast<float>(top), 0.0f, 1.0f);
-    std::array<Corner, 4> corners;
-    for (int k = 0; k < 4; ++k) {
-      const int i = std::min(left + (k & 1), low_.width - 1), j = std::min(top + (k >> 1), low_.height - 1);
-      corners[static_cast<std::size_t>(k)] = {static_cast<std::size_t>(j * low_.width + i),
-                                              (k & 1 ? right : 1 - right) * (k >> 1 ? down : 1 - down)};
-    }
-    return corners;
+  Between between(int pixel, int count) const {
+    const float to_middle = 0.5f * static_cast<float>(low_.scale - 1);
+    const float at = (static_cast<float>(pixel) - to_middle) / static_cast<float>(low_.scale);
+    const int first = std::clamp(static_cast<int>(std::floor(at)), 0, std::max(count - 2, 0));
+    return {static_cast<std::size_t>(first), std::clamp(at - static_cast<float>(first), 0.0f, 1.0f)};
   }
 
-  /// Their sum is 1. `alike`: it makes no visible difference which count.
-  std::array<float, 4> weights(int u, int v, const std::array<Corner, 4>& corners, bool alike) const {
-    std::array<float, 4> weight;
-    float sum = 0;
-    const float depth_m = alike ? 0 : depth_.at(u, v);
+  Change change_at(std::size_t i) const {
+    const Simd4 change = simd_of(radiance_at(low_.change, i)), under = simd_of(radiance_at(low_.radiance, i));
+    const bool glossy = low_.seen[i].glossy;
+    const reconstruct::Simd4Int in_proportion =
+        under > broadcast(glossy ? std::numeric_limits<float>::infinity() : step_);
+    return {reconstruct::select(in_proportion, change / under, Simd4{}),
+            reconstruct::select(in_proportion, Simd4{}, change)};
+  }
+
+  void pixel(int u, int v, const Between& rows) const {
+    const Between& columns = columns_[static_cast<std::size_t>(u)];
+    const std::size_t first = rows.first * static_cast<std::size_t>(low_.width) + columns.first;
+    const std::array<std::size_t, 4> corners{first, first + right_, first + below_, first + right_ + below_};
+    const auto i = static_cast<std::size_t>(v * eye_.camera.model.width + u);
+    Change least = changes_[first], most = least;
+    for (std::size_t k = 1; k < 4; ++k) {
+      const Change& corner = changes_[corners[k]];
+      least = {reconstruct::min(least.ratio, corner.ratio), reconstruct::min(least.added, corner.added)};
+      most = {reconstruct::max(most.ratio, corner.ratio), reconstruct::max(most.added, corner.added)};
+    }
+    const bool clips = picture_.clipped(i);
+    const reconstruct::Simd4Int changes =
+        (least.ratio != Simd4{}) | (most.ratio != Simd4{}) | (least.added != Simd4{}) | (most.added != Simd4{});
+    if (!clips && !reconstruct::any(changes)) return;
+    Rgb radiance = picture_.radiance(i);
+    const Simd4 apart = (most.ratio - least.ratio) * simd_of(radiance) + most.added - least.added;
+    const bool alike = !clips && !reconstruct::any(apart > broadcast(kGather.visible_codes * step_));
+    const Weights weight = weights(u, v, corners, columns.next, rows.next, alike);
+    if (clips) restore(i, corners, weight, &radiance);
+    Change mixed{};
     for (std::size_t k = 0; k < 4; ++k) {
-      weight[k] = corners[k].weight;
-      if (depth_m > 0)
-        weight[k] =
-            (weight[k] + kGather.block_unlike) * (goes_through(u, v, depth_m, corners[k]) + kGather.block_unlike);
+      mixed.ratio += weight[k] * changes_[corners[k]].ratio;
+      mixed.added += weight[k] * changes_[corners[k]].added;
+    }
+    const Simd4 change = mixed.ratio * simd_of(radiance) + mixed.added;
+    set_at(full_.radiance, i, radiance);
+    set_at(full_.change, i, {change[0], change[1], change[2]});
+  }
+
+  void restore(std::size_t i, const std::array<std::size_t, 4>& corners, const Weights& weight, Rgb* radiance) const {
+    Rgb restored = Rgb::Zero();
+    for (std::size_t k = 0; k < 4; ++k) restored += weight[k] * radiance_at(low_.radiance, corners[k]);
+    for (std::size_t c = 0; c < 3; ++c) {
+      float& channel = (*radiance)[static_cast<Eigen::Index>(c)];
+      if (picture_.clipped(i, c)) channel = std::max(channel, restored[static_cast<Eigen::Index>(c)]);
+    }
+  }
+
+  /// Their sum is 1. `alike`: it makes no visible difference which surfaces count.
+  Weights weights(int u, int v, const std::array<std::size_t, 4>& corners, float right, float down, bool alike) const {
+    Weights weight{(1 - right) * (1 - down), right * (1 - down), (1 - right) * down, right * down};
+    const float depth_m = alike ? 0 : depth_.at(u, v);
+    if (!(depth_m > 0)) return weight;
+    const Eigen::Vector3f point_m = eye_m_ + depth_m * eye_.ray(u, v);
+    float sum = 0;
+    for (std::size_t k = 0; k < 4; ++k) {
+      weight[k] = (weight[k] + kGather.block_unlike) *
+                  (goes_through(point_m, depth_.allowed_m(depth_m), low_.seen[corners[k]]) + kGather.block_unlike);
       sum += weight[k];
     }
     for (float& w : weight) w /= sum;
     return weight;
   }
 
-  /// How well the plane of a pixel's surface explains the depth at (u, v).
-  float goes_through(int u, int v, float depth_m, const Corner& corner) const {
-    const GBufferPixel& p = low_.seen[corner.pixel];
+  /// How well the plane of a surface explains a point.
+  static float goes_through(const Eigen::Vector3f& point_m, float allowed_m, const GBufferPixel& p) {
     if (!p.known) return 0;
-    const Eigen::Vector3f point_m = eye_m_ + depth_m * eye_.ray(u, v);
-    const float off = p.surface.normal.dot(point_m - p.surface.position_m) / depth_.allowed_m(depth_m);
+    const float off = p.surface.normal.dot(point_m - p.surface.position_m) / allowed_m;
     return fast_exp(off * off);
   }
-
-  static Rgb at(const capture::Image<float>& image, const Corner& corner) { return radiance_at(image, corner.pixel); }
 
   const LowResChange& low_;
   const CameraRays& eye_;
@@ -115,7 +145,10 @@ class Upsampler {
   const CameraUpload& picture_;
   FullChange& full_;
   Eigen::Vector3f eye_m_;
-  float step_;  ///< radiance of one of 255 equal steps to the white of the picture, W/sr/m²
+  float step_;                 ///< radiance of one of 255 equal steps to the white of the picture, W/sr/m²
+  std::size_t right_, below_;  ///< from a pixel of the view to its right and lower neighbour, 0 if there is none
+  std::vector<Change> changes_;
+  std::vector<Between> columns_;
 };
 
 }  // namespace
@@ -123,15 +156,14 @@ class Upsampler {
 void upsample(const LowResChange& low, const CameraRays& eye, const CurrentDepth& depth, const CameraUpload& picture,
               FullChange& full) {
   const capture::CameraModel& model = eye.camera.model;
-  full.change = full.radiance = capture::Image<float>(model.width, model.height, 3);
+  for (capture::Image<float>* image : {&full.change, &full.radiance}) {
+    if (image->width != model.width || image->height != model.height)
+      *image = capture::Image<float>(model.width, model.height, 3);
+    else
+      std::fill(image->data.begin(), image->data.end(), 0.0f);
+  }
   const Upsampler upsampler(low, eye, depth, picture, full);
-  for_each_index(model.height, kRows, [&](int v) {
-    const int edge = low.scale * TileMask::kEdge;
-    for (int x = 0; x < low.tiles.across(); ++x) {
-      if (!low.tiles.tile(x, v / edge)) continue;
-      for (int u = x * edge; u < std::min((x + 1) * edge, model.width); ++u) upsampler.pixel(u, v);
-    }
-  });
+  for_each_index(model.height, kRows, [&](int v) { upsampler.row(v); });
 }
 
 }  // namespace lumigraft::relight

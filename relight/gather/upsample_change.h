@@ -18,7 +18,7 @@ struct LowResChange {
 };
 
 struct FullChange {
-  capture::Image<float> change, radiance;  ///< 3 channels, of the camera's size, W/sr/m²; 0 where nothing is traced
+  capture::Image<float> change, radiance;  ///< 3 channels, of the camera's size, W/sr/m²; 0 where nothing changes
 };
 
 /// Joint bilateral upsampling (Kopf et al. 2007) of the change over the radiance, as a change of irradiance multiplies

@@ -232,7 +232,7 @@ def main():
     arguments.add_argument("recording")
     arguments.add_argument("--minutes", type=float, default=60)
     arguments.add_argument("--rate-hz", type=float, default=5)
-    arguments.add_argument("--set", action="append", default=["plan.method=rays", "plan.trace_scale=8"])
+    arguments.add_argument("--set", action="append", default=[])
     soak = Soak(arguments.parse_args())
     try:
         soak.run()
