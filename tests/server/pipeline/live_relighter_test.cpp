@@ -139,7 +139,9 @@ TEST(LiveRelighter, ADeviceThatCannotBeMadeIsAnErrorAtTheStart) {
   EXPECT_THROW(LiveRelighter(small_camera(), relight::Plan(),
                              []() -> std::shared_ptr<relight::gpu::Device> { throw relight::gpu::GpuError("none"); }),
                relight::gpu::GpuError);
-  EXPECT_THROW(LiveRelighter(small_camera(), relight::Plan(), [] { return std::make_shared<BrokenDevice>(); }),
+  relight::Plan by_cones;
+  by_cones.user_set = {"method"};
+  EXPECT_THROW(LiveRelighter(small_camera(), by_cones, [] { return std::make_shared<BrokenDevice>(); }),
                relight::gpu::GpuError);
 }
 

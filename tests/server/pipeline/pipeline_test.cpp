@@ -189,6 +189,7 @@ TEST(Pipeline, LightGoesOnWhileDrawingIsSlow) {
   plan.volume = 32;
   plan.rsm = 64;
   plan.trace_scale = 4;
+  plan.user_set = {"method"};
   const ServiceInput input = tabletop(plan);
   const auto open = [&]() -> Pipeline::Cameras {
     return {capture::seekable_frames(capture::open_sources(input.session)), nullptr};
