@@ -28,10 +28,10 @@ const std::vector<IntegerKey>& integer_keys() {
       {"volume", &Plan::volume, {32, 64, 128, 256}, "voxels along the edge of each cascade"},
       {"trace_scale",
        &Plan::trace_scale,
-       {1, 2, 4, 8, 16, 32},
-       "light is computed at 1/trace_scale of the image's resolution; 4: live, in cells; for rays only: 8: live, 16 "
-       "and "
-       "32: real surfaces too at a half or a quarter of it"},
+       {1, 2, 4, 8, 16},
+       "light is computed at 1/trace_scale of the image's resolution; 4: live, in cells; for rays only: 8 and 16: "
+       "live, "
+       "real surfaces too at a half or a quarter of it"},
       {"cells",
        &Plan::cells,
        {0, 1},
@@ -94,7 +94,7 @@ Plan read_plan(const capture::ConfigTable& root, const Plan& defaults) {
   if (plan.trace_scale >= 8 && plan.method != "rays") {
     table->fail(table->has("trace_scale") ? "trace_scale" : "method",
                 "found trace_scale " + std::to_string(plan.trace_scale) + " with method \"" + plan.method +
-                    "\", allowed: 1, 2 or 4, and 8, 16 or 32 with \"rays\"");
+                    "\", allowed: 1, 2 or 4, and 8 or 16 with \"rays\"");
   }
   return plan;
 }

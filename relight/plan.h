@@ -18,7 +18,7 @@ struct Plan {
   std::string method = "dvct";
   int volume = 64;  ///< voxels along the edge of each cascade: 32, 64, 128 or 256
   /// Indirect light is traced at 1/trace_scale of the image size: 1, 2 or 4. 4 is the live setting, which requires
-  /// cells = 1; 8 is the live setting of rays, and with 16 and 32
+  /// cells = 1; 8 and 16 are live settings of rays, with which
   /// real surfaces, too, are traced at a half or a quarter of that size.
   int trace_scale = 2;
   int cells = 0;        ///< 1: indirect light is gathered in cells of the volumes, in rounds of frames; 0: per pixel

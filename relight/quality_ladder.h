@@ -24,7 +24,7 @@ class QualityLadder {
     int trace_scale, rays;
     double cost;  ///< relative to the first step, if nothing else is known
   };
-  static constexpr std::array<Step, 5> kSteps{Step{32, 8, 1}, Step{32, 20, 1.3}, Step{16, 20, 2}, Step{4, 20, 4.5},
+  static constexpr std::array<Step, 5> kSteps{Step{16, 8, 1}, Step{16, 20, 1.3}, Step{8, 20, 2}, Step{4, 20, 4.5},
                                               Step{4, 64, 7}};
 
   /// Whether a plan leaves the choice: it has a budget, and no setting that is chosen here was set by the user.

@@ -6,11 +6,10 @@ namespace lumigraft::relight {
 struct GatherQuality {
   int room = 1;           ///< real surfaces are traced for one pixel per square of this edge; all below are of these
   int gather = 2;         ///< indirect light is gathered for one pixel per square of this edge, pixels
-  int block = 1;          ///< edge of the pixel squares of the room that share lamp shadows and indirect light
   int on_object = 1;      ///< edge of the pixel squares of objects that share lamp shadows
-  int step = 2;           ///< spacing, in blocks, of the first shadow samples
-  int lamp_rays = 16;     ///< per block and lamp
-  bool sparse = false;    ///< where penumbrae are wide, sample one of 2 × 2 blocks
+  int step = 2;           ///< spacing of the first shadow samples: pixels, or squares of on_object
+  int lamp_rays = 16;     ///< per such place and lamp
+  bool sparse = false;    ///< where penumbrae are wide, sample one of 2 × 2 places
   int inside = 4;         ///< rays per pixel in the interior of an object
   int at_edges = 16;      ///< rays per pixel at its edge
   int mirrored = 4;       ///< reflected rays of a glossy object per interior ray
@@ -22,8 +21,8 @@ struct GatherQuality {
 };
 
 inline GatherQuality gather_quality_of(int trace_scale) {
-  GatherQuality live{.gather = 8,
-                     .block = 2,
+  GatherQuality live{.room = 2,
+                     .gather = 4,
                      .on_object = 4,
                      .step = 4,
                      .lamp_rays = 8,
@@ -35,21 +34,13 @@ inline GatherQuality gather_quality_of(int trace_scale) {
                      .photons = 1 << 14,
                      .rounds = 8};
   switch (trace_scale) {
-    case 32:
+    case 16:
       live.room = 4;
-      live.gather = 4;
-      live.block = 1;
-      return live;
-    case 16:  // light is sampled for the same pixels of the camera as with 8
-      live.room = 2;
-      live.gather = 4;
-      live.block = 1;
       return live;
     case 8:
       return live;
     case 4:
       return {.gather = 4,
-              .block = 1,
               .on_object = 2,
               .step = 4,
               .sparse = true,

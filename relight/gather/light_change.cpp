@@ -23,9 +23,8 @@ std::uint8_t code_of(float log_ratio) {
   return cv::saturate_cast<std::uint8_t>(log_ratio / kLogStep + static_cast<float>(kSameCode));
 }
 
-/// Width of the window of the median, blocks of pixels; odd. One of `step` pixels is enough to find it.
-int window_blocks(const PosedCamera& camera, float voxel_m, const std::vector<GBufferPixel>& seen, std::size_t step,
-                  int block) {
+/// Width of the window of the median, pixels; odd. One of `step` pixels is enough to find it.
+int window_px(const PosedCamera& camera, float voxel_m, const std::vector<GBufferPixel>& seen, std::size_t step) {
   std::vector<float> depths_m;
   for (std::size_t i = 0; i < seen.size(); i += step) {
     if (seen[i].known) depths_m.push_back(seen[i].depth_m);
@@ -35,29 +34,26 @@ int window_blocks(const PosedCamera& camera, float voxel_m, const std::vector<GB
   const float voxel_px =
       voxel_m * static_cast<float>(camera.model.fx) / std::max(middle_m, static_cast<float>(kGather.min_nearest_m));
   const float reach_px = std::min(kGather.light_reach * voxel_px, static_cast<float>(kGather.light_max_px));
-  return 2 * std::max(static_cast<int>(std::lround(reach_px / static_cast<float>(block))), 1) + 1;
+  return 2 * std::max(static_cast<int>(std::lround(reach_px)), 1) + 1;
 }
 
 }  // namespace
 
 LightChange::LightChange(const PosedCamera& camera, const CurrentDepth& depth, const CameraUpload& picture,
-                         float voxel_m, const std::vector<GBufferPixel>& seen, int block, const TilePixels* tiles)
+                         float voxel_m, const std::vector<GBufferPixel>& seen, const TilePixels* tiles)
     : camera_(camera),
-      block_(block),
-      across_((camera.model.width + block - 1) / block),
-      down_((camera.model.height + block - 1) / block),
       T_camera_tag_(camera.T_tag_camera.inverse()),
       near_m_(2 * voxel_m),
       far_m_(seen.size(), 0.0f),
-      codes_(3 * static_cast<std::size_t>(across_) * static_cast<std::size_t>(down_), kSameCode) {
+      codes_(3 * seen.size(), kSameCode) {
   for (int code = 0; code < 256; ++code) {
     const float change = kLogStep * static_cast<float>(code - kSameCode);
     const float certain = std::copysign(std::max(std::abs(change) - kGather.light_same, 0.0f), change);
     ratios_[static_cast<std::size_t>(code)] = std::exp(certain);
   }
   const int width = camera.model.width, height = camera.model.height;
-  cv::Mat_<Logs> logs(down_, across_, Logs(0, 0, 0));
-  cv::Mat1f weight(down_, across_, 0.0f);
+  cv::Mat_<Logs> logs(height, width, Logs(0, 0, 0));
+  cv::Mat1f weight(height, width, 0.0f);
   const auto add = [&](int u, int v) {
     const auto i = static_cast<std::size_t>(v * width + u);
     const bool traced = !tiles || !seen[i].w.isZero(0);
@@ -68,16 +64,11 @@ LightChange::LightChange(const PosedCamera& camera, const CurrentDepth& depth, c
     if (!(traced || TilePixels::has(u, v, camera.model))) return;
     if (!(p.before.minCoeff() > 0) || picture.clipped(i) || depth.differs(u, v, p.depth_m)) return;
     const Rgb ratio = detail_of(picture.radiance(i), p.before);
-    logs(v / block, u / block) += Logs(std::log(ratio[0]), std::log(ratio[1]), std::log(ratio[2]));
-    weight(v / block, u / block) += 1;
+    logs(v, u) = Logs(std::log(ratio[0]), std::log(ratio[1]), std::log(ratio[2]));
+    weight(v, u) = 1;
   };
-  for_each_index(down_, kRows, [&](int y) {
-    for (int v = y * block; v < std::min((y + 1) * block, height); ++v) {
-      for (int u = 0; u < width; ++u) add(u, v);
-    }
-  });
-  const int window =
-      tiles ? window_blocks(camera, voxel_m, tiles->seen, 1, block) : window_blocks(camera, voxel_m, seen, 61, block);
+  for_each_pixel(width, height, kRows, add);
+  const int window = tiles ? window_px(camera, voxel_m, tiles->seen, 1) : window_px(camera, voxel_m, seen, 61);
   // The mean of a few pixels, as fine texture may have two values only.
   const int few = window / 6 * 2 + 1;
   cv::Mat_<Logs> sums, few_logs;
@@ -86,8 +77,8 @@ LightChange::LightChange(const PosedCamera& camera, const CurrentDepth& depth, c
   cv::boxFilter(weight, sum, -1, {window, window}, {-1, -1}, false);
   cv::boxFilter(logs, few_logs, -1, {few, few}, {-1, -1}, false);
   cv::boxFilter(weight, few_weight, -1, {few, few}, {-1, -1}, false);
-  cv::Mat_<Code> codes(down_, across_, reinterpret_cast<Code*>(codes_.data()));
-  for_each_pixel(across_, down_, kRows, [&](int u, int v) {
+  cv::Mat_<Code> codes(height, width, reinterpret_cast<Code*>(codes_.data()));
+  for_each_pixel(width, height, kRows, [&](int u, int v) {
     const Logs log = weight(v, u) > 0 ? few_logs(v, u) / few_weight(v, u) : sums(v, u) / std::max(sum(v, u), 1.0f);
     for (int c = 0; c < 3; ++c) codes(v, u)[c] = code_of(log[c]);
   });
@@ -95,14 +86,14 @@ LightChange::LightChange(const PosedCamera& camera, const CurrentDepth& depth, c
   any_ = std::any_of(codes_.begin(), codes_.end(), [&](std::uint8_t code) { return ratios_[code] != 1; });
 }
 
-Rgb LightChange::of_block(std::size_t i) const {
+Rgb LightChange::of_pixel(std::size_t i) const {
   return {ratios_[codes_[3 * i]], ratios_[codes_[3 * i + 1]], ratios_[codes_[3 * i + 2]]};
 }
 
 void LightChange::exclude_from(std::vector<GBufferPixel>& seen, const capture::Image<float>& radiance) const {
   if (!any_) return;
   for_each_pixel(radiance.width, radiance.height, kRows, [&](int u, int v) {
-    const Rgb change = of_block(block_of(u, v));
+    const Rgb change = of_pixel(pixel_at(u, v));
     if ((change == 1).all()) return;
     const auto i = static_cast<std::size_t>(v * radiance.width + u);
     GBufferPixel& p = seen[i];
@@ -146,9 +137,8 @@ void LightChange::predict(const RayRoom& room, const std::vector<LightSampleSet>
     ratio[k] = (now.max(0.0f) + 1e-3f * all) / (fused.max(0.0f) + 1e-3f * all).max(1e-9f);
   });
   for (std::size_t k = 0; k < covered.size(); ++k) {
-    const auto i = static_cast<int>(covered[k].first);
     for (std::size_t c = 0; c < 3; ++c) {
-      std::uint8_t& code = codes_[3 * block_of(i % width, i / width) + c];
+      std::uint8_t& code = codes_[3 * covered[k].first + c];
       code = code_of(std::log(ratio[first[k]][static_cast<Eigen::Index>(c)]));
       any_ = any_ || ratios_[code] != 1;
     }
@@ -178,7 +168,7 @@ Rgb LightChange::at(const Eigen::Vector3f& p_m) const {
   const auto i = static_cast<std::size_t>(v * camera_.model.width + u);
   if (!(far_m_[i] > 0) || std::abs(p.norm() - far_m_[i]) > near_m_ + kCompose.moved_jump * far_m_[i])
     return Rgb::Ones();
-  return of_block(block_of(u, v));
+  return of_pixel(pixel_at(u, v));
 }
 
 }  // namespace lumigraft::relight

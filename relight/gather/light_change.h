@@ -19,10 +19,9 @@ namespace lumigraft::relight {
 class LightChange {
  public:
   /// `seen`: the fused room. Pixels that depth shows before or behind it, and those that clip, take the mean around
-  /// them. `block`: edge of the squares of pixels that have one ratio. `tiles`: one pixel for each tile whose pixels
-  /// are not in `seen`; null: all are.
+  /// them. `tiles`: one pixel for each tile whose pixels are not in `seen`; null: all are.
   LightChange(const PosedCamera& camera, const CurrentDepth& depth, const CameraUpload& picture, float voxel_m,
-              const std::vector<GBufferPixel>& seen, int block = 1, const TilePixels* tiles = nullptr);
+              const std::vector<GBufferPixel>& seen, const TilePixels* tiles = nullptr);
 
   bool any() const { return any_; }
   /// Sets the albedo of pixels to that of the fused surface times the detail of the image, without changes of light.
@@ -38,15 +37,14 @@ class LightChange {
   Eigen::Array4f lamps_now(const std::vector<LightSampleSet>& lamps, const GBufferPixel& pixel) const;
 
  private:
-  std::size_t block_of(int u, int v) const { return static_cast<std::size_t>(v / block_ * across_ + u / block_); }
-  Rgb of_block(std::size_t i) const;
+  std::size_t pixel_at(int u, int v) const { return static_cast<std::size_t>(v * camera_.model.width + u); }
+  Rgb of_pixel(std::size_t i) const;
 
   PosedCamera camera_;
-  int block_, across_, down_;  ///< blocks of pixels
   Eigen::Isometry3f T_camera_tag_;
   float near_m_;                     ///< to the surface of a pixel: of the same
   std::vector<float> far_m_;         ///< by pixel: of the fused room, along the ray; 0: unknown
-  std::vector<std::uint8_t> codes_;  ///< by block and channel
+  std::vector<std::uint8_t> codes_;  ///< by pixel and channel
   std::array<float, 256> ratios_{};  ///< by code
   bool any_ = false;
 };

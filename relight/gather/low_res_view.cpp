@@ -18,8 +18,7 @@ float alike_blocks(const SurfaceHit& a, const GBufferPixel& b, float block_m) {
 
 }  // namespace
 
-LowResView::LowResView(const std::vector<GBufferPixel>& seen, const capture::CameraModel& camera, int block,
-                       const TileMask* tiles)
+LowResView::LowResView(const std::vector<GBufferPixel>& seen, const capture::CameraModel& camera, int block)
     : block_(block), camera_(camera) {
   camera_.width = (camera.width + block - 1) / block;
   camera_.height = (camera.height + block - 1) / block;
@@ -29,7 +28,6 @@ LowResView::LowResView(const std::vector<GBufferPixel>& seen, const capture::Cam
   below_ = camera_.height > 1 ? static_cast<std::size_t>(camera_.width) : 0;
   seen_.resize(static_cast<std::size_t>(camera_.width) * static_cast<std::size_t>(camera_.height));
   for_each_pixel(camera_.width, camera_.height, kRows, [&](int x, int y) {
-    if (tiles && !tiles->has(x * block, y * block)) return;
     const int pixel =
         central_pixel(seen, camera, block, x, y, [](const GBufferPixel& p) { return p.known && !p.glossy; });
     if (pixel >= 0) seen_[static_cast<std::size_t>(y * camera_.width + x)] = seen[static_cast<std::size_t>(pixel)];

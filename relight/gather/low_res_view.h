@@ -18,9 +18,8 @@ struct BlockMix {
 
 class LowResView {
  public:
-  /// `block`: their edge, pixels. Glossy surfaces are excluded. `tiles`: whose pixels are in `seen`; null: all are.
-  LowResView(const std::vector<GBufferPixel>& seen, const capture::CameraModel& camera, int block,
-             const TileMask* tiles = nullptr);
+  /// `block`: their edge, pixels. Glossy surfaces are excluded.
+  LowResView(const std::vector<GBufferPixel>& seen, const capture::CameraModel& camera, int block);
 
   /// Per block, laid out as the pixels of an image of that size; `camera` is the matching camera.
   const std::vector<GBufferPixel>& seen() const { return seen_; }

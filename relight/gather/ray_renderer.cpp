@@ -18,7 +18,6 @@
 #include "relight/gather/gather_grid.h"
 #include "relight/gather/influence.h"
 #include "relight/gather/light_change.h"
-#include "relight/gather/low_res_view.h"
 #include "relight/gather/moved_surfaces.h"
 #include "relight/gather/object_pixels.h"
 #include "relight/gather/parameters.h"
@@ -63,12 +62,6 @@ class Clock {
   std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now(), last_ = began_;
 };
 
-/// A pixel's response to irradiance on the room; zero on glossy surfaces.
-struct Receiver {
-  Eigen::Array4f reflects = Eigen::Array4f::Zero();  ///< albedo over π, and 0
-  BlockMix mix;                                      ///< if blocks share light
-};
-
 }  // namespace
 
 struct RayRenderer::State {
@@ -98,8 +91,6 @@ struct RayRenderer::State {
   RecentlyMoved recent;
   MovedPixels covered;  ///< pixels of the room that moved surfaces replace in `seen`
   std::shared_ptr<const capture::DepthFrame> last_depth;
-  std::vector<Receiver> receivers;   ///< by pixel
-  std::optional<LowResView> blocks;  ///< if blocks of pixels share light
   std::optional<GatherGrid> indirect, gloss;
   bool new_view = false;           ///< nothing was gathered for it yet
   capture::Image<float> change;    ///< 3 channels, L_Δ of real pixels, W/sr/m²
@@ -149,9 +140,11 @@ struct RayRenderer::State {
     return std::make_shared<const RayRoom>(scene, known, session.tag);
   }
 
-  void follow(const reconstruct::Scene& scene) {
+  void follow(const reconstruct::Scene& scene, Clock& clock) {
     if (rooms == Rooms::made_here) {
-      if (!room || !room->has_surfaces_of(scene) || room->illumination() != scene.illumination) enter(room_of(scene));
+      if (room && room->has_surfaces_of(scene) && room->illumination() == scene.illumination) return;
+      enter(room_of(scene));
+      clock.done("room");
     } else if (room->illumination() != scene.illumination) {
       enter(std::make_shared<const RayRoom>(*room, scene.illumination));
     }
@@ -226,8 +219,8 @@ struct RayRenderer::State {
     const bool had_moved = !covered.empty();
     for (const auto& [i, pixel] : std::exchange(covered, {})) seen[i] = pixel;
     if (!same_surfaces) trace_room(*room, eye, radiance, tiles, seen);
-    auto light_change = std::make_shared<LightChange>(eye.camera, depth, picture, room->voxel_m(), seen, asked.block,
-                                                      pixels ? &*pixels : nullptr);
+    auto light_change =
+        std::make_shared<LightChange>(eye.camera, depth, picture, room->voxel_m(), seen, pixels ? &*pixels : nullptr);
     if (!same_surfaces) {
       light_change->exclude_from(seen, radiance);
       fill_holes(eye.camera, radiance, picture.exposure(), tiles, seen);
@@ -268,12 +261,10 @@ struct RayRenderer::State {
     last_depth = frame.depth;
     if (!same_view || had_moved || !moved.empty()) {
       detail = asked;
-      blocks.reset();
       gloss.reset();
       const capture::CameraModel& model = eye.camera.model;
-      if (detail.block > 1) blocks.emplace(seen, model, detail.block, &tiles);
-      find_receivers();
-      indirect.emplace(shared(), of_shared(), detail.gather / detail.block, GatherGrid::Of::even);
+      change = capture::Image<float>(model.width, model.height, 3);
+      indirect.emplace(seen, model, detail.gather, GatherGrid::Of::even);
       if (!known.empty()) gloss.emplace(seen, model, detail.gather, GatherGrid::Of::glossy);
       new_view = true;
       clock.done("pixels");
@@ -281,22 +272,7 @@ struct RayRenderer::State {
     seen_room = room;
   }
 
-  /// Surfaces shared by pixels, or the pixels' own.
   int room_scale() const { return reduced ? reduced->scale() : 1; }
-  const std::vector<GBufferPixel>& shared() const { return blocks ? blocks->seen() : seen; }
-  const capture::CameraModel& of_shared() const { return blocks ? blocks->camera() : room_camera(); }
-
-  void find_receivers() {
-    const capture::CameraModel& model = room_camera();
-    receivers.assign(seen.size(), {});
-    change = capture::Image<float>(model.width, model.height, 3);
-    for_each_pixel(tiles, model.width, model.height, kRows, [&](int u, int v) {
-      const auto i = static_cast<std::size_t>(v * model.width + u);
-      if (!seen[i].known || seen[i].glossy) return;
-      receivers[i].reflects.head<3>() = seen[i].albedo / kPi;
-      if (blocks) receivers[i].mix = blocks->mix(u, v, seen[i].surface);
-    });
-  }
 
   /// One of 255 equal steps to the white of the picture, W/sr/m².
   float grey_level() const { return 1 / (255 * camera.exposure().maxCoeff()); }
@@ -341,8 +317,8 @@ struct RayRenderer::State {
   /// From `objects` to `shown`, and with a new `change` that at outlines. Neither needs the other.
   void finish(const CameraRays& eye, const CurrentDepth& depth, const MotionBlur& motion, bool changed, Clock& clock) {
     if (changed && reduced) {
-      upsample({reduced->scale(), change.width, change.height, seen, change, radiance, tiles}, eye, depth, camera,
-               full);
+      upsample({reduced->scale(), change.width, change.height, seen, change, radiance, tiles}, eye, depth, objects,
+               camera, full);
       clock.done("upsample");
     }
     const bool divided = changed && !covered.empty();
@@ -367,49 +343,50 @@ struct RayRenderer::State {
   }
 
   void find_change(const std::vector<EmitterSampleSet>& emitters, int rays, const UpdateSubset& turn, Clock& clock) {
-    const std::vector<Eigen::Array4f> hidden = hidden_by_objects(light.light(), lamps, shared(), of_shared(), detail);
-    const std::vector<Eigen::Array4f> added = lit_by_objects(light.light(), emitters, shared(), of_shared(), detail);
+    const std::vector<Eigen::Array4f> hidden = hidden_by_objects(light.light(), lamps, seen, room_camera(), detail);
+    const std::vector<Eigen::Array4f> added = lit_by_objects(light.light(), emitters, seen, room_camera(), detail);
     clock.done("shadows");
     indirect->gather(light.light(), light.places(), rays, grey_level(), kPixelSeed, turn);
     std::vector<Eigen::Array4f> delta = indirect->at_pixels();
     const LightChange* light_change = light.light().light_change();
     for_each_index(delta.size(), kRows * change.width, [&](std::size_t i) {
       delta[i] += added[i];
-      const GBufferPixel& pixel = shared()[i];
+      const GBufferPixel& pixel = seen[i];
       if (pixel.known && !pixel.glossy)
         delta[i].head<3>() += light.light().caustic(pixel.surface.position_m, pixel.surface.face);
-      delta[i] -= light_change && hidden[i].maxCoeff() > 0 ? hidden[i].min(light_change->lamps_now(lamps, shared()[i]))
-                                                           : hidden[i];
+      delta[i] -=
+          light_change && hidden[i].maxCoeff() > 0 ? hidden[i].min(light_change->lamps_now(lamps, seen[i])) : hidden[i];
     });
     for_each_pixel(tiles, change.width, change.height, kRows, [&](int u, int v) {
       const auto i = static_cast<std::size_t>(v * change.width + u);
-      const Receiver& r = receivers[i];
-      const Eigen::Array4f irradiance =
-          blocks ? blocks->mixed(r.mix, [&](std::size_t block) { return delta[block]; }) : delta[i];
-      set_at(change, i, (r.reflects * irradiance).head<3>());
+      const bool even = seen[i].known && !seen[i].glossy;
+      set_at(change, i, even ? Rgb(seen[i].albedo / kPi * delta[i].head<3>()) : Rgb::Zero());
     });
     clock.done("gather");
   }
 
   std::shared_ptr<const RelightMaps> maps() const {
+    const capture::CameraModel& model = session.color.model;
     auto maps = std::make_shared<RelightMaps>();
-    maps->mask = capture::Image<float>(change.width, change.height, 1);
-    maps->delta = change;
-    maps->albedo = maps->normals = capture::Image<float>(change.width, change.height, 3);
-    maps->depth_m = capture::Image<float>(change.width, change.height, 1);
+    maps->mask = maps->depth_m = capture::Image<float>(model.width, model.height, 1);
+    maps->delta = full_change();
+    maps->albedo = maps->normals = capture::Image<float>(model.width, model.height, 3);
     const Eigen::Vector3f eye_m = T_tag_camera.topRightCorner<3, 1>(), forward = T_tag_camera.block<3, 1>(0, 2);
     const auto tell = [&](std::size_t i, const GBufferPixel& p) {
       set_at(maps->albedo, i, p.albedo);
       set_at(maps->normals, i, p.surface.normal.array());
       maps->depth_m.data[i] = forward.dot(p.surface.position_m - eye_m);
     };
-    for (std::size_t i = 0; i < seen.size(); ++i) {
-      if (seen[i].known) tell(i, seen[i]);
+    const RoomPixels room_pixels{seen, room_camera(), room_scale()};
+    for (int v = 0; v < model.height; ++v) {
+      for (int u = 0; u < model.width; ++u) {
+        if (const GBufferPixel& p = room_pixels.at(u, v); p.known) tell(maps->mask.index(u, v), p);
+      }
     }
     // Where an object covers a pixel, the maps describe the object.
     for (int v = 0; v < shown.coverage.height; ++v) {
       for (int u = 0; u < shown.coverage.width; ++u) {
-        const std::size_t i = change.width * (v + shown.top) + u + shown.left;
+        const std::size_t i = maps->mask.index(u + shown.left, v + shown.top);
         maps->mask.data[i] = shown.coverage.at(u, v);
         const int x = u + shown.left - objects.left, y = v + shown.top - objects.top;
         if (maps->mask.data[i] < 0.5f || x < 0 || y < 0 || x >= objects.coverage.width || y >= objects.coverage.height)
@@ -460,8 +437,7 @@ RelitPicture RayRenderer::relight(const capture::FrameSet& frame, const reconstr
     for (const std::string& line : left_out(object)) result.warnings.push_back("relight: " + line);
   }
   if (!preparing.empty()) result.warnings.push_back("relight: " + being_prepared(preparing));
-  s.follow(scene);
-  if (s.rooms == Rooms::made_here) clock.done("room");
+  s.follow(scene, clock);
   const bool chooses = QualityLadder::chooses(asked);
   const Plan& plan = result.plan = chooses ? s.plan_in_budget(asked, exhibit, scene, frame.time_ns) : asked;
   const auto done = [&](const char* pass) { clock.done(pass); };
@@ -470,8 +446,7 @@ RelitPicture RayRenderer::relight(const capture::FrameSet& frame, const reconstr
   const CameraRays eye{s.pixel_rays, {s.session.color.model, s.held(scene.pose->T_tag_camera).cast<float>()}};
   const CurrentDepth depth(s.pixel_rays, depth_of(frame, s.session.color.model), s.room->voxel_m(),
                            s.session.depth_noise());
-  // Maps show every pixel.
-  const GatherQuality quality = gather_quality_of(with_maps ? std::min(plan.trace_scale, 8) : plan.trace_scale);
+  const GatherQuality quality = gather_quality_of(plan.trace_scale);
   s.reduce(quality.room, frame);
   if (s.reduced) {
     const ReducedView& view = *s.reduced;

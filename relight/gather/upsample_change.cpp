@@ -25,21 +25,27 @@ struct Change {
 
 class Upsampler {
  public:
-  Upsampler(const LowResChange& low, const CameraRays& eye, const CurrentDepth& depth, const CameraUpload& picture,
-            FullChange& full)
+  Upsampler(const LowResChange& low, const CameraRays& eye, const CurrentDepth& depth, const ObjectLayer& objects,
+            const CameraUpload& picture, FullChange& full)
       : low_(low),
         eye_(eye),
         depth_(depth),
+        objects_(objects),
         picture_(picture),
         full_(full),
         eye_m_(eye.camera.T_tag_camera.translation()),
         step_(1 / (255 * picture.exposure().maxCoeff())),
         right_(low.width > 1 ? 1 : 0),
         below_(low.height > 1 ? static_cast<std::size_t>(low.width) : 0),
-        changes_(low.seen.size()) {
+        changes_(low.seen.size()),
+        covered_(low.seen.size()) {
     for_each_pixel(low.tiles, low.width, low.height, kRows, [&](int x, int y) {
       const auto i = static_cast<std::size_t>(y * low.width + x);
       changes_[i] = change_at(i);
+      const int middle = central_offset(low.scale), last_u = eye.camera.model.width - 1,
+                last_v = eye.camera.model.height - 1;
+      covered_[i] =
+          coverage(std::min(x * low.scale + middle, last_u), std::min(y * low.scale + middle, last_v)) >= 0.5f;
     });
     for (int u = 0; u < eye.camera.model.width; ++u) columns_.push_back(between(u, low.width));
   }
@@ -77,7 +83,13 @@ class Upsampler {
             reconstruct::select(in_proportion, Simd4{}, change)};
   }
 
+  float coverage(int u, int v) const {
+    const auto i = objects_.index(u, v);
+    return i ? objects_.coverage.data[*i] : 0;
+  }
+
   void pixel(int u, int v, const Between& rows) const {
+    if (coverage(u, v) == 1) return;  // nothing of the room is seen
     const Between& columns = columns_[static_cast<std::size_t>(u)];
     const std::size_t first = rows.first * static_cast<std::size_t>(low_.width) + columns.first;
     const std::array<std::size_t, 4> corners{first, first + right_, first + below_, first + right_ + below_};
@@ -119,13 +131,15 @@ class Upsampler {
   /// Their sum is 1. `alike`: it makes no visible difference which surfaces count.
   Weights weights(int u, int v, const std::array<std::size_t, 4>& corners, float right, float down, bool alike) const {
     Weights weight{(1 - right) * (1 - down), right * (1 - down), (1 - right) * down, right * down};
-    const float depth_m = alike ? 0 : depth_.at(u, v);
-    if (!(depth_m > 0)) return weight;
+    if (alike) return weight;
+    const float depth_m = depth_.at(u, v);
     const Eigen::Vector3f point_m = eye_m_ + depth_m * eye_.ray(u, v);
     float sum = 0;
     for (std::size_t k = 0; k < 4; ++k) {
-      weight[k] = (weight[k] + kGather.block_unlike) *
-                  (goes_through(point_m, depth_.allowed_m(depth_m), low_.seen[corners[k]]) + kGather.block_unlike);
+      weight[k] += kGather.block_unlike;
+      if (depth_m > 0)
+        weight[k] *= goes_through(point_m, depth_.allowed_m(depth_m), low_.seen[corners[k]]) + kGather.block_unlike;
+      if (covered_[corners[k]]) weight[k] *= kGather.block_unlike;
       sum += weight[k];
     }
     for (float& w : weight) w /= sum;
@@ -142,19 +156,21 @@ class Upsampler {
   const LowResChange& low_;
   const CameraRays& eye_;
   const CurrentDepth& depth_;
+  const ObjectLayer& objects_;
   const CameraUpload& picture_;
   FullChange& full_;
   Eigen::Vector3f eye_m_;
   float step_;                 ///< radiance of one of 255 equal steps to the white of the picture, W/sr/m²
   std::size_t right_, below_;  ///< from a pixel of the view to its right and lower neighbour, 0 if there is none
   std::vector<Change> changes_;
+  std::vector<std::uint8_t> covered_;  ///< by pixel of the view: an object hides its surface
   std::vector<Between> columns_;
 };
 
 }  // namespace
 
-void upsample(const LowResChange& low, const CameraRays& eye, const CurrentDepth& depth, const CameraUpload& picture,
-              FullChange& full) {
+void upsample(const LowResChange& low, const CameraRays& eye, const CurrentDepth& depth, const ObjectLayer& objects,
+              const CameraUpload& picture, FullChange& full) {
   const capture::CameraModel& model = eye.camera.model;
   for (capture::Image<float>* image : {&full.change, &full.radiance}) {
     if (image->width != model.width || image->height != model.height)
@@ -162,7 +178,7 @@ void upsample(const LowResChange& low, const CameraRays& eye, const CurrentDepth
     else
       std::fill(image->data.begin(), image->data.end(), 0.0f);
   }
-  const Upsampler upsampler(low, eye, depth, picture, full);
+  const Upsampler upsampler(low, eye, depth, objects, picture, full);
   for_each_index(model.height, kRows, [&](int v) { upsampler.row(v); });
 }
 

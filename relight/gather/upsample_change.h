@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "relight/compose/current_depth.h"
+#include "relight/compose/object_layer.h"
 #include "relight/gather/gbuffer.h"
 #include "relight/passes/screen/camera_upload.h"
 
@@ -23,9 +24,10 @@ struct FullChange {
 
 /// Joint bilateral upsampling (Kopf et al. 2007) of the change over the radiance, as a change of irradiance multiplies
 /// what the picture shows: texture is that of the picture. Where the four values around a pixel differ visibly, those
-/// count whose surface goes through the pixel's depth. On glossy surfaces, and where the picture is dark, the change
+/// count whose surface goes through the pixel's depth, and that `objects` do not cover: an object's shadow on what it
+/// stands on ends at its own edge. On glossy surfaces, and where the picture is dark, the change
 /// itself is interpolated. Clipped channels of `picture` get the radiance that was restored for them.
-void upsample(const LowResChange& low, const CameraRays& eye, const CurrentDepth& depth, const CameraUpload& picture,
-              FullChange& full);
+void upsample(const LowResChange& low, const CameraRays& eye, const CurrentDepth& depth, const ObjectLayer& objects,
+              const CameraUpload& picture, FullChange& full);
 
 }  // namespace lumigraft::relight

@@ -45,12 +45,11 @@ BenchSetting gathered(int trace_scale, int rays, double run_s) {
   plan.method = "rays";
   plan.trace_scale = trace_scale;
   plan.rays = rays;
-  const char* name = trace_scale == 1    ? "careful-"
-                     : trace_scale == 2  ? "half-"
-                     : trace_scale == 4  ? "quarter-"
-                     : trace_scale == 8  ? "live-"
-                     : trace_scale == 16 ? "live-room-half-"
-                                         : "live-room-quarter-";
+  const char* name = trace_scale == 1   ? "careful-"
+                     : trace_scale == 2 ? "half-"
+                     : trace_scale == 4 ? "quarter-"
+                     : trace_scale == 8 ? "live-"
+                                        : "coarse-";
   return {name + std::to_string(rays) + "-rays", plan, run_s};
 }
 
@@ -59,8 +58,8 @@ BenchSetting gathered(int trace_scale, int rays, double run_s) {
 std::vector<BenchSetting> bench_settings(const std::string& method) {
   if (method == "reference") return {paths(method, 16, 50), paths(method, 64, 200)};
   if (method == "rays") {
-    return {gathered(32, 8, 4), gathered(16, 8, 4), gathered(8, 8, 4),  gathered(4, 8, 4),
-            gathered(4, 20, 5), gathered(2, 20, 6), gathered(2, 64, 7), gathered(1, 64, 17)};
+    return {gathered(16, 8, 4), gathered(8, 8, 4),  gathered(4, 8, 4),  gathered(4, 20, 5),
+            gathered(2, 20, 6), gathered(2, 64, 7), gathered(1, 64, 17)};
   }
   const auto of = [&](const Traced& traced, int volume, double run_s) {
     return setting(method, traced, volume, run_s);

@@ -62,7 +62,7 @@ class Upsampling : public testing::Test {
     relight::FullChange full;
     relight::upsample({kScale, model.width, model.height, seen, change, radiance, tiles},
                       {rays, {camera_.model, Eigen::Isometry3f::Identity()}},
-                      {rays, relight::depth_of(frame_, camera_.model), 0.008f}, picture, full);
+                      {rays, relight::depth_of(frame_, camera_.model), 0.008f}, objects_, picture, full);
     return full;
   }
   relight::Rgb radiance_at(int u, int v) const {
@@ -80,6 +80,7 @@ class Upsampling : public testing::Test {
   const int column_ = 17;
   capture::ColorCamera camera_;
   capture::FrameSet frame_;
+  relight::ObjectLayer objects_;
 };
 
 TEST_F(Upsampling, AnEvenShadowDarkensEveryPixelByItsPart) {
@@ -97,6 +98,20 @@ TEST_F(Upsampling, AShadowThatEndsAtAnEdgeOfDepthEndsAtItsPixel) {
   for_pixels([&](int u, int v, std::size_t i) {
     const relight::Rgb expected = (u < column_ ? -0.5f : 0.0f) * radiance_at(u, v);
     EXPECT_LT((relight::radiance_at(full.change, i) - expected).abs().maxCoeff(), 1e-3f) << u << ", " << v;
+  });
+}
+
+// An object that covers the lower rows stands on the near wall, which is black under it.
+TEST_F(Upsampling, TheShadowUnderAnObjectEndsAtItsEdge) {
+  constexpr int top = 11;
+  objects_.top = top;
+  objects_.coverage = capture::Image<float>(camera_.model.width, camera_.model.height - top, 1, 1);
+  const relight::FullChange full = upsampled([&](const relight::GBufferPixel& p) {
+    return camera_.model.project(p.surface.position_m.cast<double>())->y() > top - 0.4 ? -1.0f : 0.0f;
+  });
+  for_pixels([&](int u, int v, std::size_t i) {
+    if (v >= top) return;
+    EXPECT_LT(relight::radiance_at(full.change, i).abs().maxCoeff(), 1e-3f) << u << ", " << v;
   });
 }
 
