@@ -7,6 +7,9 @@
 
 namespace lumigraft::relight {
 
+/// From the left to the central pixel of a square of so many; of two, the right one.
+constexpr int central_offset(int edge) { return edge / 2; }
+
 /// Directions are computed at the pixels' corners, linear between.
 class PixelRays {
  public:

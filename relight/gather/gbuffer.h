@@ -110,9 +110,6 @@ TilePixels trace_tiles(const RayRoom& room, const CameraRays& eye, const capture
 std::optional<GBufferPixel> room_behind(const RayRoom& room, const CameraRays& eye, const CurrentDepth& depth, int u,
                                         int v, float front_m, const Rgb& radiance);
 
-/// From the left to the central pixel of a square of so many; of two, the right one.
-constexpr int central_offset(int edge) { return edge / 2; }
-
 /// The pixel nearest to the central one of the square (x, y) of `edge` × `edge` pixels among those that count; -1:
 /// none.
 template <typename Counts>

@@ -5,9 +5,9 @@
 
 #include "capture/image.h"
 #include "relight/gather/delta_light.h"
-#include "relight/gather/gather_quality.h"
 #include "relight/gather/gbuffer.h"
 #include "relight/gather/irradiance_change_cache.h"
+#include "relight/gather_quality.h"
 
 namespace lumigraft::relight {
 

@@ -2,8 +2,8 @@
 // Radiance and coverage of the objects in the camera view.
 #include "relight/compose/current_depth.h"
 #include "relight/compose/object_layer.h"
-#include "relight/gather/gather_quality.h"
 #include "relight/gather/ray_shadows.h"
+#include "relight/gather_quality.h"
 
 namespace lumigraft::relight {
 

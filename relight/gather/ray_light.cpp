@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "relight/gather/gather_quality.h"
 #include "relight/gather/parameters.h"
+#include "relight/gather_quality.h"
 #include "relight/tracing/photon_tracing.h"
 #include "relight/tracing/world.h"
 

@@ -3,8 +3,8 @@
 // penumbra. 4 × 4 pixels share stratified sample points of it. Where sparse pixels all around find a lamp fully visible
 // or fully occluded, the pixels between take that value without sending rays.
 #include "relight/gather/delta_light.h"
-#include "relight/gather/gather_quality.h"
 #include "relight/gather/gbuffer.h"
+#include "relight/gather_quality.h"
 #include "relight/tracing/emitter_samples.h"
 
 namespace lumigraft::relight {

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "capture/camera/srgb.h"
-#include "relight/gather/reduced_view.h"
+#include "relight/compose/reduced_view.h"
 #include "tests/relight/closed_form/closed_scene.h"
 
 namespace lumigraft::test {

@@ -1,11 +1,10 @@
-#include "relight/gather/reduced_view.h"
+#include "relight/compose/reduced_view.h"
 
 #include <algorithm>
 #include <array>
 #include <limits>
 
 #include "capture/camera/radiance.h"
-#include "relight/gather/gbuffer.h"
 #include "relight/tracing/parallel_for.h"
 
 namespace lumigraft::relight {
