@@ -4,7 +4,7 @@
 namespace lumigraft::relight {
 
 struct GatherQuality {
-  int room = 1;           ///< real surfaces are traced for one pixel per square of this edge; all below are of these
+  int room = 1;           ///< real surfaces are traced for one per square of so many pixels; `gather` counts these
   int gather = 2;         ///< indirect light is gathered for one pixel per square of this edge, pixels
   int on_object = 1;      ///< edge of the pixel squares of objects that share lamp shadows
   int step = 2;           ///< spacing of the first shadow samples: pixels, or squares of on_object

@@ -30,8 +30,7 @@ const std::vector<IntegerKey>& integer_keys() {
        &Plan::trace_scale,
        {1, 2, 4, 8, 16},
        "light is computed at 1/trace_scale of the image's resolution; 4: live, in cells; for rays only: 8 and 16: "
-       "live, "
-       "real surfaces too at a half or a quarter of it"},
+       "live, real surfaces too at a half or a quarter of it"},
       {"cells",
        &Plan::cells,
        {0, 1},

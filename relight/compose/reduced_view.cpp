@@ -5,19 +5,16 @@
 #include <limits>
 
 #include "capture/camera/radiance.h"
+#include "capture/camera/resized_camera.h"
 #include "relight/tracing/parallel_for.h"
 
 namespace lumigraft::relight {
 namespace {
 
 capture::ColorCamera reduced(capture::ColorCamera camera, int scale) {
-  capture::CameraModel& model = camera.model;
-  model.width = (model.width + scale - 1) / scale;
-  model.height = (model.height + scale - 1) / scale;
-  model.fx /= scale;
-  model.fy /= scale;
-  model.cx = (model.cx + 0.5) / scale - 0.5;  // pixel centres are at integers
-  model.cy = (model.cy + 0.5) / scale - 0.5;
+  const capture::CameraModel& full = camera.model;
+  camera.model =
+      capture::resized(full, 1.0 / scale, (full.width + scale - 1) / scale, (full.height + scale - 1) / scale);
   return camera;
 }
 

@@ -12,12 +12,12 @@ namespace lumigraft::relight {
 
 class ReducedView {
  public:
-  /// Each pixel stands for a square of `scale` × `scale` pixels of the camera; squares at the right and lower border
+  /// Each pixel represents a square of `scale` × `scale` pixels of the camera; squares at the right and lower border
   /// may be narrower.
   ReducedView(const capture::ColorCamera& camera, int scale);
 
   /// Pixel values are means over the square, and clip if any of its pixels does. Depth is that of the pixel nearest to
-  /// the centre of the square that has any, as a mean over an edge were on neither surface.
+  /// the centre of the square that has any: a mean over a depth edge would be on neither surface.
   void take(const capture::FrameSet& frame);
 
   int scale() const { return scale_; }

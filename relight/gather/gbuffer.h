@@ -33,6 +33,19 @@ struct GBufferPixel {
 
 using MovedPixels = std::vector<std::pair<std::size_t, GBufferPixel>>;  ///< by pixel index, ascending
 
+/// The room's G-buffer at a fraction of the image size: a pixel represents a square of scale × scale pixels of the
+/// camera.
+struct RoomPixels {
+  const std::vector<GBufferPixel>& seen;
+  const capture::CameraModel& camera;  ///< of the smaller image
+  int scale;
+
+  const GBufferPixel& at(int u, int v) const {  ///< at a pixel of the camera
+    return seen[static_cast<std::size_t>(v / scale) * static_cast<std::size_t>(camera.width) +
+                static_cast<std::size_t>(u / scale)];
+  }
+};
+
 struct CameraRays {
   const PixelRays& rays;
   PosedCamera camera;

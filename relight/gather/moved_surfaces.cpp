@@ -298,6 +298,24 @@ MovedPixels moved_surfaces(const reconstruct::Illumination& light, const std::ve
   return found;
 }
 
+capture::Image<std::uint8_t> front_mask(const MovedPixels& covered, const RoomPixels& room, const CurrentDepth& depth,
+                                        int width, int height) {
+  capture::Image<std::uint8_t> front(width, height, 1);
+  for (const auto& [i, behind] : covered) {
+    const GBufferPixel& now = room.seen[i];
+    // Of the pixels of a square at an outline, some show the other surface.
+    const float shown_m = behind.depth_m > now.depth_m ? now.depth_m : behind.depth_m;
+    const int left = static_cast<int>(i) % room.camera.width * room.scale,
+              top = static_cast<int>(i) / room.camera.width * room.scale;
+    for (int v = top; v < std::min(top + room.scale, height); ++v) {
+      for (int u = left; u < std::min(left + room.scale, width); ++u) {
+        if (!behind.known || !depth.differs(u, v, shown_m)) front.at(u, v) = 255;
+      }
+    }
+  }
+  return front;
+}
+
 void add_moved_tiles(const CameraRays& eye, const CurrentDepth& depth, const reconstruct::DistanceField& field,
                      const ArrivedSurface& arrived, TileMask& tiles) {
   static_assert(kGather.window_px % TileMask::kEdge == 0);

@@ -25,6 +25,11 @@ MovedPixels moved_surfaces(const reconstruct::Illumination& light, const std::ve
                            float voxel_m, const CameraRays& eye, const CurrentDepth& depth, const CameraUpload& picture,
                            const std::vector<GBufferPixel>& seen, const ArrivedSurface* arrived = nullptr);
 
+/// At each pixel of the camera, 255 if it shows a moved surface in front of the room or where it was fused since, else
+/// 0, also where depth sees through fused surface. `covered`: the fused pixels that `room` has moved surfaces for.
+capture::Image<std::uint8_t> front_mask(const MovedPixels& covered, const RoomPixels& room, const CurrentDepth& depth,
+                                        int width, int height);
+
 /// Adds the tiles in which depth may differ from the field's surface, or shows what has arrived.
 void add_moved_tiles(const CameraRays& eye, const CurrentDepth& depth, const reconstruct::DistanceField& field,
                      const ArrivedSurface& arrived, TileMask& tiles);

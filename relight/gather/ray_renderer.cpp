@@ -79,7 +79,7 @@ struct RayRenderer::State {
   QualityLadder ladder;
   StaticViewCache still;
   PixelRays pixel_rays;
-  /// What the room's pixels below are of; none: they are the camera's.
+  /// The view whose pixels the room's below are; none: the camera's own.
   std::optional<ReducedView> reduced;
   Eigen::Matrix4f T_tag_camera = Eigen::Matrix4f::Zero();
   std::shared_ptr<const RayRoom> seen_room;
@@ -95,7 +95,7 @@ struct RayRenderer::State {
   bool new_view = false;           ///< nothing was gathered for it yet
   capture::Image<float> change;    ///< 3 channels, L_Δ of real pixels, W/sr/m²
   capture::Image<float> radiance;  ///< 3 channels, of the frame for which `change` is, W/sr/m²
-  FullChange full;                 ///< these at the camera's pixels, if they are not
+  FullChange full;                 ///< both at the camera's own pixels, if `reduced`
   ObjectPixels objects;
   ObjectLayer shown;  ///< objects as the camera sees them, behind what is in front of them
   CameraLook camera_look;
@@ -117,7 +117,7 @@ struct RayRenderer::State {
   const capture::Image<float>& full_change() const { return reduced ? full.change : change; }
   const capture::Image<float>& full_radiance() const { return reduced ? full.radiance : radiance; }
 
-  /// Whether squares of so many pixels of the room are one.
+  /// Sets how many pixels of the camera, along an edge, a pixel of the room represents; takes the frame at that size.
   void reduce(int scale, const capture::FrameSet& frame) {
     if (scale != (reduced ? reduced->scale() : 1)) {
       reduced.reset();
@@ -272,7 +272,7 @@ struct RayRenderer::State {
     seen_room = room;
   }
 
-  int room_scale() const { return reduced ? reduced->scale() : 1; }
+  RoomPixels room_pixels() const { return {seen, room_camera(), reduced ? reduced->scale() : 1}; }
 
   /// One of 255 equal steps to the white of the picture, W/sr/m².
   float grey_level() const { return 1 / (255 * camera.exposure().maxCoeff()); }
@@ -293,32 +293,22 @@ struct RayRenderer::State {
     }
     const SeenRadiance picture(seen, radiance, {room_camera(), eye.camera.T_tag_camera},
                                kGather.seen_voxels * room->voxel_m());
-    objects = trace_objects(light.light(), light_sources(lamps, emitters), {seen, room_camera(), room_scale()}, eye,
-                            depth, picture, detail, grey_level(), std::move(objects));
+    objects = trace_objects(light.light(), light_sources(lamps, emitters), room_pixels(), eye, depth, picture, detail,
+                            grey_level(), std::move(objects));
     clock.done("object pixels");
   }
 
   /// The change of light at the outlines of what moved in front of the room.
   void divide_at_outlines(const CurrentDepth& depth) {
-    const int scale = room_scale();
-    capture::Image<std::uint8_t> front(session.color.model.width, session.color.model.height, 1);
-    for (const auto& [i, behind] : covered) {
-      const int left = static_cast<int>(i) % change.width * scale, top = static_cast<int>(i) / change.width * scale;
-      for (int v = top; v < std::min(top + scale, front.height); ++v) {
-        for (int u = left; u < std::min(left + scale, front.width); ++u) {
-          if (!behind.known || behind.depth_m > seen[i].depth_m || depth.differs(u, v, behind.depth_m))
-            front.at(u, v) = 255;
-        }
-      }
-    }
+    const capture::CameraModel& model = session.color.model;
+    const capture::Image<std::uint8_t> front = front_mask(covered, room_pixels(), depth, model.width, model.height);
     divide_change(depth, camera, front, objects, reduced ? full.change : change);
   }
 
   /// From `objects` to `shown`, and with a new `change` that at outlines. Neither needs the other.
   void finish(const CameraRays& eye, const CurrentDepth& depth, const MotionBlur& motion, bool changed, Clock& clock) {
     if (changed && reduced) {
-      upsample({reduced->scale(), change.width, change.height, seen, change, radiance, tiles}, eye, depth, objects,
-               camera, full);
+      upsample({room_pixels(), change, radiance, tiles}, eye, depth, objects, camera, full);
       clock.done("upsample");
     }
     const bool divided = changed && !covered.empty();
@@ -377,10 +367,10 @@ struct RayRenderer::State {
       set_at(maps->normals, i, p.surface.normal.array());
       maps->depth_m.data[i] = forward.dot(p.surface.position_m - eye_m);
     };
-    const RoomPixels room_pixels{seen, room_camera(), room_scale()};
+    const RoomPixels pixels = room_pixels();
     for (int v = 0; v < model.height; ++v) {
       for (int u = 0; u < model.width; ++u) {
-        if (const GBufferPixel& p = room_pixels.at(u, v); p.known) tell(maps->mask.index(u, v), p);
+        if (const GBufferPixel& p = pixels.at(u, v); p.known) tell(maps->mask.index(u, v), p);
       }
     }
     // Where an object covers a pixel, the maps describe the object.

@@ -28,6 +28,10 @@ class Upsampler {
   Upsampler(const LowResChange& low, const CameraRays& eye, const CurrentDepth& depth, const ObjectLayer& objects,
             const CameraUpload& picture, FullChange& full)
       : low_(low),
+        seen_(low.room.seen),
+        scale_(low.room.scale),
+        width_(low.room.camera.width),
+        height_(low.room.camera.height),
         eye_(eye),
         depth_(depth),
         objects_(objects),
@@ -35,24 +39,21 @@ class Upsampler {
         full_(full),
         eye_m_(eye.camera.T_tag_camera.translation()),
         step_(1 / (255 * picture.exposure().maxCoeff())),
-        right_(low.width > 1 ? 1 : 0),
-        below_(low.height > 1 ? static_cast<std::size_t>(low.width) : 0),
-        changes_(low.seen.size()),
-        covered_(low.seen.size()) {
-    for_each_pixel(low.tiles, low.width, low.height, kRows, [&](int x, int y) {
-      const auto i = static_cast<std::size_t>(y * low.width + x);
+        right_(width_ > 1 ? 1 : 0),
+        below_(height_ > 1 ? static_cast<std::size_t>(width_) : 0),
+        changes_(low.room.seen.size()),
+        covered_(low.room.seen.size()) {
+    for_each_pixel(low.tiles, width_, height_, kRows, [&](int x, int y) {
+      const auto i = static_cast<std::size_t>(y * width_ + x);
       changes_[i] = change_at(i);
-      const int middle = central_offset(low.scale), last_u = eye.camera.model.width - 1,
-                last_v = eye.camera.model.height - 1;
-      covered_[i] =
-          coverage(std::min(x * low.scale + middle, last_u), std::min(y * low.scale + middle, last_v)) >= 0.5f;
+      covered_[i] = is_covered(x, y, seen_[i]);
     });
-    for (int u = 0; u < eye.camera.model.width; ++u) columns_.push_back(between(u, low.width));
+    for (int u = 0; u < eye.camera.model.width; ++u) columns_.push_back(between(u, width_));
   }
 
   void row(int v) const {
-    const int edge = low_.scale * TileMask::kEdge, width = eye_.camera.model.width;
-    const Between rows = between(v, low_.height);
+    const int edge = scale_ * TileMask::kEdge, width = eye_.camera.model.width;
+    const Between rows = between(v, height_);
     for (int x = 0; x < low_.tiles.across(); ++x) {
       if (!low_.tiles.tile(x, v / edge)) continue;
       for (int u = x * edge; u < std::min((x + 1) * edge, width); ++u) pixel(u, v, rows);
@@ -68,30 +69,32 @@ class Upsampler {
   using Weights = std::array<float, 4>;  ///< of upper left, upper right, lower left and lower right
 
   Between between(int pixel, int count) const {
-    const float to_middle = 0.5f * static_cast<float>(low_.scale - 1);
-    const float at = (static_cast<float>(pixel) - to_middle) / static_cast<float>(low_.scale);
+    const float to_middle = 0.5f * static_cast<float>(scale_ - 1);
+    const float at = (static_cast<float>(pixel) - to_middle) / static_cast<float>(scale_);
     const int first = std::clamp(static_cast<int>(std::floor(at)), 0, std::max(count - 2, 0));
     return {static_cast<std::size_t>(first), std::clamp(at - static_cast<float>(first), 0.0f, 1.0f)};
   }
 
   Change change_at(std::size_t i) const {
     const Simd4 change = simd_of(radiance_at(low_.change, i)), under = simd_of(radiance_at(low_.radiance, i));
-    const bool glossy = low_.seen[i].glossy;
+    const bool glossy = seen_[i].glossy;
     const reconstruct::Simd4Int in_proportion =
         under > broadcast(glossy ? std::numeric_limits<float>::infinity() : step_);
     return {reconstruct::select(in_proportion, change / under, Simd4{}),
             reconstruct::select(in_proportion, Simd4{}, change)};
   }
 
-  float coverage(int u, int v) const {
-    const auto i = objects_.index(u, v);
-    return i ? objects_.coverage.data[*i] : 0;
+  /// Whether an object hides the surface of a pixel of the view.
+  bool is_covered(int x, int y, const GBufferPixel& p) const {
+    const capture::CameraModel& camera = eye_.camera.model;
+    const auto i = objects_.index(std::min(x * scale_ + central_offset(scale_), camera.width - 1),
+                                  std::min(y * scale_ + central_offset(scale_), camera.height - 1));
+    return i && objects_.coverage.data[*i] >= 0.5f && !(p.known && p.depth_m < objects_.distance_m.data[*i]);
   }
 
   void pixel(int u, int v, const Between& rows) const {
-    if (coverage(u, v) == 1) return;  // nothing of the room is seen
     const Between& columns = columns_[static_cast<std::size_t>(u)];
-    const std::size_t first = rows.first * static_cast<std::size_t>(low_.width) + columns.first;
+    const std::size_t first = rows.first * static_cast<std::size_t>(width_) + columns.first;
     const std::array<std::size_t, 4> corners{first, first + right_, first + below_, first + right_ + below_};
     const auto i = static_cast<std::size_t>(v * eye_.camera.model.width + u);
     Change least = changes_[first], most = least;
@@ -138,7 +141,7 @@ class Upsampler {
     for (std::size_t k = 0; k < 4; ++k) {
       weight[k] += kGather.block_unlike;
       if (depth_m > 0)
-        weight[k] *= goes_through(point_m, depth_.allowed_m(depth_m), low_.seen[corners[k]]) + kGather.block_unlike;
+        weight[k] *= goes_through(point_m, depth_.allowed_m(depth_m), seen_[corners[k]]) + kGather.block_unlike;
       if (covered_[corners[k]]) weight[k] *= kGather.block_unlike;
       sum += weight[k];
     }
@@ -154,6 +157,8 @@ class Upsampler {
   }
 
   const LowResChange& low_;
+  const std::vector<GBufferPixel>& seen_;  ///< by pixel of the view, and so are all arrays unless noted
+  int scale_, width_, height_;             ///< of the view
   const CameraRays& eye_;
   const CurrentDepth& depth_;
   const ObjectLayer& objects_;
@@ -163,7 +168,7 @@ class Upsampler {
   float step_;                 ///< radiance of one of 255 equal steps to the white of the picture, W/sr/m²
   std::size_t right_, below_;  ///< from a pixel of the view to its right and lower neighbour, 0 if there is none
   std::vector<Change> changes_;
-  std::vector<std::uint8_t> covered_;  ///< by pixel of the view: an object hides its surface
+  std::vector<std::uint8_t> covered_;
   std::vector<Between> columns_;
 };
 

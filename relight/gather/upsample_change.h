@@ -10,12 +10,10 @@
 namespace lumigraft::relight {
 
 struct LowResChange {
-  int scale;                              ///< edge of the squares of pixels that a pixel of it stands for
-  int width, height;                      ///< of it, pixels
-  const std::vector<GBufferPixel>& seen;  ///< by pixel of it, and so are
-  const capture::Image<float>& change;    ///< these: 3 channels, L_Δ, W/sr/m²,
-  const capture::Image<float>& radiance;  ///< 3 channels, of the room without objects, W/sr/m², and
-  const TileMask& tiles;                  ///< what is traced
+  RoomPixels room;
+  const capture::Image<float>& change;    ///< 3 channels, L_Δ at these pixels, W/sr/m²
+  const capture::Image<float>& radiance;  ///< 3 channels, of the room without objects, W/sr/m²
+  const TileMask& tiles;                  ///< that are traced
 };
 
 struct FullChange {
@@ -24,9 +22,9 @@ struct FullChange {
 
 /// Joint bilateral upsampling (Kopf et al. 2007) of the change over the radiance, as a change of irradiance multiplies
 /// what the picture shows: texture is that of the picture. Where the four values around a pixel differ visibly, those
-/// count whose surface goes through the pixel's depth, and that `objects` do not cover: an object's shadow on what it
-/// stands on ends at its own edge. On glossy surfaces, and where the picture is dark, the change
-/// itself is interpolated. Clipped channels of `picture` get the radiance that was restored for them.
+/// count whose surface goes through the pixel's depth, and that `objects` do not cover: a contact shadow ends at the
+/// object's outline. On glossy surfaces, and where the picture is dark, the change itself is interpolated. Clipped
+/// channels of `picture` get the radiance that was restored for them.
 void upsample(const LowResChange& low, const CameraRays& eye, const CurrentDepth& depth, const ObjectLayer& objects,
               const CameraUpload& picture, FullChange& full);
 

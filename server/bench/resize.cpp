@@ -4,6 +4,7 @@
 #include <memory>
 #include <utility>
 
+#include "capture/camera/resized_camera.h"
 #include "capture/camera/srgb.h"
 
 namespace lumigraft::server {
@@ -22,21 +23,11 @@ capture::Image<T> resampled(const capture::Image<T>& from, int width, int height
   return to;
 }
 
-/// The same view at another resolution; pixel centres are at integer (u, v).
-capture::CameraModel resized(capture::CameraModel camera, double factor) {
-  camera.width = static_cast<int>(std::lround(camera.width * factor));
-  camera.height = static_cast<int>(std::lround(camera.height * factor));
-  camera.fx *= factor;
-  camera.fy *= factor;
-  camera.cx = (camera.cx + 0.5) * factor - 0.5;
-  camera.cy = (camera.cy + 0.5) * factor - 0.5;
-  return camera;
-}
-
 }  // namespace
 
 void resize_picture(double factor, capture::CameraModel& camera, capture::FrameSet& frame) {
-  camera = resized(camera, factor);
+  camera = capture::resized(camera, factor, static_cast<int>(std::lround(camera.width * factor)),
+                            static_cast<int>(std::lround(camera.height * factor)));
   auto color = std::make_shared<capture::Frame>(*frame.color);
   if (!color->encoded.empty()) color->encoded = resampled(color->encoded, camera.width, camera.height);
   if (!color->radiance.empty()) color->radiance = resampled(color->radiance, camera.width, camera.height);

@@ -43,13 +43,13 @@ bool LiveRelighter::gave_up() const { return hangs_ >= kPipeline.max_hangs; }
 
 bool LiveRelighter::wants_prepared(const reconstruct::Scene& scene) const {
   if (!by_rays_ || !scene.field || !scene.illumination) return false;
-  std::lock_guard lock(rays_mutex_);
+  std::lock_guard lock(prepared_mutex_);
   return !prepared_ || !prepared_->has_surfaces_of(scene);
 }
 
 void LiveRelighter::prepare(const reconstruct::Scene& scene) {
   std::shared_ptr<const relight::RayRoom> room = by_rays_->room_of(scene);
-  const std::lock_guard lock(rays_mutex_);
+  const std::lock_guard lock(prepared_mutex_);
   prepared_ = std::move(room);
 }
 
@@ -90,7 +90,7 @@ LiveRelighter::Result LiveRelighter::relight(const capture::FrameSet& sensed, co
   try {
     if (!by_rays_ && !on_device_ && !gave_up() && std::chrono::steady_clock::now() >= next_try_) make_on_device();
     if (by_rays_) {
-      const std::lock_guard lock(rays_mutex_);
+      const std::lock_guard lock(prepared_mutex_);
       if (prepared_ && prepared_ != drawn_with_) by_rays_->take(drawn_with_ = prepared_);
       result.up_to_date = prepared_ && prepared_->has_surfaces_of(scene);
     }

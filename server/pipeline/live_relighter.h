@@ -62,9 +62,9 @@ class LiveRelighter {
   std::unique_ptr<relight::Relighter> on_device_;  ///< null if the plan needs none, and after a failure
   std::unique_ptr<relight::RayRenderer> by_rays_;  ///< null if a device draws
 
-  mutable std::mutex rays_mutex_;  ///< for this:
-  std::shared_ptr<const relight::RayRoom> prepared_;
-  std::shared_ptr<const relight::RayRoom> drawn_with_;
+  mutable std::mutex prepared_mutex_;
+  std::shared_ptr<const relight::RayRoom> prepared_;    ///< guarded by it
+  std::shared_ptr<const relight::RayRoom> drawn_with_;  ///< what by_rays_ has
 
   relight::ChangeFade fade_;
   relight::HeldDepth held_depth_;

@@ -35,7 +35,7 @@ class ComputeObjects {
   PipelineObjects objects_;
 };
 
-/// Of those of one shader, each device compiles one.
+/// All of one shader on a device share its compiled pipeline.
 class VulkanCompute final : public ComputePipeline {
  public:
   explicit VulkanCompute(std::shared_ptr<ComputeObjects> shared) : shared_(std::move(shared)) {}

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <memory>
 #include <random>
+#include <string>
 
 #include "reconstruct/math/depth_noise.h"
 #include "relight/gather/moved_occluders.h"
@@ -114,6 +115,53 @@ TEST_F(NarrowDifference, IsWhatFusionContinuesBeyondTheImage) {
   strip(39, 2);
   strip(20, 1.9f);
   EXPECT_EQ(found(-1, -2), static_cast<std::size_t>(2 * camera_.height)) << "the same in the middle";
+}
+
+/// A wall at 2 m, and a board at 1 m in the columns from kBoard on: whether depth shows each, and whether fusion has
+/// it.
+struct BoardCase {
+  const char* what;
+  float fused_m, depth_m;  ///< of the board's columns
+  bool in_front;           ///< as the mask is to say
+};
+constexpr int kBoard = 15;
+
+TEST(FrontMask, HasWhatCameOrArrivedAndNotWhatWentAtTheCamerasOwnPixels) {
+  const capture::CameraModel full = camera();
+  const PixelRays rays(full);
+  for (const BoardCase& c : {BoardCase{"came", 2, 1, true}, {"arrived", 1, 1, true}, {"went", 1, 2, false}}) {
+    for (const int scale : {1, 2}) {
+      SCOPED_TRACE(std::string(c.what) + ", " + std::to_string(scale));
+      capture::Image<float> depth_m(full.width, full.height, 1, 2);
+      for (int v = 0; v < full.height; ++v) {
+        for (int u = kBoard; u < full.width; ++u) depth_m.at(u, v) = c.depth_m;
+      }
+      // Squares of pixels at the board's edge count as moved.
+      capture::CameraModel view = full;
+      view.width = (full.width + scale - 1) / scale;
+      view.height = (full.height + scale - 1) / scale;
+      const int first = kBoard / scale;
+      std::vector<GBufferPixel> now;
+      MovedPixels covered;
+      for (int i = 0; i < view.width * view.height; ++i) {
+        const float along = rays.at(std::min(i % view.width * scale, full.width - 1), i / view.width * scale).z();
+        GBufferPixel& pixel = now.emplace_back();
+        pixel.known = true;
+        pixel.depth_m = 2 / along;
+        if (i % view.width < first) continue;
+        GBufferPixel fused = pixel;
+        fused.depth_m = c.fused_m / along;
+        pixel.depth_m = c.depth_m / along;
+        covered.emplace_back(i, fused);
+      }
+      const capture::Image<std::uint8_t> front =
+          front_mask(covered, {now, view, scale}, {rays, &depth_m, 0.01f}, full.width, full.height);
+      for (int v = 0; v < full.height; ++v) {
+        for (int u = 0; u < full.width; ++u)
+          ASSERT_EQ(front.at(u, v) != 0, c.in_front && u >= kBoard) << u << ", " << v;
+      }
+    }
+  }
 }
 
 /// A wall at 2 m, and a board at 1 m in front of its middle that fusion holds, too.

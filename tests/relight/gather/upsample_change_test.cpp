@@ -60,7 +60,7 @@ class Upsampling : public testing::Test {
     const relight::PixelRays rays(camera_.model);
     const relight::TileMask tiles(model.width, model.height, true);
     relight::FullChange full;
-    relight::upsample({kScale, model.width, model.height, seen, change, radiance, tiles},
+    relight::upsample({{seen, model, kScale}, change, radiance, tiles},
                       {rays, {camera_.model, Eigen::Isometry3f::Identity()}},
                       {rays, relight::depth_of(frame_, camera_.model), 0.008f}, objects_, picture, full);
     return full;
@@ -69,6 +69,12 @@ class Upsampling : public testing::Test {
     const std::uint8_t* code = &frame_.color->encoded.at(u, v);
     const auto linear = [&](std::uint8_t c) { return capture::srgb_to_linear(static_cast<float>(c) / 255); };
     return {linear(code[0]), linear(code[1]), linear(code[2])};
+  }
+  /// Objects at this distance along the rays of these and all lower rows.
+  void cover_rows_from(int top, float distance_m) {
+    objects_.top = top;
+    objects_.coverage = capture::Image<float>(camera_.model.width, camera_.model.height - top, 1, 1);
+    objects_.distance_m = capture::Image<float>(camera_.model.width, camera_.model.height - top, 1, distance_m);
   }
   template <typename Check>
   void for_pixels(Check check) const {
@@ -101,17 +107,26 @@ TEST_F(Upsampling, AShadowThatEndsAtAnEdgeOfDepthEndsAtItsPixel) {
   });
 }
 
-// An object that covers the lower rows stands on the near wall, which is black under it.
+// An object covers the lower rows, and the walls behind it become black.
 TEST_F(Upsampling, TheShadowUnderAnObjectEndsAtItsEdge) {
-  constexpr int top = 11;
-  objects_.top = top;
-  objects_.coverage = capture::Image<float>(camera_.model.width, camera_.model.height - top, 1, 1);
+  constexpr int top = 12;
+  cover_rows_from(top, 0.5f);
   const relight::FullChange full = upsampled([&](const relight::GBufferPixel& p) {
     return camera_.model.project(p.surface.position_m.cast<double>())->y() > top - 0.4 ? -1.0f : 0.0f;
   });
   for_pixels([&](int u, int v, std::size_t i) {
     if (v >= top) return;
     EXPECT_LT(relight::radiance_at(full.change, i).abs().maxCoeff(), 1e-3f) << u << ", " << v;
+  });
+}
+
+// A hand before an object is in its light.
+TEST_F(Upsampling, WhatIsBeforeAnObjectKeepsItsChange) {
+  cover_rows_from(6, 5);
+  const relight::FullChange full = upsampled([](const relight::GBufferPixel&) { return -0.25f; });
+  for_pixels([&](int u, int v, std::size_t i) {
+    const relight::Rgb expected = -0.25f * radiance_at(u, v);
+    EXPECT_LT((relight::radiance_at(full.change, i) - expected).abs().maxCoeff(), 1e-4f) << u << ", " << v;
   });
 }
 
