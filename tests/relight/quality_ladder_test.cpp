@@ -76,7 +76,7 @@ TEST(QualityLadder, FindsTheBestStepWithinTheBudget) {
   EXPECT_EQ(Machine(100, {10, 13, 20, 45, 70}).after(20), 4u);
 }
 
-// The second step takes four times as long as the first here, which nobody knows before it is tried.
+// The second step takes four times as long as the first here, which is unknown until it is measured.
 TEST(QualityLadder, AStepThatIsTooSlowIsTriedOnceInAWhile) {
   Machine machine(33, {20, 80, 90, 100, 110});
   EXPECT_EQ(machine.after(120), 0u);

@@ -7,8 +7,6 @@ Writes DIR/fusion.csv: CPU ms for each depth picture, how far the fused surface 
 and how much of the true surface in the last picture is there, within 12 mm.
 """
 
-import argparse
-import csv
 import os
 import tempfile
 import time
@@ -121,18 +119,8 @@ def rows_of(session, program):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("sessions", nargs="+", metavar="SESSION")
-    parser.add_argument("--program", required=True)
-    parser.add_argument("--out", required=True)
-    arguments = parser.parse_args()
-    os.makedirs(arguments.out, exist_ok=True)
-    with open(os.path.join(arguments.out, "fusion.csv"), "w", encoding="utf-8", newline="") as f:
-        table = csv.DictWriter(f, COLUMNS)
-        table.writeheader()
-        for folder in arguments.sessions:
-            table.writerows(rows_of(files.open_session(folder), arguments.program))
-            f.flush()
+    arguments = files.argument_parser(__doc__, "--program").parse_args()
+    files.write_table(arguments, "fusion.csv", COLUMNS, lambda session: rows_of(session, arguments.program))
     print(files.machine())
 
 

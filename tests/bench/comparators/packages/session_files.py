@@ -1,5 +1,7 @@
 """What the scripts here read of a session, and of lumigraft's replay of it."""
 
+import argparse
+import csv
 import json
 import os
 import subprocess
@@ -28,6 +30,26 @@ COLUMNS = [
     "cpu_ms",
     "wall_ms",
 ]
+
+
+def argument_parser(description, *options):
+    """Of sessions, --out, and these options, all of them required."""
+    parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("sessions", nargs="+", metavar="SESSION")
+    for option in (*options, "--out"):
+        parser.add_argument(option, required=True)
+    return parser
+
+
+def write_table(arguments, name, columns, rows_of):
+    """Writes OUT/name with the rows of each session, complete after every session."""
+    os.makedirs(arguments.out, exist_ok=True)
+    with open(os.path.join(arguments.out, name), "w", encoding="utf-8", newline="") as f:
+        table = csv.DictWriter(f, columns)
+        table.writeheader()
+        for folder in arguments.sessions:
+            table.writerows(rows_of(open_session(folder)))
+            f.flush()
 
 
 def read_toml(*path):

@@ -7,8 +7,6 @@ Every picture by itself, but for lumigraft, which also uses depth and earlier pi
 error of the camera's place in mm and of its direction in degrees, median and 95 % over the pictures with a true pose.
 """
 
-import argparse
-import csv
 import os
 import tempfile
 import time
@@ -145,19 +143,9 @@ def rows_of(session, program):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("sessions", nargs="+", metavar="SESSION")
-    parser.add_argument("--program", required=True)
-    parser.add_argument("--out", required=True)
-    arguments = parser.parse_args()
+    arguments = files.argument_parser(__doc__, "--program").parse_args()
     cv2.setNumThreads(1)
-    os.makedirs(arguments.out, exist_ok=True)
-    with open(os.path.join(arguments.out, "tag_pose.csv"), "w", encoding="utf-8", newline="") as f:
-        table = csv.DictWriter(f, COLUMNS)
-        table.writeheader()
-        for folder in arguments.sessions:
-            table.writerows(rows_of(files.open_session(folder), arguments.program))
-            f.flush()
+    files.write_table(arguments, "tag_pose.csv", COLUMNS, lambda session: rows_of(session, arguments.program))
     print(files.machine())
 
 

@@ -7,9 +7,7 @@ FOLDER is the npm package three. Image-based light from the environment without 
 lamp on the depth picture's surface, the other lamps without shadows. Writes DIR/three_js.csv, and a picture each.
 """
 
-import argparse
 import base64
-import csv
 import functools
 import http.server
 import json
@@ -271,22 +269,13 @@ def run(arguments, session):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("sessions", nargs="+", metavar="SESSION")
-    for option in ("program", "measure", "three", "out"):
-        parser.add_argument("--" + option, required=True)
+    parser = files.argument_parser(__doc__, "--program", "--measure", "--three")
     parser.add_argument("--oracle", default=files.TRUE_ROOM, help="as of lumigraft replay; '' for the estimated room")
     parser.add_argument(
         "--reach-m", type=float, default=0.8, help="radius around the objects that the shadow map covers"
     )
     arguments = parser.parse_args()
-    os.makedirs(arguments.out, exist_ok=True)
-    with open(os.path.join(arguments.out, "three_js.csv"), "w", encoding="utf-8", newline="") as f:
-        table = csv.DictWriter(f, files.COLUMNS)
-        table.writeheader()
-        for folder in arguments.sessions:
-            table.writerow(run(arguments, files.open_session(folder)))
-            f.flush()
+    files.write_table(arguments, "three_js.csv", files.COLUMNS, lambda session: [run(arguments, session)])
 
 
 if __name__ == "__main__":
