@@ -24,7 +24,7 @@ inline GatherQuality gather_quality_of(int trace_scale) {
   GatherQuality live{.room = 2,
                      .gather = 4,
                      .on_object = 4,
-                     .step = 4,
+                     .step = 2,
                      .lamp_rays = 8,
                      .sparse = true,
                      .inside = 1,

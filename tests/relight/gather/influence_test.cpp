@@ -146,11 +146,17 @@ TEST(TracedTiles, OfAMovingCameraGiveThePictureOfAllPixels) {
   EXPECT_GT(changed, 1000);
 }
 
-/// A shadow that is narrower than a tile, and passes between the pixels of which there is one for each tile.
-TEST(TracedTiles, HoldTheShadowOfAThinRod) {
+/// The shadow of the rod is 1.4 pixels wide: narrower than a tile, and than a pixel of a reduced view.
+ClosedScene thin_rod() {
   ClosedScene scene = wide_floor();
   scene.lamps = {lamp_at({0.3f, 0.1f, 0.5f}, 0.002f, 0.2f)};
-  scene.exhibit.objects = {box_object({-0.002f, -0.002f, 0.01f}, {0.002f, 0.002f, 0.2f}, 0.9f)};
+  scene.exhibit.objects = {box_object({-0.004f, -0.004f, 0.01f}, {0.004f, 0.004f, 0.2f}, 0.9f)};
+  return scene;
+}
+
+/// It passes between the pixels of which there is one for each tile.
+TEST(TracedTiles, HoldTheShadowOfAThinRod) {
+  const ClosedScene scene = thin_rod();
   const relight::RelitPicture some = last_of_moving(scene, 3, false), whole = last_of_moving(scene, 3, true);
   int changed = 0, different = 0;
   for (std::size_t i = 0; i < some.srgb.data.size(); ++i) {
@@ -159,6 +165,21 @@ TEST(TracedTiles, HoldTheShadowOfAThinRod) {
   }
   EXPECT_GT(changed, 200);
   EXPECT_EQ(different, 0);
+}
+
+TEST(LiveShadows, OfAThinRodAreFoundAtLowResolution) {
+  const ClosedScene scene = thin_rod();
+  const auto darkened = [&](int trace_scale) {
+    relight::RayRenderer renderer(scene.session());
+    const auto picture =
+        renderer.relight(scene.frame(), scene.scene(), scene.exhibit, rays_plan(trace_scale), /*with_maps=*/true);
+    double sum = 0;
+    for (const float change : picture.maps->delta.data) sum += std::min(change, 0.0f);
+    return sum;
+  };
+  const double all = darkened(1);
+  ASSERT_LT(all, -5);
+  for (const int trace_scale : {4, 8, 16}) EXPECT_NEAR(darkened(trace_scale) / all, 1, 0.5) << trace_scale;
 }
 
 /// When it has come to rest, objects that move do not let it trace anew in every frame.
