@@ -87,13 +87,12 @@ void RecordButton::start() {
   } catch (const std::exception& e) {
     return fail(e.what());
   }
-  {
-    const std::lock_guard lock(mutex_);
-    lanes_ = lanes;
-    state_.doing = Doing::recording;
-    began_ = Clock::now();
-  }
+  // Listens before it says that it records: whoever waits for that counts on what comes then.
+  const std::lock_guard lock(mutex_);
+  lanes_ = lanes;
   tap_.listen([lanes](const capture::SourceItem& item) { lanes->put(kept(item), true); });
+  state_.doing = Doing::recording;
+  began_ = Clock::now();
 }
 
 /// The error of the recording, in the log with paths. `mutex_` is not held.

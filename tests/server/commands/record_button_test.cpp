@@ -58,7 +58,7 @@ class RecordButtonTest : public testing::Test {
   }
   RecordButton::State ended() const {
     const Clock::time_point begin = Clock::now();
-    while (button_->state().doing != RecordButton::Doing::nothing && Clock::now() - begin < 10s) {
+    while (button_->state().doing != RecordButton::Doing::nothing && Clock::now() - begin < 60s) {
       std::this_thread::sleep_for(1ms);
     }
     return button_->state();
@@ -110,7 +110,7 @@ TEST_F(RecordButtonTest, EndsByItselfWhereTheDiskTakesNoMore) {
   std::filesystem::create_directory(std::filesystem::path(button_->state().folder) / "color.mkv");
   show(3);
   const Clock::time_point begin = Clock::now();
-  while (button_->state().error.empty() && Clock::now() - begin < 10s) show(1);
+  while (button_->state().error.empty() && Clock::now() - begin < 60s) show(1);
   EXPECT_NE(ended().error.find("color.mkv"), std::string::npos) << button_->state().error;
   show(3);
 }
@@ -154,8 +154,8 @@ TEST_F(RecordButtonTest, OlderRecordingsGoForItAndADiskThatIsFullEndsIt) {
       "less than 1 GB are free on the disk of recordings (server.min_free_disk_gb), and removing older ones would "
       "not suffice");
   const std::filesystem::path second = button_->state().folder;
-  begin();
-  EXPECT_EQ(button_->state().error, error);
+  button_->press(true);  // may have ended before anything else
+  EXPECT_EQ(ended().error, error);
   EXPECT_EQ(button_->state().doing, RecordButton::Doing::nothing);
   EXPECT_TRUE(std::filesystem::exists(second)) << "what was written until then stays";
 }
