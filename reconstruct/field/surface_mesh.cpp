@@ -20,50 +20,66 @@ namespace {
 
 using Eigen::Vector3f;
 
-/// Marching cubes on one brick at a time, since PCL needs a dense grid, which would be too large for a room. PCL skips
-/// the grid's first layer; the next nine are the brick and the first layer of its neighbours.
+/// The triangles of PCL's marching cubes, of the cells of one brick at a time that the surface crosses: PCL's own loop
+/// visits all cells of a dense grid, which would be too large for a room.
 class BrickCubes : public pcl::MarchingCubes<pcl::PointNormal> {
  public:
   BrickCubes() {
-    setGridResolution(kLayers, kLayers, kLayers);
-    // PCL computes the bounding box of its input, which voxelizeData then replaces.
-    auto corners = std::make_shared<pcl::PointCloud<pcl::PointNormal>>();
-    corners->resize(2);
-    setInputCloud(corners);
+    lower_boundary_.setZero();
+    size_voxel_.setOnes();
   }
 
   /// Corners of triangles, three each, in voxels relative to the brick's first voxel.
   const pcl::PointCloud<pcl::PointNormal>& run(const DistanceField& field, const BrickKey& key) {
-    field_ = &field;
-    key_ = key;
-    performReconstruction(points_, polygons_);
+    points_.clear();
+    if (!read(field, key)) return points_;
+    for (int x = 0; x < kBrickEdge; ++x)
+      for (int y = 0; y < kBrickEdge; ++y)
+        for (int z = 0; z < kBrickEdge; ++z) {
+          // Corners in the order of PCL.
+          const float* low = &distances_m_[place(x, y, z)];
+          cell_ = {low[0],    low[kAcross],        low[kAcross + 1],        low[1],
+                   low[kOfY], low[kAcross + kOfY], low[kAcross + kOfY + 1], low[kOfY + 1]};
+          int solid = 0;
+          bool known = true;
+          for (const float distance_m : cell_) {
+            solid += distance_m < 0;
+            known = known && !std::isnan(distance_m);  // unknown space has no surface
+          }
+          if (known && solid > 0 && solid < 8) createSurface(cell_, {x, y, z}, points_);
+        }
     return points_;
   }
 
  private:
-  static constexpr int kLayers = kBrickEdge + 2;
+  static constexpr int kLayers = kBrickEdge + 1;  ///< the brick's, and the first layer of its neighbours
+  static constexpr int kOfY = kLayers, kAcross = kLayers * kLayers;
 
-  void voxelizeData() override {
-    lower_boundary_ = Eigen::Array3f::Constant(-1);
-    size_voxel_ = Eigen::Array3f::Constant(1);
+  static std::size_t place(int x, int y, int z) { return static_cast<std::size_t>(x * kAcross + y * kOfY + z); }
+
+  void voxelizeData() override {}  // of PCL's loop
+
+  /// Distances around the brick; false where all are on one side or unknown.
+  bool read(const DistanceField& field, const BrickKey& key) {
     const FieldBrick* bricks[8];
-    for (int i = 0; i < 8; ++i)
-      bricks[i] = field_->brick({key_[0] + (i & 1), key_[1] + (i >> 1 & 1), key_[2] + (i >> 2)});
-    for (int x = 0; x <= kBrickEdge; ++x)
-      for (int y = 0; y <= kBrickEdge; ++y)
-        for (int z = 0; z <= kBrickEdge; ++z) {
+    for (int i = 0; i < 8; ++i) bricks[i] = field.brick({key[0] + (i & 1), key[1] + (i >> 1 & 1), key[2] + (i >> 2)});
+    bool free = false, solid = false;
+    for (int x = 0; x < kLayers; ++x)
+      for (int y = 0; y < kLayers; ++y)
+        for (int z = 0; z < kLayers; ++z) {
           const FieldBrick* brick = bricks[(x >> 3) | (y >> 3) << 1 | (z >> 3) << 2];
           const int i = index_in_brick({x, y, z});
-          // PCL skips cells with a NaN: unknown space has no surface.
-          grid_[((x + 1) * kLayers + y + 1) * kLayers + z + 1] =
-              brick && brick->weight[i] > 0 ? brick->distance_m[i] : std::numeric_limits<float>::quiet_NaN();
+          float& distance_m = distances_m_[place(x, y, z)];
+          distance_m = brick && brick->weight[i] > 0 ? brick->distance_m[i] : std::numeric_limits<float>::quiet_NaN();
+          free = free || distance_m >= 0;
+          solid = solid || distance_m < 0;
         }
+    return free && solid;
   }
 
-  const DistanceField* field_ = nullptr;
-  BrickKey key_{};
+  std::array<float, kAcross * kLayers> distances_m_;
+  std::vector<float> cell_;
   pcl::PointCloud<pcl::PointNormal> points_;
-  std::vector<pcl::Vertices> polygons_;
 };
 
 /// Identifies a vertex by its place on the grid: a grid point (all coordinates even) or an edge between two (one odd).
@@ -71,33 +87,60 @@ class BrickCubes : public pcl::MarchingCubes<pcl::PointNormal> {
 /// neighbouring cells.
 using GridVertex = std::array<std::int64_t, 3>;
 
-GridVertex grid_vertex_of(const Vector3f& in_brick, const BrickKey& key) {
-  GridVertex vertex;
-  for (int axis = 0; axis < 3; ++axis) {
-    const float low = std::floor(in_brick[axis]);
-    vertex[axis] = 2 * (static_cast<std::int64_t>(key[axis]) * kBrickEdge + static_cast<std::int64_t>(low)) +
-                   (in_brick[axis] != low ? 1 : 0);
+/// Indices of the vertices of a mesh by their places. Those inside a brick need no hash table.
+class VertexIndex {
+ public:
+  /// All that follow are in this brick.
+  void enter(const BrickKey& key) {
+    key_ = key;
+    in_brick_.fill(kNone);
   }
-  return vertex;
-}
+  /// That of the vertex at a place, in voxels from the brick's first one; `next` if it has none yet.
+  int at(const Vector3f& in_brick, int next) {
+    std::array<int, 3> half;  // in half voxels
+    bool at_border = false;
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto low = static_cast<int>(in_brick[axis]);
+      half[axis] = 2 * low + (in_brick[axis] != static_cast<float>(low) ? 1 : 0);
+      at_border = at_border || half[axis] == 0 || half[axis] == kHalves - 1;
+    }
+    int& index = in_brick_[static_cast<std::size_t>((half[0] * kHalves + half[1]) * kHalves + half[2])];
+    if (index != kNone) return index;
+    index = next;
+    if (at_border) {
+      GridVertex vertex;
+      for (int axis = 0; axis < 3; ++axis)
+        vertex[axis] = 2 * static_cast<std::int64_t>(key_[axis]) * kBrickEdge + half[axis];
+      index = at_borders_.try_emplace(vertex, next).first->second;
+    }
+    return index;
+  }
+
+ private:
+  static constexpr int kNone = -1, kHalves = 2 * kBrickEdge + 1;
+  BrickKey key_{};
+  std::array<int, kHalves * kHalves * kHalves> in_brick_;
+  std::unordered_map<GridVertex, int, BrickKeyHash> at_borders_;
+};
 
 }  // namespace
 
 SurfaceMesh extract_surface(const DistanceField& field) {
   SurfaceMesh mesh;
-  std::unordered_map<GridVertex, int, BrickKeyHash> vertex_at;
+  VertexIndex index;
   BrickCubes cubes;
   for (const BrickKey& key : sorted_keys(field.bricks)) {
     const auto& corners = cubes.run(field, key);
+    if (corners.empty()) continue;
+    index.enter(key);
     const Vector3f origin = first_voxel(key).cast<float>();
     for (std::size_t t = 0; t + 2 < corners.size(); t += 3) {
       std::array<int, 3> triangle{};
       for (std::size_t c = 0; c < 3; ++c) {
         const Vector3f in_brick = corners[t + c].getVector3fMap();
-        const auto [found, is_new] =
-            vertex_at.try_emplace(grid_vertex_of(in_brick, key), static_cast<int>(mesh.vertices_m.size()));
-        if (is_new) mesh.vertices_m.emplace_back(field.voxel_m * (origin + in_brick));
-        triangle[c] = found->second;
+        const auto next = static_cast<int>(mesh.vertices_m.size());
+        triangle[c] = index.at(in_brick, next);
+        if (triangle[c] == next) mesh.vertices_m.emplace_back(field.voxel_m * (origin + in_brick));
       }
       if (triangle[0] != triangle[1] && triangle[1] != triangle[2] && triangle[2] != triangle[0])
         mesh.triangles.push_back(triangle);
