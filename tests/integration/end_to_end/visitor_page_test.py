@@ -318,6 +318,19 @@ class VisitorPageTest(unittest.TestCase):
         page.driver.find_element("id", "upload-file").send_keys(os.path.join(self.folder, "broken.glb"))
         page.wait(lambda: "not a model that can be read" in page.text("errors"), "the reason")
 
+        stored = os.path.join(self.folder, "models/vase.glb")
+        self.assertTrue(os.path.exists(stored))
+        page.driver.find_elements("css selector", "#gallery input")[before].send_keys(Keys.SPACE)
+        remove = page.driver.find_element("id", "remove")
+        remove.click()
+        page.driver.switch_to.alert.dismiss()
+        self.assertEqual(script(count), before + 1, "nothing is removed by who does not confirm it")
+        remove.click()
+        self.assertIn("vase", page.driver.switch_to.alert.text)
+        page.driver.switch_to.alert.accept()
+        page.wait(lambda: script(count) == before, "the model to leave the gallery")
+        page.wait(lambda: not os.path.exists(stored), "its file to be deleted")
+
 
 if __name__ == "__main__":
     unittest.main(argv=sys.argv[:1] + sys.argv[4:], verbosity=2)
