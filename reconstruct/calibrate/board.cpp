@@ -4,7 +4,7 @@
 
 #include "capture/message_text.h"
 #include "reconstruct/calibrate/parameters.h"
-#include "reconstruct/pose/planar_pose.h"
+#include "reconstruct/math/planar_pose.h"
 
 namespace lumigraft::reconstruct {
 namespace {

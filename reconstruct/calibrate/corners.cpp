@@ -8,8 +8,8 @@
 
 #include "reconstruct/calibrate/parameters.h"
 #include "reconstruct/calibrate/pictures.h"
+#include "reconstruct/math/planar_pose.h"
 #include "reconstruct/pose/gray_regions.h"
-#include "reconstruct/pose/planar_pose.h"
 #include "reconstruct/pose/tag_print.h"
 
 namespace lumigraft::reconstruct {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "reconstruct/field/slope_lookup.h"
 #include "reconstruct/pose/parameters.h"
 
 namespace lumigraft::reconstruct {
@@ -31,21 +32,23 @@ double tukey_weight(float residual_m, float sigma_m, float gate_m) {
 /// Normal equations of a Gauss-Newton step over point-to-plane distances. Points are in single precision, which is more
 /// exact than depth; the sums are in double precision.
 struct NormalEquations {
-  Square information = Square::Zero();
+  Square information = Square::Zero();  ///< its lower half
   Row gradient = Row::Zero();
   int points = 0;
 
   /// `arm`: vector from the camera to the point, tag frame.
   void add(float residual_m, const Vector3f& normal, const Vector3f& arm, float sigma_m, float gate_m) {
     const double weight = tukey_weight(residual_m, sigma_m, gate_m);
-    const Row j = row_of(normal, arm);
-    information.noalias() += (weight * j) * j.transpose();
-    gradient += weight * static_cast<double>(residual_m) * j;
+    const Row j = row_of(normal, arm), weighted = weight * j;
+    for (int column = 0; column < 6; ++column)
+      for (int row = column; row < 6; ++row) information(row, column) += weighted[row] * j[column];
+    gradient += static_cast<double>(residual_m) * weighted;
     ++points;
   }
   /// The step from `pose`, with the prior `expected` of information `prior`.
   std::optional<Row> step(const Isometry3d& pose, const PoseEstimate& expected, const Square& prior) const {
-    const Square sum = information / kIcp.correlation + prior;
+    const Square full = information.selfadjointView<Eigen::Lower>();
+    const Square sum = full / kIcp.correlation + prior;
     const Row right = prior * step_between(pose, expected.T_tag_camera) - gradient / kIcp.correlation;
     const Row result = solved(sum, right);
     return result.allFinite() ? std::optional(result) : std::nullopt;
@@ -135,13 +138,14 @@ double tukey_cost(float residual_m, float sigma_m, float gate_m) {
 /// Finds the surface at points of a depth image.
 struct Matcher {
   const DistanceField& field;
+  SlopeLookup& slope_at;  ///< of that field
   const Isometry3f T_tag_camera;
   const bool wide;  ///< within the truncation distance, else within the noise
   int known = 0;    ///< points so far where the field is known
 
   std::optional<Match> operator()(const DepthGrid::Point& point) {
     const Vector3f arm = T_tag_camera.linear() * point.position;
-    const auto slope = field.slope(T_tag_camera.translation() + arm);
+    const auto slope = slope_at(T_tag_camera.translation() + arm);
     if (!slope) return std::nullopt;
     ++known;
     const auto [sigma_m, gate_m] = noise(point);
@@ -163,16 +167,15 @@ struct Matcher {
 };
 
 /// The surface's normal near a point, from voxels that other pixels measured.
-std::optional<Vector3f> normal_aside(const DistanceField& field, const Vector3f& position_m, const Vector3f& normal) {
-  const Vector3f aside = kIcp.aside_voxels * field.voxel_m * normal.unitOrthogonal();
+std::optional<Vector3f> normal_aside(Matcher& matched, const Vector3f& position_m, const Vector3f& normal) {
+  const Vector3f aside = kIcp.aside_voxels * matched.field.voxel_m * normal.unitOrthogonal();
   Vector3f gradient = Vector3f::Zero();
   for (const Vector3f& at : {Vector3f(position_m + aside), Vector3f(position_m - aside)})
-    if (const auto slope = field.slope(at)) gradient += slope->gradient;
+    if (const auto slope = matched.slope_at(at)) gradient += slope->gradient;
   return gradient.norm() < kIcp.min_gradient ? std::nullopt : std::optional<Vector3f>(gradient.normalized());
 }
 
-SurfaceMoments moments_of(const DepthGrid& grid, const DistanceField& field, const Isometry3d& pose) {
-  Matcher matched{field, pose.cast<float>(), false};
+SurfaceMoments moments_of(const DepthGrid& grid, Matcher matched) {
   SurfaceMoments moments;
   constexpr int kSize = kIcp.block_points;
   // At the image border a plane looks like a rim.
@@ -187,7 +190,7 @@ SurfaceMoments moments_of(const DepthGrid& grid, const DistanceField& field, con
           // Rims and creases have no normal in the depth image.
           const auto second = !point.normal.isZero()
                                   ? std::optional(seen)
-                                  : normal_aside(field, matched.T_tag_camera * point.position, match->normal);
+                                  : normal_aside(matched, matched.T_tag_camera * point.position, match->normal);
           if (!second || (!point.normal.isZero() && match->normal.dot(seen) < kIcp.min_normal_cosine)) continue;
           const double weight = tukey_weight(match->residual_m, match->sigma_m, match->gate_m);
           moments.add(static_cast<double>(match->residual_m), weight, row_of(*second, match->arm),
@@ -208,12 +211,13 @@ std::optional<SurfaceFit> align_to_field(const DepthGrid& grid, const DistanceFi
                                          const PoseEstimate& expected, const std::optional<Isometry3d>& start) {
   const Square prior = information_of(expected.covariance);
   Isometry3d pose = start.value_or(expected.T_tag_camera);
+  SlopeLookup slope_at(field);
   int points = 0, measured = 0, known = 0;
   // The first rounds use every fourth point with a wide gate, the last ones every second point with a narrow gate.
   bool coarse = true;
   for (int round = 0; round < kIcp.max_rounds; ++round) {
     const int row_stride = coarse ? 2 : 1;
-    Matcher matched{field, pose.cast<float>(), coarse};
+    Matcher matched{field, slope_at, pose.cast<float>(), coarse};
     NormalEquations sums;
     measured = 0;
     for (int r = 0; r < grid.rows; r += row_stride)
@@ -238,7 +242,7 @@ std::optional<SurfaceFit> align_to_field(const DepthGrid& grid, const DistanceFi
   // Twice, since the linearization at the pose of the noisy normals is not exact.
   std::optional<PoseEstimate> fit;
   for (int round = 0; round < 2; ++round) {
-    fit = moments_of(grid, field, pose).pose(pose, expected, prior);
+    fit = moments_of(grid, {field, slope_at, pose.cast<float>(), false}).pose(pose, expected, prior);
     if (!fit) return std::nullopt;
     pose = fit->T_tag_camera;
   }
@@ -247,7 +251,8 @@ std::optional<SurfaceFit> align_to_field(const DepthGrid& grid, const DistanceFi
 
 double surface_cost(const DepthGrid& grid, const DistanceField& field, const PoseEstimate& expected,
                     const Isometry3d& pose) {
-  Matcher matched{field, pose.cast<float>(), false};
+  SlopeLookup slope_at(field);
+  Matcher matched{field, slope_at, pose.cast<float>(), false};
   double sum = 0;
   for (int r = 0; r < grid.rows; ++r)
     for (int c = r % 2; c < grid.columns; c += 2) {

@@ -449,6 +449,8 @@ bool PoseStage::State::tag_was_moved(const capture::FrameSet& frame, const Dista
   // The print's bias is the same before and after, and in the pose from which depth tracks.
   const Step noise = tag.noise.diagonal().cwiseSqrt();
   if (!contradicts(step_between(last->T_tag_camera, tag.T_tag_camera), noise)) return false;
+  if (!frame.depth || surface_shows_motion(tracking.points_of(frame), field, tag.T_tag_camera, last->T_tag_camera))
+    return false;
   DepthTracking by_depth = tracking;  // unchanged if the tag is right
   const auto tracked = by_depth.track(frame, field);
   if (!tracked) return false;

@@ -17,6 +17,12 @@ namespace lumigraft::reconstruct {
 bool tag_moved_alone(const PoseEstimate& by_tag, const PoseEstimate& by_depth, const Eigen::Isometry3d& earlier,
                      const PoseCovariance& expected);
 
+/// Whether depth fits the surface so much better at the pose by the tag than at an earlier one that the camera has
+/// moved: a tag that moved alone is then out of the question. Two evaluations, in place of the alignments that
+/// tag_moved_alone needs. False over surfaces that do not tell.
+bool surface_shows_motion(const DepthGrid& grid, const DistanceField& field, const Eigen::Isometry3d& by_tag,
+                          const Eigen::Isometry3d& earlier);
+
 /// Compares poses over several frames: from one frame to the next a slow tag moves by less than noise.
 class RestCheck {
  public:

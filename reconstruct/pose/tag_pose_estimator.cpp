@@ -4,11 +4,11 @@
 #include <cmath>
 #include <limits>
 
+#include "reconstruct/math/planar_pose.h"
 #include "reconstruct/math/rotation_vector.h"
 #include "reconstruct/pose/depth_plane.h"
 #include "reconstruct/pose/gray_regions.h"
 #include "reconstruct/pose/parameters.h"
-#include "reconstruct/pose/planar_pose.h"
 
 namespace lumigraft::reconstruct {
 namespace {

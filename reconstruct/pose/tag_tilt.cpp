@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "capture/message_text.h"
+#include "reconstruct/math/planar_pose.h"
 #include "reconstruct/pose/parameters.h"
-#include "reconstruct/pose/planar_pose.h"
 
 namespace lumigraft::reconstruct {
 namespace {

@@ -6,6 +6,8 @@
 #include <functional>
 #include <random>
 
+#include "reconstruct/field/slope_lookup.h"
+
 namespace lumigraft::reconstruct {
 namespace {
 
@@ -45,6 +47,30 @@ float plane(const Vector3f& p) { return p.dot(Vector3f(0.2f, -0.3f, 0.9f).normal
 float sphere(const Vector3f& p) { return (p - Vector3f(0.1f, -0.2f, 0.3f)).norm() - 0.25f; }
 
 const Vector3f kLow(-0.4f, -0.6f, -0.2f), kHigh(0.5f, 0.4f, 0.7f);
+
+TEST(SlopeLookup, GivesTheSlopesOfTheField) {
+  DistanceField field = make_field(sphere, kLow, kHigh, 0.03f);
+  auto coarse = std::make_shared<DistanceField>(make_field(plane, 2 * kLow, 2 * kHigh, 0.05f));
+  coarse->voxel_m = 2 * field.voxel_m;
+  field.coarse = coarse;
+  SlopeLookup slope_at(field);
+  std::mt19937 random(7);
+  // Farther than the bricks that have a place of their own, and all together more of them.
+  std::uniform_real_distribution<float> uniform(-0.9f, 1.2f);
+  std::normal_distribution<float> noise(0, 0.01f);
+  int known = 0;
+  for (int i = 0; i < 20'000; ++i) {
+    Vector3f p(uniform(random), uniform(random), uniform(random));
+    if (i % 2 == 0) p = Vector3f(0.1f, -0.2f, 0.3f) + (0.25f + noise(random)) * p.normalized();
+    const auto slow = field.slope(p), fast = slope_at(p);
+    ASSERT_EQ(fast.has_value(), slow.has_value()) << i;
+    if (!slow) continue;
+    ++known;
+    EXPECT_NEAR(fast->distance_m, slow->distance_m, 1e-7f);
+    EXPECT_LT((fast->gradient - slow->gradient).norm(), 1e-4f);
+  }
+  EXPECT_GT(known, 8000);
+}
 
 TEST(DistanceField, SampleReproducesAPlaneExactly) {
   const DistanceField field = make_field(plane, kLow, kHigh, 0.03f);

@@ -1,4 +1,4 @@
-#include "reconstruct/pose/planar_pose.h"
+#include "reconstruct/math/planar_pose.h"
 
 #include <gtest/gtest.h>
 
