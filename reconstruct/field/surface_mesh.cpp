@@ -2,7 +2,6 @@
 
 #include <pcl/PolygonMesh.h>
 #include <pcl/point_types.h>
-#include <pcl/surface/marching_cubes.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -10,6 +9,7 @@
 #include <cstdint>
 #include <fstream>
 #include <limits>
+#include <pcl/surface/impl/marching_cubes.hpp>
 #include <unordered_map>
 
 #include "capture/error.h"
@@ -21,7 +21,8 @@ namespace {
 using Eigen::Vector3f;
 
 /// Marching cubes on one brick at a time, since PCL needs a dense grid, which would be too large for a room. PCL skips
-/// the grid's first layer; the next nine are the brick and the first layer of its neighbours.
+/// the grid's first layer; the next nine are the brick and the first layer of its neighbours. Instantiated here, as
+/// PCL's library of surfaces loads 18 more of VTK into every process.
 class BrickCubes : public pcl::MarchingCubes<pcl::PointNormal> {
  public:
   BrickCubes() {
