@@ -1,5 +1,5 @@
 # CTest includes this when it starts, once for each program of GoogleTest: one test for each of its suites. One process for
-# each single test would load the program's 270 shared libraries each time, which takes as long as most tests. Long tests
+# each single test would load the program's 190 shared libraries each time, which takes as long as most tests. Long tests
 # are tests of CTest by themselves, so that all processors have work until the end.
 #   program  label  alone  cameras  left_out  long_tests   as for lumigraft_module_tests
 

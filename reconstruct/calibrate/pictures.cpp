@@ -4,12 +4,14 @@
 #include <array>
 #include <cctype>
 #include <cmath>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
+#include <fstream>
+#include <iterator>
 #include <string>
+#include <utility>
 
 #include "capture/camera/radiance.h"
 #include "capture/error.h"
+#include "capture/formats/coded_picture.h"
 #include "capture/formats/picture_file.h"
 #include "reconstruct/pose/gray_regions.h"
 
@@ -42,18 +44,15 @@ std::vector<fs::path> picture_files(const fs::path& folder) {
 }
 
 capture::Frame read_any_picture(const fs::path& file) {
-  cv::Mat bgr;
-  try {
-    bgr = cv::imread(file.string(), cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
-  } catch (const cv::Exception&) {
-    // too large to decode: reported as unreadable
-  }
-  if (bgr.empty() || bgr.cols > capture::kMaxSide_px || bgr.rows > capture::kMaxSide_px)
+  std::ifstream in(file, std::ios::binary);
+  const std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(in), {}};
+  capture::Image<std::uint8_t> decoded = capture::with_error_context(
+      file.string(), [&] { return capture::decode_coded_picture(bytes, capture::kMaxSide_px); });
+  if (decoded.empty())
     throw capture::InputError(file.string() +
                               ": found no picture that can be decoded, allowed: PNG, JPEG, TIFF or BMP");
   capture::Frame picture;
-  picture.encoded = capture::Image<std::uint8_t>(bgr.cols, bgr.rows, 3);
-  cv::cvtColor(bgr, cv::Mat(bgr.rows, bgr.cols, CV_8UC3, picture.encoded.data.data()), cv::COLOR_BGR2RGB);
+  picture.encoded = capture::without_alpha(std::move(decoded));
   return picture;
 }
 

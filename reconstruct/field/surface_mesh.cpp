@@ -2,7 +2,6 @@
 
 #include <pcl/PolygonMesh.h>
 #include <pcl/point_types.h>
-#include <pcl/surface/marching_cubes.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -10,6 +9,7 @@
 #include <cstdint>
 #include <fstream>
 #include <limits>
+#include <pcl/surface/impl/marching_cubes.hpp>
 #include <unordered_map>
 
 #include "capture/error.h"
@@ -21,7 +21,8 @@ namespace {
 using Eigen::Vector3f;
 
 /// The triangles of PCL's marching cubes, of the cells of one brick at a time that the surface crosses: PCL's own loop
-/// visits all cells of a dense grid, which would be too large for a room.
+/// visits all cells of a dense grid, which would be too large for a room. Instantiated here, as PCL's library of
+/// surfaces loads 18 more of VTK into every process.
 class BrickCubes : public pcl::MarchingCubes<pcl::PointNormal> {
  public:
   BrickCubes() {

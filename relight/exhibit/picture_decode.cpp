@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cstring>
 #include <memory>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string>
 
 #include "capture/error.h"
+#include "capture/formats/coded_picture.h"
 #include "relight/exhibit/parameters.h"
 
 namespace lumigraft::relight {
@@ -71,30 +71,21 @@ PictureHeader webp_header(Bytes bytes) {
   return header;
 }
 
-void check_size(std::int64_t width, std::int64_t height) {
-  capture::refuse_if(width < 1 || height < 1, kBroken);
-  capture::refuse_if(width > kExhibit.max_picture_edge || height > kExhibit.max_picture_edge,
-                     "found " + std::to_string(width) + " x " + std::to_string(height) + " pixels, allowed: at most " +
-                         std::to_string(kExhibit.max_picture_edge) + " along an edge");
-}
-
-/// Throws InputError if it cannot be read.
-cv::Mat decoded(Bytes bytes, int flags, std::int64_t max_texels) {
-  if (const auto header = picture_header(bytes)) check_size(header->width, header->height);
-  cv::Mat picture;
-  try {
-    const cv::Mat encoded(1, static_cast<int>(bytes.size()), CV_8U, const_cast<std::uint8_t*>(bytes.data()));
-    if (!bytes.empty()) picture = cv::imdecode(encoded, flags | cv::IMREAD_IGNORE_ORIENTATION);
-  } catch (const cv::Exception&) {
-    picture.release();
-  }
-  if (picture.empty()) throw capture::InputError(kBroken);
-  check_size(picture.cols, picture.rows);
-  if (const int times = halvings(picture.cols, picture.rows, max_texels); times > 0) {
-    const cv::Size size(std::max(picture.cols >> times, 1), std::max(picture.rows >> times, 1));
-    cv::resize(picture, picture, size, 0, 0, cv::INTER_AREA);
-  }
-  return picture;
+/// R G B, or R G B A where the picture has alpha. Throws InputError if it cannot be read.
+capture::Image<std::uint8_t> decoded(Bytes bytes, std::int64_t max_texels) {
+  constexpr auto kMaxEdge = static_cast<int>(kExhibit.max_picture_edge);
+  // Before the decoder sees it: a header may state any size.
+  if (const auto header = picture_header(bytes)) capture::refuse_large_picture(header->width, header->height, kMaxEdge);
+  capture::Image<std::uint8_t> picture = capture::decode_coded_picture(bytes, kMaxEdge);
+  capture::refuse_if(picture.empty(), kBroken);
+  const int times = halvings(picture.width, picture.height, max_texels);
+  if (times == 0) return picture;
+  capture::Image<std::uint8_t> small(std::max(picture.width >> times, 1), std::max(picture.height >> times, 1),
+                                     picture.channels);
+  const int type = CV_8UC(picture.channels);
+  cv::Mat out(small.height, small.width, type, small.data.data());
+  cv::resize(cv::Mat(picture.height, picture.width, type, picture.data.data()), out, out.size(), 0, 0, cv::INTER_AREA);
+  return small;
 }
 
 }  // namespace
@@ -120,20 +111,15 @@ int halvings(std::int64_t width, std::int64_t height, std::int64_t max_texels) {
 }
 
 TexturePicture decode_picture(Bytes bytes, std::int64_t max_texels) {
-  const cv::Mat picture = decoded(bytes, cv::IMREAD_COLOR, max_texels);
-  auto image = std::make_shared<capture::Image<std::uint8_t>>(picture.cols, picture.rows, 3);
-  cv::cvtColor(picture, cv::Mat(picture.rows, picture.cols, CV_8UC3, image->data.data()), cv::COLOR_BGR2RGB);
-  return image;
+  return std::make_shared<capture::Image<std::uint8_t>>(capture::without_alpha(decoded(bytes, max_texels)));
 }
 
 std::shared_ptr<const capture::Image<std::uint8_t>> decode_alpha(Bytes bytes, std::int64_t max_texels) {
-  cv::Mat picture = decoded(bytes, cv::IMREAD_UNCHANGED, max_texels);
-  if (picture.channels() != 4) return nullptr;
-  if (picture.depth() == CV_16U) picture.convertTo(picture, CV_8U, 1 / 257.0);
-  if (picture.depth() != CV_8U) throw capture::InputError(kBroken);
-  auto image = std::make_shared<capture::Image<std::uint8_t>>(picture.cols, picture.rows, 1);
-  cv::extractChannel(picture, cv::Mat(picture.rows, picture.cols, CV_8UC1, image->data.data()), 3);
-  return image;
+  const capture::Image<std::uint8_t> picture = decoded(bytes, max_texels);
+  if (picture.channels != 4) return nullptr;
+  auto alpha = std::make_shared<capture::Image<std::uint8_t>>(picture.width, picture.height, 1);
+  for (std::size_t i = 0; i < alpha->data.size(); ++i) alpha->data[i] = picture.data[4 * i + 3];
+  return alpha;
 }
 
 }  // namespace lumigraft::relight

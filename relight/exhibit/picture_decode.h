@@ -1,5 +1,5 @@
 #pragma once
-// Pictures of textures: PNG, JPEG, WebP and what else OpenCV reads.
+// Pictures of textures: PNG, JPEG, WebP and what else capture/formats/coded_picture.h reads.
 #include <cstdint>
 #include <limits>
 #include <memory>

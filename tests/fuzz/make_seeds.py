@@ -30,6 +30,10 @@ def pictures():
         ("lossy", ".webp", colour, [cv2.IMWRITE_WEBP_QUALITY, 50]),
         ("lossy_alpha", ".webp", alpha, [cv2.IMWRITE_WEBP_QUALITY, 50]),
         ("lossless", ".webp", alpha, [cv2.IMWRITE_WEBP_QUALITY, 101]),
+        ("lzw", ".tif", colour, [cv2.IMWRITE_TIFF_COMPRESSION, 5]),
+        ("bits16", ".tif", colour.astype(np.uint16) * 257, []),
+        ("colour", ".bmp", colour, []),
+        ("colour", ".ppm", colour, []),
     ]:
         yield name + extension, cv2.imencode(extension, image, options)[1].tobytes()
 

@@ -17,16 +17,14 @@ constexpr double kDisc = std::numbers::pi * 0.2 * 0.2;
 
 /// PNG, grey, whose alpha from 0 to 1 is a function of texture coordinates.
 std::string alpha_png(int edge, const std::function<double(double u, double v)>& alpha) {
-  cv::Mat picture(edge, edge, CV_8UC4);
+  capture::Image<std::uint8_t> picture(edge, edge, 4, 200);
   for (int y = 0; y < edge; ++y) {
     for (int x = 0; x < edge; ++x) {
       const double a = alpha((x + 0.5) / edge, (y + 0.5) / edge);
-      picture.at<cv::Vec4b>(y, x) = {200, 200, 200, static_cast<std::uint8_t>(std::lround(255 * a))};
+      picture.at(x, y, 3) = static_cast<std::uint8_t>(std::lround(255 * a));
     }
   }
-  std::vector<std::uint8_t> bytes;
-  cv::imencode(".png", picture, bytes);
-  return {bytes.begin(), bytes.end()};
+  return png_bytes(picture);
 }
 
 /// Opaque in a disc of radius 0.2 around (0.3, 0.3), with an edge two texels wide.
@@ -75,7 +73,7 @@ TEST(GltfAlpha, AMaskIsCutOutOfTheTriangles) {
 
 TEST(GltfAlpha, OpaqueMaterialsIgnoreAlpha) {
   EXPECT_NEAR(area_of(masked(disc_png(), "OPAQUE")), 0.5, 1e-6);
-  EXPECT_NEAR(area_of(masked(picture_bytes(".png", 4, 4, {0, 0, 255}))), 0.5, 1e-6) << "a picture without alpha";
+  EXPECT_NEAR(area_of(masked(picture_bytes(".png", 4, 4, {255, 0, 0}))), 0.5, 1e-6) << "a picture without alpha";
 }
 
 TEST(GltfAlpha, FactorAndCutoff) {
@@ -127,7 +125,7 @@ TEST(GltfAlpha, ForMethodsWithoutItBlendIsCutAtAHalf) {
 TEST(GltfAlpha, BlendWithoutTransparencyIsOpaque) {
   GltfFile file = masked(alpha_png(4, [](double, double) { return 1.0; }), "BLEND");
   for (const auto& model :
-       {loaded(file.gltf()), loaded(masked(picture_bytes(".png", 4, 4, {0, 0, 255}), "BLEND").gltf())}) {
+       {loaded(file.gltf()), loaded(masked(picture_bytes(".png", 4, 4, {255, 0, 0}), "BLEND").gltf())}) {
     EXPECT_FALSE(model->parts[0].blends());
     EXPECT_TRUE(model->blended.empty());
     EXPECT_EQ(model->cut, nullptr);

@@ -101,11 +101,9 @@ TEST(GltfAnimations, NormalsThatAreComputedTurnWithTheirTriangle) {
 // An alpha mask that is opaque on the red half of the texture, x < 0.5: the cut moves with the triangle.
 TEST(GltfAnimations, CutsOfAnAlphaMaskMoveAlong) {
   GltfFile file = skinned_triangle();
-  cv::Mat picture(1, 2, CV_8UC4, cv::Scalar(0, 0, 255, 255));
-  picture.at<cv::Vec4b>(0, 1)[3] = 0;
-  std::vector<std::uint8_t> png;
-  cv::imencode(".png", picture, png);
-  file.json["images"] = {{{"uri", "data:image/png;base64," + to_base64({png.begin(), png.end()})}}};
+  capture::Image<std::uint8_t> picture(2, 1, 4);
+  picture.data = {255, 0, 0, 255, 255, 0, 0, 0};
+  file.json["images"] = {{{"uri", "data:image/png;base64," + to_base64(png_bytes(picture))}}};
   file.json["textures"] = {{{"source", 0}}};
   file.json["materials"] = {{{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}, {"alphaMode", "MASK"}}};
   file.primitive()["material"] = 0;

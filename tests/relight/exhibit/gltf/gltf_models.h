@@ -4,13 +4,15 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <memory>
-#include <opencv2/imgcodecs.hpp>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "capture/error.h"
 #include "relight/exhibit/exhibit.h"
+#include "tests/capture/formats/coded_pictures.h"
 #include "tests/relight/exhibit/model_files.h"
 
 namespace lumigraft::test {
@@ -62,10 +64,10 @@ inline std::size_t vertex_at(const relight::Model& model, const Eigen::Vector3f&
 }
 
 /// A picture of one colour, in the format of a file name's extension.
-inline std::string picture_bytes(const std::string& extension, int width, int height, const cv::Scalar& bgr) {
-  std::vector<std::uint8_t> bytes;
-  cv::imencode(extension, cv::Mat(height, width, CV_8UC3, bgr), bytes);
-  return {bytes.begin(), bytes.end()};
+inline std::string picture_bytes(std::string_view extension, int width, int height, std::array<std::uint8_t, 3> rgb) {
+  capture::Image<std::uint8_t> picture(width, height, 3);
+  for (std::size_t i = 0; i < picture.data.size(); ++i) picture.data[i] = rgb[i % 3];
+  return extension == ".jpg" ? jpeg_bytes(picture) : extension == ".webp" ? webp_bytes(picture) : png_bytes(picture);
 }
 
 }  // namespace lumigraft::test

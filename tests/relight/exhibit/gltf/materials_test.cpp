@@ -161,11 +161,9 @@ TEST(GltfMaterials, SpecularFactorAndColour) {
 TEST(GltfMaterials, Sheen) {
   GltfFile file = with_textures();
   EXPECT_EQ(part_of(file).material.sheen_color, Vector3f::Zero());
-  cv::Mat with_alpha(1, 2, CV_8UC4, cv::Scalar(9, 9, 9, 255));
-  with_alpha.at<cv::Vec4b>(0, 1)[3] = 51;
-  std::vector<std::uint8_t> png;
-  cv::imencode(".png", with_alpha, png);
-  file.json["images"].push_back({{"uri", "data:image/png;base64," + to_base64(std::string(png.begin(), png.end()))}});
+  capture::Image<std::uint8_t> with_alpha(2, 1, 4);
+  with_alpha.data = {9, 9, 9, 255, 9, 9, 9, 51};
+  file.json["images"].push_back({{"uri", "data:image/png;base64," + to_base64(png_bytes(with_alpha))}});
   file.json["textures"].push_back({{"source", 2}});
   material(file)["extensions"]["KHR_materials_sheen"] = {{"sheenColorFactor", {0.5, 0.25, 1}},
                                                          {"sheenRoughnessFactor", 0.5},
@@ -281,7 +279,7 @@ TEST(GltfMaterials, Unlit) {
 
 TEST(GltfMaterials, PicturesInBufferViewsAndWebp) {
   GltfFile file = with_textures();
-  const cv::Scalar orange(0, 128, 255);  // blue, green, red
+  constexpr std::array<std::uint8_t, 3> orange = {255, 128, 0};
   const int jpeg = file.add_view(picture_bytes(".jpg", 16, 8, orange)),
             webp = file.add_view(picture_bytes(".webp", 8, 4, orange));
   file.json["images"] = {{{"bufferView", jpeg}, {"mimeType", "image/jpeg"}},
@@ -337,13 +335,12 @@ TEST(GltfMaterials, HalvingsOfAPicture) {
 // Each of n pictures may have an nth of the texels of all; of a larger one each pixel is the mean of a square.
 TEST(GltfMaterials, ManyLargePicturesAreScaledDown) {
   GltfFile file = with_textures();
-  cv::Mat checker(8, 512, CV_8UC3);
-  for (int v = 0; v < checker.rows; ++v) {
-    for (int u = 0; u < checker.cols; ++u) checker.at<cv::Vec3b>(v, u) = cv::Vec3b::all((u + v) % 2 ? 200 : 100);
+  capture::Image<std::uint8_t> checker(512, 8, 3);
+  for (int v = 0; v < checker.height; ++v) {
+    for (int u = 0; u < checker.width; ++u)
+      for (int c = 0; c < 3; ++c) checker.at(u, v, c) = (u + v) % 2 ? 200 : 100;
   }
-  std::vector<std::uint8_t> png;
-  cv::imencode(".png", checker, png);
-  file.json["images"][0]["uri"] = "data:image/png;base64," + to_base64(std::string(png.begin(), png.end()));
+  file.json["images"][0]["uri"] = "data:image/png;base64," + to_base64(png_bytes(checker));
   EXPECT_EQ(part_of(file).base_color_texture.picture->width, 512);
   EXPECT_TRUE(loaded(file.gltf())->not_drawn.empty());
   while (file.json["images"].size() < (1u << 16)) file.json["images"].push_back({{"uri", "absent.png"}});
