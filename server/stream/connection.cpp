@@ -194,12 +194,9 @@ class StreamConnection final : public Connection {
     if (!listener_.settings.permissions.has(Permission::admin)) return refuse(403, "not permitted on this listener\n");
     if (server_.uploading) return refuse(409, "found an upload that is not finished, allowed: one at a time\n");
     server_.uploading = true;
-    const auto free_again = std::shared_ptr<void>(
-        nullptr, [&server = server_](void*) { asio::post(server.io, [&server] { server.uploading = false; }); });
-    answer_from(server_.file_thread, false,
-                [&server = server_, name = std::string(path.substr(kModels.size())), free_again] {
-                  return server.handlers.upload->remove(name);
-                });
+    end_upload("the service failed to remove the model\n", [this, name = std::string(path.substr(kModels.size()))] {
+      return server_.handlers.upload->remove(name);
+    });
   }
 
   /// PUT /models/NAME.
@@ -235,17 +232,26 @@ class StreamConnection final : public Connection {
   }
 
   void take_upload(std::shared_ptr<Upload<Stream>> upload, const std::string& name) {
+    end_upload("the service failed to take the model\n", [this, upload = std::move(upload), name]() mutable {
+      const auto removed_at_the_end = std::move(upload);
+      return server_.handlers.upload->received(removed_at_the_end->file(), name);
+    });
+  }
+
+  /// Answers with what `make` returns on the thread of files, or with `failed` if it throws. Who has the answer may
+  /// send the next model.
+  template <typename Make>
+  void end_upload(const char* failed, Make make) {
     lowest().expires_never();  // loading a model takes seconds
-    asio::post(server_.file_thread, [self = self(), upload = std::move(upload), name]() mutable {
-      WebReply answer{.status = 500, .type = kPlainText, .body = "the service failed to take the model\n"};
+    asio::post(server_.file_thread, [self = self(), failed, make = std::move(make)]() mutable {
+      WebReply answer{.status = 500, .type = kPlainText, .body = failed};
       try {
-        answer = self->server_.handlers.upload->received(upload->file(), name);
+        answer = make();
       } catch (const std::exception&) {
       }
-      upload.reset();
-      asio::post(self->server_.io, [self, answer = std::move(answer)] {
+      asio::post(self->server_.io, [self, answer = std::move(answer)]() mutable {
         self->server_.uploading = false;
-        self->reply(answer, false);
+        self->reply(std::move(answer), false);
       });
     });
   }
