@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <memory>
+#include <vector>
 
 #include "capture/formats/coded_picture.h"
 #include "capture/formats/picture_decoders.h"

@@ -167,20 +167,27 @@ class StreamConnection final : public Connection {
     }
   }
 
-  /// Answers with what `make` returns on that thread. Meanwhile the others go on, and this connection reads nothing.
-  template <typename Make>
-  void answer_from(asio::thread_pool& thread, bool keep_alive, Make make) {
+  /// Answers with what `make` returns on that thread, or with `failed` if it throws; before that, `made` runs on this
+  /// one. Meanwhile the others go on, and this connection reads nothing.
+  template <typename Make, typename Made>
+  void answer_from(asio::thread_pool& thread, bool keep_alive, const char* failed, Make make, Made made) {
     lowest().expires_never();
-    asio::post(thread, [self = self(), keep_alive, make = std::move(make)] {
-      WebReply answer{.status = 500, .type = kPlainText, .body = "the service failed to answer\n"};
+    asio::post(thread, [self = self(), keep_alive, failed, make = std::move(make), made]() mutable {
+      WebReply answer{.status = 500, .type = kPlainText, .body = failed};
       try {
         answer = make();
       } catch (const std::exception&) {
       }
-      asio::post(self->server_.io, [self, keep_alive, answer = std::move(answer)]() mutable {
+      asio::post(self->server_.io, [self, keep_alive, made, answer = std::move(answer)]() mutable {
+        made();
         self->reply(std::move(answer), keep_alive);
       });
     });
+  }
+  /// Who has the answer may send the next model.
+  template <typename Make>
+  void answer_upload(const char* failed, Make make) {
+    answer_from(server_.file_thread, false, failed, std::move(make), [&server = server_] { server.uploading = false; });
   }
 
   static constexpr std::string_view kModels = "/models/";
@@ -194,7 +201,7 @@ class StreamConnection final : public Connection {
     if (!listener_.settings.permissions.has(Permission::admin)) return refuse(403, "not permitted on this listener\n");
     if (server_.uploading) return refuse(409, "found an upload that is not finished, allowed: one at a time\n");
     server_.uploading = true;
-    end_upload("the service failed to remove the model\n", [this, name = std::string(path.substr(kModels.size()))] {
+    answer_upload("the service failed to remove the model\n", [this, name = std::string(path.substr(kModels.size()))] {
       return server_.handlers.upload->remove(name);
     });
   }
@@ -232,27 +239,9 @@ class StreamConnection final : public Connection {
   }
 
   void take_upload(std::shared_ptr<Upload<Stream>> upload, const std::string& name) {
-    end_upload("the service failed to take the model\n", [this, upload = std::move(upload), name]() mutable {
+    answer_upload("the service failed to take the model\n", [this, upload = std::move(upload), name]() mutable {
       const auto removed_at_the_end = std::move(upload);
       return server_.handlers.upload->received(removed_at_the_end->file(), name);
-    });
-  }
-
-  /// Answers with what `make` returns on the thread of files, or with `failed` if it throws. Who has the answer may
-  /// send the next model.
-  template <typename Make>
-  void end_upload(const char* failed, Make make) {
-    lowest().expires_never();  // loading a model takes seconds
-    asio::post(server_.file_thread, [self = self(), failed, make = std::move(make)]() mutable {
-      WebReply answer{.status = 500, .type = kPlainText, .body = failed};
-      try {
-        answer = make();
-      } catch (const std::exception&) {
-      }
-      asio::post(self->server_.io, [self, answer = std::move(answer)]() mutable {
-        self->server_.uploading = false;
-        self->reply(std::move(answer), false);
-      });
     });
   }
 
@@ -284,8 +273,9 @@ class StreamConnection final : public Connection {
       return become_viewer();
     }
     if (path == "/snapshot.jpg" && server_.handlers.snapshot)
-      return answer_from(server_.snapshot_thread, request.keep_alive(),
-                         [&server = server_] { return server.handlers.snapshot(); });
+      return answer_from(
+          server_.snapshot_thread, request.keep_alive(), "the service failed to answer\n",
+          [&server = server_] { return server.handlers.snapshot(); }, [] {});
     reply(path == "/ws" ? WebReply{.status = 426, .type = kPlainText, .body = "a websocket\n"}
                         : server_.handlers.get(path),
           request.keep_alive());

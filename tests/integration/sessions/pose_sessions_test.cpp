@@ -6,14 +6,13 @@
 #include <cstdlib>
 #include <ctime>
 #include <filesystem>
-#include <fstream>
-#include <nlohmann/json.hpp>
 
 #include "capture/session/session.h"
 #include "capture/source.h"
 #include "reconstruct/fusion/fusion.h"
 #include "reconstruct/pose/pose.h"
 #include "tests/integration/sessions/recorded_session.h"
+#include "tests/integration/sessions/true_pose.h"
 #include "tests/reconstruct/pose/pose_views.h"
 
 namespace lumigraft::reconstruct {
@@ -21,20 +20,7 @@ namespace {
 
 using Eigen::Isometry3d;
 using test::percentile;
-
-/// The pose of frame `index`, or the only one of a static session.
-Isometry3d true_pose(const std::filesystem::path& session, std::uint64_t index) {
-  char name[16];
-  std::snprintf(name, sizeof(name), "%06u", static_cast<unsigned>(index));
-  auto path = session / "truth" / name / "pose.json";
-  if (!std::filesystem::exists(path)) path = session / "truth/000000/pose.json";
-  std::ifstream in(path);
-  const auto rows = nlohmann::json::parse(in)["T_tag_from_camera"];
-  Isometry3d pose = Isometry3d::Identity();
-  for (int r = 0; r < 4; ++r)
-    for (int c = 0; c < 4; ++c) pose.matrix()(r, c) = rows[r][c];
-  return pose;
-}
+using test::true_pose;
 
 class PoseSessions : public testing::TestWithParam<const char*> {};
 
@@ -51,7 +37,7 @@ TEST_P(PoseSessions, AreNearTheTruth) {
     const auto result = stage.locate(*frame);
     ASSERT_TRUE(result.pose) << frame->index;
     EXPECT_TRUE(result.warnings.empty()) << frame->index << ": " << result.warnings[0];
-    const Isometry3d truth = true_pose(folder, frame->index);
+    const Isometry3d truth = true_pose(folder, frame->index).value();
     smooth_mm.push_back(test::millimetres_apart(result.pose->T_tag_camera, truth));
     smooth_deg.push_back(test::degrees_apart(result.pose->T_tag_camera, truth));
     sigmas.push_back(smooth_mm.back() / (1e3 * position_sigma_m(result.pose->covariance)));
@@ -98,7 +84,7 @@ TEST(PoseHidden, SurfacesCarryTheOrbitOn) {
     if (hidden) cpu_ms += 1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
     ASSERT_TRUE(result.pose) << frame->index;
     field = fusion.fuse(*frame, *result.pose);
-    const Isometry3d truth = true_pose(folder, frame->index);
+    const Isometry3d truth = true_pose(folder, frame->index).value();
     const Isometry3d error = truth.inverse() * result.pose->T_tag_camera;
     if (last_error) step_mm = std::max(step_mm, test::millimetres_apart(error, *last_error));
     last_error = error;
