@@ -90,6 +90,19 @@ TEST(NormalFilter, NoiseOfAPlaneIsAveraged) {
   EXPECT_LT(error_degrees(mesh, mesh.normals, up, inside), before / 4);
 }
 
+// Neighbours of a vertex are not even around it: on curved surface their mean is that of another place.
+TEST(NormalFilter, CurvedSurfaceIsNotBent) {
+  constexpr float kRadius_m = 0.06f;
+  Noise noise(0.0005f);
+  const DistanceField field =
+      field_of([&](const Vector3f& p) { return p.norm() - kRadius_m - noise.at(p.x(), p.y(), 0.008f); }, kFew);
+  const SurfaceMesh mesh = extract_surface(field);
+  const auto outwards = [](const Vector3f& p) { return p.normalized(); };
+  const auto above = [](const Vector3f& p) { return p.z() > 0.7f * kRadius_m; };
+  const float before = error_degrees(mesh, unfiltered(field, mesh), outwards, above);
+  EXPECT_LT(error_degrees(mesh, mesh.normals, outwards, above), before);
+}
+
 TEST(NormalFilter, EdgesRemain) {
   Noise above(0.002f), beside(0.002f);
   // A solid corner: free above z = 0, and beyond x = 0.
