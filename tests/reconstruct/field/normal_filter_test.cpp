@@ -98,7 +98,7 @@ TEST(NormalFilter, CurvedSurfaceIsNotBent) {
       field_of([&](const Vector3f& p) { return p.norm() - kRadius_m - noise.at(p.x(), p.y(), 0.008f); }, kFew);
   const SurfaceMesh mesh = extract_surface(field);
   const auto outwards = [](const Vector3f& p) { return p.normalized(); };
-  const auto above = [](const Vector3f& p) { return p.z() > 0.7f * kRadius_m; };
+  const auto above = [](const Vector3f& p) { return p.z() > 0.3f * kRadius_m; };
   const float before = error_degrees(mesh, unfiltered(field, mesh), outwards, above);
   EXPECT_LT(error_degrees(mesh, mesh.normals, outwards, above), before);
 }
