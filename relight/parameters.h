@@ -18,6 +18,9 @@ inline constexpr struct RelightParameters {
   /// more per pixel and axis, so that an error of still_px changes the coverage by less than one.
   std::uint64_t young_field = 64, max_behind = 24, max_behind_few_changed = 64;
   double few_changed = 0.1, still_px = 0.125;
+  /// Light for live pictures may take so many times their budget: at 30 Hz shadows of what moves are then 0.1 to 0.15 s
+  /// late.
+  double light_budgets = 4;
   double rest_s = 1;  ///< without motion, until the camera counts as resting
   /// Of the quality ladder: times of the budget over which the step goes down, and under which the next one may take to
   /// go up; pictures that contain the change of step itself; all pictures over which a still scene is gathered anew

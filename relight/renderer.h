@@ -1,6 +1,6 @@
 #pragma once
 // Interface of all renderers: a frame in, its relit frame out. Plan::method selects the implementation: a Relighter
-// (GPU), final gathering (gather/ray_renderer.h) or the path-traced reference (reference/reference_renderer.h), both
+// (GPU), final gathering (views/ray_renderer.h) or the path-traced reference (reference/reference_renderer.h), both
 // without a GPU.
 #include <memory>
 #include <string>

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "relight/gather/low_res_view.h"
-#include "relight/gather/object_window.h"
+#include "relight/gather/object_rays.h"
 #include "relight/gather/parameters.h"
 #include "relight/tracing/parallel_for.h"
 
@@ -17,17 +17,9 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr int kMaxRays = RayFan::kMaxRays, kMaxInside = 4;  // rays per pixel
+constexpr int kMaxRays = RayFan::kMaxRays;  // per pixel
 constexpr float kNoNoise = -1;
-constexpr std::uint32_t kCameraSeed = 21, kLightSeed = 22;
-
-/// Object hits of a pixel's interior rays.
-struct Found {
-  int u = 0;
-  std::uint32_t some = 0;  ///< bit mask of the rays that hit
-  std::array<Vector3f, kMaxInside> w;
-  std::array<MeshHit, kMaxInside> hits;
-};
+constexpr std::uint32_t kLightSeed = 22;
 
 /// All rays of a pixel.
 struct TracedRays {
@@ -45,29 +37,24 @@ class ObjectView {
              float step_radiance, std::vector<GBufferPixel> memory)
       : light_(light),
         sources_(sources),
-        room_(room),
         eye_(eye),
-        depth_(depth),
         seen_(seen),
         detail_(detail),
         step_radiance_(step_radiance),
-        eye_m_(eye.camera.T_tag_camera.translation()),
-        window_(window_of(light.objects().meshes().spheres(), eye)),
+        rays_(light.objects().meshes(), light.room().meshes(), RoomDepth{room}, eye, depth, detail),
+        window_(rays_.window()),
         model_(eye.camera.model),
-        first_(std::move(memory)),
-        rows_(static_cast<std::size_t>(window_.height)) {
+        first_(std::move(memory)) {
     first_.resize(static_cast<std::size_t>(window_.width) * static_cast<std::size_t>(window_.height));
     variance_.assign(first_.size(), kNoNoise);
     model_.width = window_.width;
     model_.height = window_.height;
-    for (std::uint32_t k = 0; k < within_.size(); ++k)
-      within_[k] = Sampler(kCameraSeed, 0, k).two();  // stratified in sixteenths
   }
 
   ObjectPixels see() {
     if (first_.empty()) return {};
-    for_each_index(window_.height, kRows, [&](int v) { trace_row(v); });
-    if (detail_.inside == 1) add_outlines();
+    rays_.find();
+    for_each_index(window_.height, kRows, [&](int v) { find_surfaces(v); });
     if (detail_.on_object > 1) blocks_.emplace(first_, model_, detail_.on_object);
     open_ = open_to_lamps(light_, sources_, blocks_ ? blocks_->seen() : first_, blocks_ ? blocks_->camera() : model_,
                           detail_);
@@ -75,7 +62,7 @@ class ObjectView {
     ObjectPixels out{{window_.left, window_.top, capture::Image<float>(window_.width, window_.height, 3), empty, empty},
                      {}};
     for_each_index(window_.height, 1, [&](int v) {
-      for (const Found& found : rows_[static_cast<std::size_t>(v)]) shade(v, found, 1, out);
+      for (const PixelHits& found : rays_.row(v)) shade(v, found, 1, out);
     });
     if (detail_.mirror_rounds > 1) add_mirrored(out);
     out.surfaces = std::move(first_);
@@ -83,110 +70,22 @@ class ObjectView {
   }
 
  private:
-  std::size_t index(int u, int v) const {
-    return static_cast<std::size_t>(v) * static_cast<std::size_t>(window_.width) + static_cast<std::size_t>(u);
-  }
-  const GBufferPixel& room_at(int u, int v) const { return room_.at(u + window_.left, v + window_.top); }
-  /// Through the pixel's centre.
-  Vector3f ray_at(int u, int v) const { return eye_.ray(u + window_.left, v + window_.top); }
-
-  /// Index in within_ of the pixel's first ray; the first four are stratified too.
-  static std::size_t pattern(int u, int v) { return static_cast<std::size_t>(kMaxRays * (4 * (v & 3) + (u & 3))); }
-
-  /// Whether a pixel's ray passes through its centre, like those of the room's G-buffer.
-  bool is_central(int ray) const { return detail_.inside == 1 && ray == 0; }
-
-  /// Whether any ray of the pixel may meet an object.
-  bool may_see(int u, int v) const {
-    const Vector3f w = ray_at(u, v);
-    if (w.isZero(0)) return true;  // its corners may still have rays
-    for (const Eigen::Vector4f& sphere : light_.objects().meshes().spheres()) {
-      const Vector3f to = sphere.head<3>() - eye_m_;
-      const float along = std::max(to.dot(w), 0.0f);
-      const float pixel_m = to.norm() / static_cast<float>(std::min(eye_.camera.model.fx, eye_.camera.model.fy));
-      if ((to - along * w).squaredNorm() <= (sphere.w() + pixel_m) * (sphere.w() + pixel_m)) return true;
+  struct RoomDepth {
+    const RoomPixels& room;
+    float operator()(int u, int v) const {
+      const GBufferPixel& pixel = room.at(u, v);
+      return pixel.known ? pixel.depth_m : std::numeric_limits<float>::infinity();
     }
-    return false;
-  }
+  };
 
-  /// Whether the fused room may be nearer than `t_m` there, except for parts narrower than a pixel, and depth leaves it
-  /// open.
-  bool may_hide(int u, int v, float t_m) const {
-    if (depth_.differs(u + window_.left, v + window_.top, t_m)) return false;
-    const int left = std::max(u + window_.left - 1, 0) - window_.left,
-              right = std::min(u + window_.left + 1, eye_.camera.model.width - 1) - window_.left,
-              top = std::max(v + window_.top - 1, 0) - window_.top,
-              bottom = std::min(v + window_.top + 1, eye_.camera.model.height - 1) - window_.top;
-    for (int y = top; y <= bottom; ++y) {
-      for (int x = left; x <= right; ++x) {
-        const GBufferPixel& room = room_at(x, y);
-        if (room.known && room.depth_m < kGather.surely_farther * t_m) return true;
-      }
+  std::size_t index(int u, int v) const { return rays_.index(u, v); }
+  void find_surfaces(int v) {
+    for (int u = 0; u < window_.width; ++u) first_[index(u, v)].known = false;
+    for (const PixelHits& found : rays_.row(v)) {
+      if (!found.some) continue;
+      const std::size_t k = found.first();
+      first_[index(found.u, v)] = seen_by(found.u, v, static_cast<int>(k), found.w[k], found.hits[k]);
     }
-    return false;
-  }
-
-  /// Traces the rays `first` to `first + rays` of each of these pixels in one packet. `found(pixel, ray, w, hit)`.
-  template <typename Found>
-  void trace(int v, std::span<const int> pixels, int first, int rays, Found found) const {
-    const int slots = static_cast<int>(pixels.size()) * rays;
-    RayFan fan;
-    fan.from_m = eye_m_;
-    for (int slot = 0; slot < slots; ++slot) {
-      const int u = pixels[static_cast<std::size_t>(slot / rays)];
-      const auto i = static_cast<std::size_t>(slot);
-      const int ray = first + slot % rays;
-      fan.w[i] = is_central(ray) ? ray_at(u, v)
-                                 : eye_.ray(u + window_.left, v + window_.top,
-                                            within_[pattern(u, v) + static_cast<std::size_t>(ray)]);
-      fan.limit_m[i] = std::numeric_limits<float>::infinity();
-      if (!fan.w[i].isZero(0)) fan.some |= 1u << slot;
-    }
-    std::array<MeshHit, RayFan::kMaxRays> hits;
-    const std::uint32_t met = light_.objects().meshes().hits(fan, hits, Coverage::full);
-    fan.some = 0;
-    for (int slot = 0; slot < slots; ++slot) {
-      if (!(met >> slot & 1)) continue;
-      const float t_m = fan.limit_m[static_cast<std::size_t>(slot)] = hits[static_cast<std::size_t>(slot)].t_m;
-      if (may_hide(pixels[static_cast<std::size_t>(slot / rays)], v, t_m)) fan.some |= 1u << slot;
-    }
-    const std::uint32_t open = met & ~light_.room().meshes().blocked(fan);
-    for (int slot = 0; slot < slots; ++slot) {
-      const auto i = static_cast<std::size_t>(slot);
-      if (open >> slot & 1) found(static_cast<std::size_t>(slot / rays), first + slot % rays, fan.w[i], hits[i]);
-    }
-  }
-
-  void trace_row(int v) {
-    std::array<int, kMaxRays> pixels;
-    std::array<Found, kMaxRays> together;
-    std::size_t count = 0;
-    const auto trace_batch = [&] {
-      trace(v, std::span(pixels).first(count), 0, detail_.inside,
-            [&](std::size_t pixel, int ray, const Vector3f& w, const MeshHit& hit) {
-              together[pixel].some |= 1u << ray;
-              together[pixel].w[static_cast<std::size_t>(ray)] = w;
-              together[pixel].hits[static_cast<std::size_t>(ray)] = hit;
-            });
-      for (std::size_t i = 0; i < count; ++i) {
-        if (together[i].some) keep(v, together[i]);
-      }
-      count = 0;
-    };
-    for (int u = 0; u < window_.width; ++u) {
-      first_[index(u, v)].known = false;
-      if (!may_see(u, v)) continue;
-      pixels[count] = together[count].u = u;
-      together[count++].some = 0;
-      if (count == static_cast<std::size_t>(kMaxRays / detail_.inside)) trace_batch();
-    }
-    if (count > 0) trace_batch();
-  }
-
-  void keep(int v, const Found& found) {
-    const auto k = static_cast<std::size_t>(std::countr_zero(found.some));
-    first_[index(found.u, v)] = seen_by(found.u, v, static_cast<int>(k), found.w[k], found.hits[k]);
-    rows_[static_cast<std::size_t>(v)].push_back(found);
   }
 
   /// At one of so many rays of a pixel, over the part of the pixel in which no other of them is.
@@ -195,13 +94,11 @@ class ObjectView {
     if (!meshes.textured(hit)) return meshes.surface(hit, w);
     const int across = 1 << (std::bit_width(static_cast<unsigned>(rays)) - 1) / 2;
     const Eigen::Vector2f parts(across, rays / across);
-    const auto at = [&](float x, float y) { return eye_.ray(u + window_.left, v + window_.top, {x, y}); };
+    const auto at = [&](float x, float y) { return rays_.ray_at(u, v, {x, y}); };
     const Eigen::Vector2f centre =
         rays == 1
             ? Eigen::Vector2f(0.5f, 0.5f)
-            : Eigen::Vector2f(
-                  (within_[pattern(u, v) + static_cast<std::size_t>(ray)].cwiseProduct(parts).array().floor() + 0.5f) /
-                  parts.array());
+            : Eigen::Vector2f((rays_.within(u, v, ray).cwiseProduct(parts).array().floor() + 0.5f) / parts.array());
     RayCell cell;
     cell.to_centre = at(centre.x(), centre.y()) - w;
     cell.edges.col(0) = (at(1, 0.5f) - at(0, 0.5f)) / parts.x();
@@ -211,8 +108,9 @@ class ObjectView {
 
   /// The next object along a camera ray that the room does not hide.
   std::optional<MeshHit> next_layer(int u, int v, const Vector3f& w, float beyond_m) const {
-    const auto next = light_.objects().meshes().hit_beyond(beyond_m, eye_m_, w);
-    if (next && may_hide(u, v, next->t_m) && light_.room().meshes().blocked(eye_m_, w, next->t_m)) return std::nullopt;
+    const auto next = light_.objects().meshes().hit_beyond(beyond_m, rays_.eye_m(), w);
+    if (next && rays_.may_hide(u, v, next->t_m) && light_.room().meshes().blocked(rays_.eye_m(), w, next->t_m))
+      return std::nullopt;
     return next;
   }
 
@@ -223,32 +121,12 @@ class ObjectView {
     return pixel;
   }
 
-  /// Pixels of one ray without a hit, next to pixels with hits.
-  void add_outlines() {
-    for_each_pixel(window_.width, window_.height, kRows, [&](int u, int v) {
-      if (first_[index(u, v)].known || !is_edge(u, v)) return;
-      rows_[static_cast<std::size_t>(v)].emplace_back().u = u;
-    });
-  }
-
-  /// Whether a surface edge separates the pixel from a neighbour.
-  bool is_edge(int u, int v) const {
-    const GBufferPixel& own = first_[index(u, v)];
-    const auto ends = [&](int x, int y) {
-      if (x < 0 || y < 0 || x >= window_.width || y >= window_.height) return false;
-      const GBufferPixel& other = first_[index(x, y)];
-      const float apart_px = std::abs(own.depth_m - other.depth_m) * static_cast<float>(model_.fx);
-      return own.known != other.known || (own.known && apart_px > kGather.jump_px * own.depth_m);
-    };
-    return ends(u - 1, v) || ends(u + 1, v) || ends(u, v - 1) || ends(u, v + 1);
-  }
-
   /// More reflected rays where those of a pixel and its neighbours were too few: what one pixel's happen to miss,
   /// others' find.
   void add_mirrored(ObjectPixels& out) {
     const std::vector<float> variance = variance_;
     for_each_index(window_.height, 1, [&](int v) {
-      for (const Found& found : rows_[static_cast<std::size_t>(v)]) {
+      for (const PixelHits& found : rays_.row(v)) {
         if (variance[index(found.u, v)] == kNoNoise) continue;
         float sum = 0;
         int count = 0;
@@ -283,31 +161,31 @@ class ObjectView {
   };
 
   /// `rounds`: times as many rays are mirrored as at first.
-  void shade(int v, const Found& found, int rounds, ObjectPixels& out) {
+  void shade(int v, const PixelHits& found, int rounds, ObjectPixels& out) {
     TracedRays traced;
     traced.some = found.some;
     GBufferPixel first = first_[index(found.u, v)];
-    bool edge = detail_.inside == 1 ? is_edge(found.u, v) : std::popcount(found.some) < detail_.inside;
+    bool edge = detail_.inside == 1 ? rays_.is_edge(found.u, v) : std::popcount(found.some) < detail_.inside;
     for (std::size_t k = 0; k < static_cast<std::size_t>(detail_.inside); ++k) {
       if (!(found.some >> k & 1)) continue;
       traced.w[k] = found.w[k];
       traced.hits[k] = found.hits[k];
-      traced.surfaces[k] = k == static_cast<std::size_t>(std::countr_zero(found.some))
+      traced.surfaces[k] = k == found.first()
                                ? first.surface
                                : surface_at(found.u, v, static_cast<int>(k), detail_.inside, found.w[k], found.hits[k]);
       edge |= !goes_on(first, traced.surfaces[k]);
     }
     int rays = detail_.inside;
     if (edge) {
-      trace(v, std::span(&found.u, 1), rays, detail_.at_edges - rays,
-            [&](std::size_t, int ray, const Vector3f& w, const MeshHit& hit) {
-              const auto k = static_cast<std::size_t>(ray);
-              traced.some |= 1u << ray;
-              traced.w[k] = w;
-              traced.hits[k] = hit;
-              traced.surfaces[k] = surface_at(found.u, v, ray, detail_.at_edges, w, hit);
-              if (!first.known) first = seen_by(found.u, v, 0, w, hit);
-            });
+      rays_.trace(v, std::span(&found.u, 1), rays, detail_.at_edges - rays,
+                  [&](std::size_t, int ray, const Vector3f& w, const MeshHit& hit) {
+                    const auto k = static_cast<std::size_t>(ray);
+                    traced.some |= 1u << ray;
+                    traced.w[k] = w;
+                    traced.hits[k] = hit;
+                    traced.surfaces[k] = surface_at(found.u, v, ray, detail_.at_edges, w, hit);
+                    if (!first.known) first = seen_by(found.u, v, 0, w, hit);
+                  });
       rays = detail_.at_edges;
     }
     Rgb sum = Rgb::Zero();
@@ -409,7 +287,7 @@ class ObjectView {
   Rgb by_interface(const Vector3f& w, const SurfaceHit& surface, Sampler& sampler, int rays,
                    MirroredSamples& samples) const {
     SampledRay ray;
-    ray.from_m = eye_m_;
+    ray.from_m = rays_.eye_m();
     ray.w = w;
     ray.pdf = std::numeric_limits<float>::infinity();  // of a camera's ray, which no lamp sample competes with
     ray.seen = &seen_;
@@ -429,19 +307,15 @@ class ObjectView {
 
   const DeltaLight& light_;
   const std::vector<const LightSource*>& sources_;
-  const RoomPixels& room_;
   const CameraRays& eye_;
-  const CurrentDepth& depth_;
   const SeenRadiance& seen_;
   GatherQuality detail_;
   float step_radiance_;
-  Vector3f eye_m_;
+  ObjectRays<RoomDepth> rays_;
   PixelWindow window_;
-  capture::CameraModel model_;                         ///< of the window; only its size and focal lengths are valid
-  std::array<Eigen::Vector2f, 16 * kMaxRays> within_;  ///< positions of the rays in each of 4 × 4 pixels
-  std::vector<GBufferPixel> first_;                    ///< the first hit among a pixel's rays
-  std::vector<float> variance_;  ///< of the mean of what is mirrored, in the noisiest channel; kNoNoise: nothing is
-  std::vector<std::vector<Found>> rows_;
+  capture::CameraModel model_;       ///< of the window; only its size and focal lengths are valid
+  std::vector<GBufferPixel> first_;  ///< the first hit among a pixel's rays
+  std::vector<float> variance_;      ///< of the mean of what is mirrored, in the noisiest channel; kNoNoise: nothing is
   std::optional<LowResView> blocks_;
   std::vector<std::vector<LampVisibility>> open_;  ///< by source, then pixel or block
 };

@@ -56,6 +56,8 @@ class RayLight {
   /// Valid after the first `follow`.
   const DeltaLight& light() const { return world_->light; }
   const std::vector<ChangeRegion>& places() const { return world_->places; }
+  /// The objects of the last `follow`.
+  const std::vector<PlacedModel>& placed() const { return placed_; }
   /// The change of indirect light as it was last gathered.
   const IrradianceChangeCache& cells() const { return world_->cells; }
   /// Whether the next `gather` changes light.

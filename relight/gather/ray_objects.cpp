@@ -165,15 +165,17 @@ bool RayObjects::is_inside(const Vector3f& p_m, const Vector3f& w) const {
   return (normals_[hit->mesh] * model.normals[corner[0]]).dot(w) > 0;
 }
 
-RayObjects::Irradiance RayObjects::irradiance(const MeshHit& hit, const Vector3f& face) const {
-  const IrradianceProbes& places = *objects_[hit.mesh].places;
+RayObjects::Irradiance RayObjects::irradiance_at(const IrradianceProbes& places,
+                                                 const std::vector<Irradiance>& of_vertices,
+                                                 const Eigen::Matrix3f& normals, const MeshHit& hit,
+                                                 const Vector3f& face) {
   const Model& model = *places.model;
   const std::uint32_t* corner = &model.indices[3 * std::size_t{hit.triangle}];
   const float weight[3] = {1 - hit.u - hit.v, hit.u, hit.v};
   Irradiance sum;
   for (int i = 0; i < 3; ++i) {
-    const bool front = places.closed || (normals_[hit.mesh] * model.normals[corner[i]]).dot(face) >= 0;
-    const Irradiance& e = irradiance_[hit.mesh][corner[i] + (front ? 0 : model.positions_m.size())];
+    const bool front = places.closed || (normals * model.normals[corner[i]]).dot(face) >= 0;
+    const Irradiance& e = of_vertices[corner[i] + (front ? 0 : model.positions_m.size())];
     sum.direct += weight[i] * e.direct;
     sum.indirect += weight[i] * e.indirect;
   }

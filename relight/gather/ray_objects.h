@@ -77,7 +77,14 @@ class RayObjects {
   bool has_light(int place) const { return has_light_[static_cast<std::size_t>(place)]; }
   bool all_have_light() const { return std::find(has_light_.begin(), has_light_.end(), false) == has_light_.end(); }
   /// At a hit, on the side of `face`.
-  Irradiance irradiance(const MeshHit& hit, const Eigen::Vector3f& face) const;
+  Irradiance irradiance(const MeshHit& hit, const Eigen::Vector3f& face) const {
+    return irradiance_at(*objects_[hit.mesh].places, irradiance_[hit.mesh], normals_[hit.mesh], hit, face);
+  }
+  /// By object: front sides of all vertices of PlacedModel::places, then back sides.
+  const std::vector<std::vector<Irradiance>>& irradiance_of_vertices() const { return irradiance_; }
+  /// That of a hit, from its vertices'. `normals`: from model frame to tag frame.
+  static Irradiance irradiance_at(const IrradianceProbes& places, const std::vector<Irradiance>& of_vertices,
+                                  const Eigen::Matrix3f& normals, const MeshHit& hit, const Eigen::Vector3f& face);
 
  private:
   const ObjectFacet& facet(const MeshHit& hit) const { return (*objects_[hit.mesh].facets)[hit.triangle]; }
@@ -94,7 +101,7 @@ class RayObjects {
   std::vector<Eigen::Matrix3f> normals_;  ///< from model frame to tag frame, per object
   /// Per object and triangle, radiance leaving the side of its vertices' normals and the other, W/sr/m².
   std::vector<std::vector<std::array<Rgb, 2>>> radiance_;
-  std::vector<std::vector<Irradiance>> irradiance_;  ///< per object; front sides of all vertices, then back sides
+  std::vector<std::vector<Irradiance>> irradiance_;  ///< irradiance_of_vertices()
 };
 
 }  // namespace lumigraft::relight

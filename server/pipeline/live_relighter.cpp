@@ -21,8 +21,7 @@ LiveRelighter::LiveRelighter(const capture::Session& session, const relight::Pla
     rays = plan.adaptive == 1 && !plan.user_set.contains("method") && device->is_software();
     if (!rays) on_device_ = std::make_unique<relight::Relighter>(std::move(device), session_, upload_models_);
   }
-  if (rays)
-    by_rays_ = std::make_unique<relight::RayRenderer>(session_, relight::RayRenderer::Rooms::taken, ray_models_);
+  if (rays) by_rays_ = std::make_unique<relight::LiveRayRenderer>(session_, ray_models_);
 }
 
 void LiveRelighter::make_on_device() {

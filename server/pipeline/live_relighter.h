@@ -13,9 +13,9 @@
 
 #include "relight/compose/change_fade.h"
 #include "relight/compose/held_depth.h"
-#include "relight/gather/ray_renderer.h"
 #include "relight/relighter.h"
 #include "relight/upload/upload_model.h"
+#include "relight/views/live_ray_renderer.h"
 
 namespace lumigraft::server {
 
@@ -59,8 +59,8 @@ class LiveRelighter {
   MakeDevice make_device_;
   std::shared_ptr<relight::UploadModels> upload_models_;
   std::shared_ptr<relight::RayModels> ray_models_;
-  std::unique_ptr<relight::Relighter> on_device_;  ///< null if the plan needs none, and after a failure
-  std::unique_ptr<relight::RayRenderer> by_rays_;  ///< null if a device draws
+  std::unique_ptr<relight::Relighter> on_device_;      ///< null if the plan needs none, and after a failure
+  std::unique_ptr<relight::LiveRayRenderer> by_rays_;  ///< null if a device draws
 
   mutable std::mutex prepared_mutex_;
   std::shared_ptr<const relight::RayRoom> prepared_;    ///< guarded by it

@@ -2,9 +2,9 @@
 
 #include <utility>
 
-#include "relight/gather/ray_renderer.h"
 #include "relight/reference/reference_renderer.h"
 #include "relight/relighter.h"
+#include "relight/views/ray_renderer.h"
 #include "server/truth/reference_truth.h"
 
 namespace lumigraft::server {

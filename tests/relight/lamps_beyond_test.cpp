@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "reconstruct/room/enclosure.h"
-#include "relight/gather/ray_renderer.h"
 #include "relight/tracing/build_trace_scene.h"
+#include "relight/views/ray_renderer.h"
 #include "tests/relight/closed_form/closed_scene.h"
 #include "tests/relight/reference/reference_rooms.h"
 

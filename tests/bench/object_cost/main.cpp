@@ -16,9 +16,9 @@
 #include <string>
 #include <vector>
 
-#include "relight/gather/ray_renderer.h"
 #include "relight/gpu/backends.h"
 #include "relight/relighter.h"
+#include "relight/views/ray_renderer.h"
 #include "tests/relight/animation/animated_models.h"
 #include "tests/relight/closed_form/closed_scene.h"
 

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <string>
 
-#include "relight/gather/ray_renderer.h"
 #include "relight/reference/reference_renderer.h"
+#include "relight/views/ray_renderer.h"
 #include "tests/relight/closed_form/closed_scene.h"
 
 namespace lumigraft::test {

@@ -1,7 +1,7 @@
 // Transmissive objects in rooms with closed forms.
 #include <cmath>
 
-#include "relight/gather/ray_renderer.h"
+#include "relight/views/ray_renderer.h"
 #include "tests/relight/closed_form/cube_room.h"
 
 namespace lumigraft::test {

@@ -4,8 +4,8 @@
 #include <numbers>
 
 #include "capture/camera/srgb.h"
-#include "relight/gather/ray_renderer.h"
 #include "relight/objects/texture.h"
+#include "relight/views/ray_renderer.h"
 #include "tests/relight/closed_form/closed_scene.h"
 #include "tests/relight/exhibit/model_shapes.h"
 

@@ -1,8 +1,8 @@
 // Unlit objects: the camera sees their colour, all other light a matt surface.
 #include <algorithm>
 
-#include "relight/gather/ray_renderer.h"
 #include "relight/reference/reference_renderer.h"
+#include "relight/views/ray_renderer.h"
 #include "tests/relight/closed_form/closed_scene.h"
 
 namespace lumigraft::test {

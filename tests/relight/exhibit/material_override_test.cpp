@@ -1,8 +1,8 @@
 // Properties that [object.material] does not set are those of each of the model's parts, in every renderer.
 #include <sstream>
 
-#include "relight/gather/ray_renderer.h"
 #include "relight/reference/reference_renderer.h"
+#include "relight/views/ray_renderer.h"
 #include "tests/relight/closed_form/closed_scene.h"
 #include "tests/relight/exhibit/model_files.h"
 #include "tests/relight/exhibit/model_shapes.h"

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <vector>
 
-#include "relight/gather/ray_renderer.h"
 #include "relight/reference/reference_renderer.h"
+#include "relight/views/ray_renderer.h"
 #include "tests/relight/closed_form/clipping_camera.h"
 
 namespace lumigraft::test {

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "relight/gather/ray_renderer.h"
+#include "relight/views/ray_renderer.h"
 #include "tests/relight/closed_form/closed_scene.h"
 #include "tests/relight/exhibit/model_files.h"
 

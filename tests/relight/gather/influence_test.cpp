@@ -6,8 +6,8 @@
 #include <algorithm>
 
 #include "relight/gather/moved_surfaces.h"
-#include "relight/gather/ray_renderer.h"
 #include "relight/gather/ray_room.h"
+#include "relight/views/ray_renderer.h"
 #include "tests/relight/closed_form/closed_scene.h"
 
 namespace lumigraft::test {

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "relight/gather/ray_renderer.h"
+#include "relight/views/ray_renderer.h"
 #include "tests/relight/closed_form/closed_scene.h"
 
 namespace lumigraft::test {

@@ -1,5 +1,5 @@
 // Animated objects with rays, against the same pose as a rigid model.
-#include "relight/gather/ray_renderer.h"
+#include "relight/views/ray_renderer.h"
 #include "tests/relight/closed_form/bending_bar.h"
 
 namespace lumigraft::test {

@@ -1,8 +1,8 @@
 // Every renderer gives objects the camera's noise and sharpness with plan.look = camera, and neither with plain.
 #include <cmath>
 
-#include "relight/gather/ray_renderer.h"
 #include "relight/reference/reference_renderer.h"
+#include "relight/views/ray_renderer.h"
 #include "tests/relight/closed_form/closed_scene.h"
 #include "tests/relight/look/noisy_camera.h"
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "relight/gather/ray_renderer.h"
+#include "relight/views/ray_renderer.h"
 #include "tests/relight/closed_form/closed_scene.h"
 
 namespace lumigraft::test {

@@ -5,8 +5,8 @@
 #include <numbers>
 #include <string>
 
-#include "relight/gather/ray_renderer.h"
 #include "relight/reference/reference_renderer.h"
+#include "relight/views/ray_renderer.h"
 #include "tests/relight/closed_form/closed_scene.h"
 
 namespace lumigraft::test {

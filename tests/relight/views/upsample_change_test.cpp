@@ -1,5 +1,5 @@
 // The change of light at every pixel of the camera, from a view with fewer pixels.
-#include "relight/gather/upsample_change.h"
+#include "relight/views/upsample_change.h"
 
 #include <cmath>
 
@@ -42,26 +42,27 @@ class Upsampling : public testing::Test {
     relight::ReducedView view(camera_, kScale);
     view.take(frame_);
     const capture::CameraModel& model = view.model();
-    std::vector<relight::GBufferPixel> seen;
-    const capture::Image<float> radiance = view.picture().radiance();
-    capture::Image<float> change(model.width, model.height, 3);
+    relight::RoomInView room;
+    room.scale = kScale;
+    room.camera = model;
+    room.radiance = view.picture().radiance();
+    room.change = capture::Image<float>(model.width, model.height, 3);
+    room.tiles = {model.width, model.height, true};
     for (int y = 0; y < model.height; ++y) {
       for (int x = 0; x < model.width; ++x) {
-        relight::GBufferPixel& p = seen.emplace_back();
+        relight::ViewSurface& p = room.surfaces.emplace_back();
         const Eigen::Vector3f at_1m = model.unproject({x, y})->cast<float>();
         p.known = true;
-        p.surface.position_m = view.depth_m()->at(x, y) / at_1m.z() * at_1m;
-        p.surface.face = p.surface.normal = -Eigen::Vector3f::UnitZ();
-        p.depth_m = p.surface.position_m.norm();
+        p.position_m = view.depth_m()->at(x, y) / at_1m.z() * at_1m;
+        p.normal = -Eigen::Vector3f::UnitZ();
+        p.depth_m = p.position_m.norm();
         const auto i = static_cast<std::size_t>(y * model.width + x);
-        relight::set_at(change, i, ratio(p) * relight::radiance_at(radiance, i));
+        relight::set_at(room.change, i, ratio(p) * relight::radiance_at(room.radiance, i));
       }
     }
     const relight::PixelRays rays(camera_.model);
-    const relight::TileMask tiles(model.width, model.height, true);
     relight::FullChange full;
-    relight::upsample({{seen, model, kScale}, change, radiance, tiles},
-                      {rays, {camera_.model, Eigen::Isometry3f::Identity()}},
+    relight::upsample(room, {rays, {camera_.model, Eigen::Isometry3f::Identity()}},
                       {rays, relight::depth_of(frame_, camera_.model), 0.008f}, objects_, picture, full);
     return full;
   }
@@ -90,7 +91,7 @@ class Upsampling : public testing::Test {
 };
 
 TEST_F(Upsampling, AnEvenShadowDarkensEveryPixelByItsPart) {
-  const relight::FullChange full = upsampled([](const relight::GBufferPixel&) { return -0.25f; });
+  const relight::FullChange full = upsampled([](const relight::ViewSurface&) { return -0.25f; });
   for_pixels([&](int u, int v, std::size_t i) {
     const relight::Rgb expected = -0.25f * radiance_at(u, v);
     EXPECT_LT((relight::radiance_at(full.change, i) - expected).abs().maxCoeff(), 1e-4f) << u << ", " << v;
@@ -100,7 +101,7 @@ TEST_F(Upsampling, AnEvenShadowDarkensEveryPixelByItsPart) {
 
 TEST_F(Upsampling, AShadowThatEndsAtAnEdgeOfDepthEndsAtItsPixel) {
   const relight::FullChange full =
-      upsampled([](const relight::GBufferPixel& p) { return p.surface.position_m.z() < 1.5f ? -0.5f : 0.0f; });
+      upsampled([](const relight::ViewSurface& p) { return p.position_m.z() < 1.5f ? -0.5f : 0.0f; });
   for_pixels([&](int u, int v, std::size_t i) {
     const relight::Rgb expected = (u < column_ ? -0.5f : 0.0f) * radiance_at(u, v);
     EXPECT_LT((relight::radiance_at(full.change, i) - expected).abs().maxCoeff(), 1e-3f) << u << ", " << v;
@@ -111,8 +112,8 @@ TEST_F(Upsampling, AShadowThatEndsAtAnEdgeOfDepthEndsAtItsPixel) {
 TEST_F(Upsampling, TheShadowUnderAnObjectEndsAtItsEdge) {
   constexpr int top = 12;
   cover_rows_from(top, 0.5f);
-  const relight::FullChange full = upsampled([&](const relight::GBufferPixel& p) {
-    return camera_.model.project(p.surface.position_m.cast<double>())->y() > top - 0.4 ? -1.0f : 0.0f;
+  const relight::FullChange full = upsampled([&](const relight::ViewSurface& p) {
+    return camera_.model.project(p.position_m.cast<double>())->y() > top - 0.4 ? -1.0f : 0.0f;
   });
   for_pixels([&](int u, int v, std::size_t i) {
     if (v >= top) return;
@@ -123,7 +124,7 @@ TEST_F(Upsampling, TheShadowUnderAnObjectEndsAtItsEdge) {
 // A hand before an object is in its light.
 TEST_F(Upsampling, WhatIsBeforeAnObjectKeepsItsChange) {
   cover_rows_from(6, 5);
-  const relight::FullChange full = upsampled([](const relight::GBufferPixel&) { return -0.25f; });
+  const relight::FullChange full = upsampled([](const relight::ViewSurface&) { return -0.25f; });
   for_pixels([&](int u, int v, std::size_t i) {
     const relight::Rgb expected = -0.25f * radiance_at(u, v);
     EXPECT_LT((relight::radiance_at(full.change, i) - expected).abs().maxCoeff(), 1e-4f) << u << ", " << v;
@@ -132,9 +133,8 @@ TEST_F(Upsampling, WhatIsBeforeAnObjectKeepsItsChange) {
 
 TEST_F(Upsampling, APenumbraIsLinearAndNotDisplaced) {
   const auto ratio_at = [](double x) { return static_cast<float>(-0.01 * x); };
-  const relight::FullChange full = upsampled([&](const relight::GBufferPixel& p) {
-    return ratio_at(camera_.model.project(p.surface.position_m.cast<double>())->x());
-  });
+  const relight::FullChange full = upsampled(
+      [&](const relight::ViewSurface& p) { return ratio_at(camera_.model.project(p.position_m.cast<double>())->x()); });
   for_pixels([&](int u, int v, std::size_t i) {
     if (u < kScale || v < kScale || u >= camera_.model.width - kScale || std::abs(u - column_) <= kScale) return;
     const relight::Rgb expected = ratio_at(u) * radiance_at(u, v);

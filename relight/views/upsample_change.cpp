@@ -1,4 +1,4 @@
-#include "relight/gather/upsample_change.h"
+#include "relight/views/upsample_change.h"
 
 #include <algorithm>
 #include <array>
@@ -25,13 +25,13 @@ struct Change {
 
 class Upsampler {
  public:
-  Upsampler(const LowResChange& low, const CameraRays& eye, const CurrentDepth& depth, const ObjectLayer& objects,
+  Upsampler(const RoomInView& low, const CameraRays& eye, const CurrentDepth& depth, const ObjectLayer& objects,
             const CameraUpload& picture, FullChange& full)
       : low_(low),
-        seen_(low.room.seen),
-        scale_(low.room.scale),
-        width_(low.room.camera.width),
-        height_(low.room.camera.height),
+        seen_(low.surfaces),
+        scale_(low.scale),
+        width_(low.camera.width),
+        height_(low.camera.height),
         eye_(eye),
         depth_(depth),
         objects_(objects),
@@ -41,8 +41,8 @@ class Upsampler {
         step_(1 / (255 * picture.exposure().maxCoeff())),
         right_(width_ > 1 ? 1 : 0),
         below_(height_ > 1 ? static_cast<std::size_t>(width_) : 0),
-        changes_(low.room.seen.size()),
-        covered_(low.room.seen.size()) {
+        changes_(low.surfaces.size()),
+        covered_(low.surfaces.size()) {
     for_each_pixel(low.tiles, width_, height_, kRows, [&](int x, int y) {
       const auto i = static_cast<std::size_t>(y * width_ + x);
       changes_[i] = change_at(i);
@@ -85,7 +85,7 @@ class Upsampler {
   }
 
   /// Whether an object hides the surface of a pixel of the view.
-  bool is_covered(int x, int y, const GBufferPixel& p) const {
+  bool is_covered(int x, int y, const ViewSurface& p) const {
     const capture::CameraModel& camera = eye_.camera.model;
     const auto i = objects_.index(std::min(x * scale_ + central_offset(scale_), camera.width - 1),
                                   std::min(y * scale_ + central_offset(scale_), camera.height - 1));
@@ -150,15 +150,15 @@ class Upsampler {
   }
 
   /// How well the plane of a surface explains a point.
-  static float goes_through(const Eigen::Vector3f& point_m, float allowed_m, const GBufferPixel& p) {
+  static float goes_through(const Eigen::Vector3f& point_m, float allowed_m, const ViewSurface& p) {
     if (!p.known) return 0;
-    const float off = p.surface.normal.dot(point_m - p.surface.position_m) / allowed_m;
+    const float off = p.normal.dot(point_m - p.position_m) / allowed_m;
     return fast_exp(off * off);
   }
 
-  const LowResChange& low_;
-  const std::vector<GBufferPixel>& seen_;  ///< by pixel of the view, and so are all arrays unless noted
-  int scale_, width_, height_;             ///< of the view
+  const RoomInView& low_;
+  const std::vector<ViewSurface>& seen_;  ///< by pixel of the view, and so are all arrays unless noted
+  int scale_, width_, height_;            ///< of the view
   const CameraRays& eye_;
   const CurrentDepth& depth_;
   const ObjectLayer& objects_;
@@ -174,7 +174,7 @@ class Upsampler {
 
 }  // namespace
 
-void upsample(const LowResChange& low, const CameraRays& eye, const CurrentDepth& depth, const ObjectLayer& objects,
+void upsample(const RoomInView& low, const CameraRays& eye, const CurrentDepth& depth, const ObjectLayer& objects,
               const CameraUpload& picture, FullChange& full) {
   const capture::CameraModel& model = eye.camera.model;
   for (capture::Image<float>* image : {&full.change, &full.radiance}) {

@@ -1,20 +1,11 @@
 #pragma once
 // The change of light on real surfaces at every pixel, from a view at a fraction of the image size.
-#include <vector>
-
 #include "relight/compose/current_depth.h"
 #include "relight/compose/object_layer.h"
-#include "relight/gather/gbuffer.h"
 #include "relight/passes/screen/camera_upload.h"
+#include "relight/views/view_light.h"
 
 namespace lumigraft::relight {
-
-struct LowResChange {
-  RoomPixels room;
-  const capture::Image<float>& change;    ///< 3 channels, L_Δ at these pixels, W/sr/m²
-  const capture::Image<float>& radiance;  ///< 3 channels, of the room without objects, W/sr/m²
-  const TileMask& tiles;                  ///< that are traced
-};
 
 struct FullChange {
   capture::Image<float> change, radiance;  ///< 3 channels, of the camera's size, W/sr/m²; 0 where nothing changes
@@ -25,7 +16,7 @@ struct FullChange {
 /// count whose surface goes through the pixel's depth, and that `objects` do not cover: a contact shadow ends at the
 /// object's outline. On glossy surfaces, and where the picture is dark, the change itself is interpolated. Clipped
 /// channels of `picture` get the radiance that was restored for them.
-void upsample(const LowResChange& low, const CameraRays& eye, const CurrentDepth& depth, const ObjectLayer& objects,
+void upsample(const RoomInView& low, const CameraRays& eye, const CurrentDepth& depth, const ObjectLayer& objects,
               const CameraUpload& picture, FullChange& full);
 
 }  // namespace lumigraft::relight

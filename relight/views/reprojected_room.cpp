@@ -1,0 +1,152 @@
+#include "relight/views/reprojected_room.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "relight/gather/parameters.h"
+#include "relight/tracing/fast_exp.h"
+#include "relight/tracing/parallel_for.h"
+#include "relight/views/view_projection.h"
+
+namespace lumigraft::relight {
+namespace {
+
+using Eigen::Vector2f;
+using Eigen::Vector3f;
+
+class RoomReprojection {
+ public:
+  RoomReprojection(const RoomInView& view, const Eigen::Isometry3f& T_tag_view, const PixelRays& rays,
+                   const Eigen::Isometry3f& T_tag_camera, RoomInView& out)
+      : view_(view),
+        projection_(view.camera, T_tag_view),
+        rays_(rays),
+        T_tag_camera_(T_tag_camera),
+        eye_m_(T_tag_camera.translation()),
+        width_(view.camera.width),
+        height_(view.camera.height),
+        right_(width_ > 1 ? 1 : 0),
+        below_(height_ > 1 ? static_cast<std::size_t>(width_) : 0),
+        out_(out) {}
+
+  void row(int v) const {
+    // Where the surface of the pixel to the left was: most are near it.
+    Vector2f shift = Vector2f::Zero();
+    for (int u = 0; u < width_; ++u) {
+      const auto i = static_cast<std::size_t>(v) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(u);
+      ViewSurface& surface = out_.surfaces[i];
+      surface.known = false;
+      const Vector3f w = T_tag_camera_.linear() * rays_.at(u, v);
+      Vector2f at = within(Vector2f(u, v) + shift);
+      float distance_m = 0;
+      if (w.isZero(0) || !find(w, &at, &distance_m)) {
+        shift.setZero();
+        continue;
+      }
+      shift = at - Vector2f(u, v);
+      take(i, w, distance_m, at);
+      out_.tiles.set(u / TileMask::kEdge, v / TileMask::kEdge);
+    }
+  }
+
+ private:
+  Vector2f within(const Vector2f& pixel) const {
+    return pixel.cwiseMax(0).cwiseMin(Vector2f(static_cast<float>(width_ - 1), static_cast<float>(height_ - 1)));
+  }
+  std::size_t nearest(const Vector2f& pixel) const {
+    return static_cast<std::size_t>(pixel.y() + 0.5f) * static_cast<std::size_t>(width_) +
+           static_cast<std::size_t>(pixel.x() + 0.5f);
+  }
+
+  /// `at`: from a guess to the pixel of the view that shows what the ray meets. False: nothing is known there.
+  bool find(const Vector3f& w, Vector2f* at, float* distance_m) const {
+    constexpr int kSteps = 4;
+    constexpr float kSettled_px = 0.25f;
+    for (int step = 0; step < kSteps; ++step) {
+      const ViewSurface& s = view_.surfaces[nearest(*at)];
+      if (!s.known) return false;
+      *distance_m = along(w, s);
+      const auto pixel = projection_.pixel(eye_m_ + *distance_m * w);
+      if (!pixel) return false;
+      const Vector2f next = within(*pixel);
+      const bool settled = (next - *at).squaredNorm() < kSettled_px * kSettled_px;
+      *at = next;
+      if (settled) break;
+    }
+    return view_.surfaces[nearest(*at)].known;
+  }
+
+  /// To the plane of a surface; where it is seen too flatly, as far as it is.
+  float along(const Vector3f& w, const ViewSurface& s) const {
+    const float far_m = (s.position_m - eye_m_).norm(), cosine = -s.normal.dot(w);
+    if (cosine < kGather.grazing) return far_m;
+    const float t_m = s.normal.dot(eye_m_ - s.position_m) / cosine;
+    // The plane ends with the surface, of which a pixel shows little.
+    return t_m > 0 ? std::clamp(t_m, far_m / 2, 2 * far_m) : far_m;
+  }
+
+  void take(std::size_t i, const Vector3f& w, float distance_m, const Vector2f& at) const {
+    const Vector3f p_m = eye_m_ + distance_m * w;
+    const int x = std::clamp(static_cast<int>(at.x()), 0, std::max(width_ - 2, 0)),
+              y = std::clamp(static_cast<int>(at.y()), 0, std::max(height_ - 2, 0));
+    const float right = at.x() - static_cast<float>(x), down = at.y() - static_cast<float>(y);
+    const std::size_t first =
+        static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
+    const std::array<std::size_t, 4> corners{first, first + right_, first + below_, first + right_ + below_};
+    std::array<float, 4> weight{(1 - right) * (1 - down), right * (1 - down), (1 - right) * down, right * down};
+    const float allowed_m = kGather.off_px * distance_m / static_cast<float>(view_.camera.fx);
+    float sum = 0;
+    std::size_t most = 0;
+    for (std::size_t k = 0; k < 4; ++k) {
+      const ViewSurface& corner = view_.surfaces[corners[k]];
+      const float off = corner.normal.dot(p_m - corner.position_m) / allowed_m;
+      weight[k] = corner.known ? (weight[k] + kGather.block_unlike) * (fast_exp(off * off) + kGather.block_unlike) : 0;
+      sum += weight[k];
+      if (weight[k] > weight[most]) most = k;
+    }
+    if (!(sum > 0)) return;
+    Rgb change = Rgb::Zero(), radiance = Rgb::Zero();
+    for (std::size_t k = 0; k < 4; ++k) {
+      change += weight[k] / sum * radiance_at(view_.change, corners[k]);
+      radiance += weight[k] / sum * radiance_at(view_.radiance, corners[k]);
+    }
+    const ViewSurface& surface = view_.surfaces[corners[most]];
+    out_.surfaces[i] = {p_m, surface.normal, distance_m, true, surface.glossy};
+    set_at(out_.change, i, change);
+    set_at(out_.radiance, i, radiance);
+  }
+
+  const RoomInView& view_;
+  ViewProjection projection_;
+  const PixelRays& rays_;
+  Eigen::Isometry3f T_tag_camera_;
+  Vector3f eye_m_;
+  int width_, height_;
+  std::size_t right_, below_;  ///< from a pixel to its right and lower neighbour, 0 if there is none
+  RoomInView& out_;
+};
+
+}  // namespace
+
+RoomInView reprojected(const RoomInView& view, const Eigen::Isometry3f& T_tag_view, const PixelRays& rays,
+                       const Eigen::Isometry3f& T_tag_camera, RoomInView memory) {
+  RoomInView out = std::move(memory);
+  const capture::CameraModel& model = view.camera;
+  out.scale = view.scale;
+  out.camera = model;
+  out.surfaces.resize(view.surfaces.size());
+  for (capture::Image<float>* image : {&out.change, &out.radiance}) {
+    if (image->width != model.width || image->height != model.height)
+      *image = capture::Image<float>(model.width, model.height, 3);
+    else
+      std::fill(image->data.begin(), image->data.end(), 0.0f);
+  }
+  out.tiles = {model.width, model.height, false};
+  const RoomReprojection reprojection(view, T_tag_view, rays, T_tag_camera, out);
+  for_each_index(model.height, TileMask::kEdge, [&](int v) { reprojection.row(v); });  // no two threads share a tile
+  return out;
+}
+
+}  // namespace lumigraft::relight
