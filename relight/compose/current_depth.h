@@ -27,6 +27,8 @@ class CurrentDepth {
   bool any() const { return depth_m_ != nullptr; }
   const capture::Image<float>& along_z_m() const { return *depth_m_; }
   float voxel_m() const { return voxel_m_; }  ///< of the fused room
+  int width() const { return rays_.width(); }
+  int height() const { return rays_.height(); }
   bool known(int u, int v) const { return depth_m_ && depth_m_->at(u, v) > 0; }
   /// Whether depth along the ray is known and less than this, metres: at() is not needed where it surely is not.
   bool nearer(int u, int v, float limit_m) const {

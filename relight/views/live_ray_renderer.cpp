@@ -41,7 +41,7 @@ struct LiveRayRenderer::State {
 
   FoundLight find_light(const capture::FrameSet& frame, const reconstruct::Scene& scene, const Exhibit& exhibit,
                         const Plan& plan, const std::vector<ReferenceMesh>& wanted);
-  const ViewLight& reproject(const CameraRays& eye, const CurrentDepth& depth);
+  void reproject(const CameraRays& eye, const CurrentDepth& depth, PassClock& clock);
   const PixelRays& rays_of(const RoomInView& view);
 };
 
@@ -107,13 +107,14 @@ const PixelRays& LiveRayRenderer::State::rays_of(const RoomInView& view) {
 }
 
 /// The light as the camera sees it now, with objects where they are now.
-const ViewLight& LiveRayRenderer::State::reproject(const CameraRays& eye, const CurrentDepth& depth) {
+void LiveRayRenderer::State::reproject(const CameraRays& eye, const CurrentDepth& depth, PassClock& clock) {
   const Eigen::Isometry3f& T = eye.camera.T_tag_camera;
   now.T_tag_camera = T;
-  now.room = reprojected(light->room, light->T_tag_camera, rays_of(light->room), T, std::move(now.room));
+  now.room = reprojected(light->room, light->T_tag_camera, rays_of(light->room), T, depth, std::move(now.room));
+  clock.done("reproject room");
   now.front = {};
   now.objects = reprojected_objects(*light, *moved, now.room, eye, depth);
-  return now;
+  clock.done("reproject objects");
 }
 
 LiveRayRenderer::LiveRayRenderer(const capture::Session& session, std::shared_ptr<const RayModels> models)
@@ -178,13 +179,10 @@ RelitPicture LiveRayRenderer::relight(const capture::FrameSet& frame, const reco
   s.last_depth = frame.depth;
   if (anew) {
     // Outlines of what moves are those of the frame.
-    const bool same_outlines = s.light->front.empty() || found.frame_index == frame.index;
-    s.reprojects = !(s.light->T_tag_camera.matrix() == T_tag_camera.matrix() && in_place(s.objects, *s.light) &&
-                     same_outlines);
-    if (s.reprojects) {
-      s.reproject(eye, depth);
-      clock.done("reproject");
-    }
+    const bool same_outlines = s.light->front.empty() || found.frame_index == static_cast<std::int64_t>(frame.index);
+    s.reprojects =
+        !(s.light->T_tag_camera.matrix() == T_tag_camera.matrix() && in_place(s.objects, *s.light) && same_outlines);
+    if (s.reprojects) s.reproject(eye, depth, clock);
   }
   const ViewLight& light = s.reprojects ? s.now : *s.light;
   const MotionBlur motion = like_camera ? MotionBlur(motions_while_exposed(s.session.color, shown, frame.time_ns),

@@ -64,7 +64,7 @@ class ObjectReprojection {
     Light sum;
     float distance_m = 0;
     const auto add = [&](const Vector3f& w, const MeshHit& hit) {
-      const Light light = light_of(w, hit);
+      const Light light = light_of(found.u, v, w, hit);
       sum.radiance += light.radiance;
       sum.coverage += light.coverage;
       if (distance_m == 0) distance_m = hit.t_m;
@@ -82,20 +82,40 @@ class ObjectReprojection {
     out.distance_m.data[i] = distance_m;
   }
 
-  Light light_of(const Vector3f& w, const MeshHit& hit) const {
-    const Vector3f then_m = objects_.point_then(hit, rays_.eye_m() + hit.t_m * w);
-    if (const auto seen = seen_then(then_m)) return *seen;
+  Light light_of(int u, int v, const Vector3f& w, const MeshHit& hit) const {
+    if (const auto seen = seen_then(objects_.then(hit))) return *seen;
     const SurfaceHit surface = objects_.meshes().surface(hit, w);
     if (surface.unlit) return {surface.opacity * surface.emission, surface.opacity};
     const PlacedModel& placed = view_.placed[hit.mesh];
     const RayObjects::Irradiance e = RayObjects::irradiance_at(*placed.places, view_.irradiance[hit.mesh],
                                                                objects_.normals(hit.mesh), hit, surface.face);
-    const Rgb radiance = surface.emission + diffuse_under(surface, w) * (e.direct + e.indirect) / kPi;
+    const Rgb radiance = surface.emission + diffuse_under(surface, w) * (lit(surface, u, v) + e.indirect) / kPi;
     return {surface.opacity * radiance, surface.opacity};
   }
 
+  /// Irradiance of the lamps.
+  Rgb lit(const SurfaceHit& surface, int u, int v) const {
+    Rgb sum = Rgb::Zero();
+    for (const LightSampleSet& lamp : view_.lamps) {
+      ShadowRayPacket fan = lamp.from(surface, 4 * (v & 3) + (u & 3));
+      fan.keep_first(kShadowRays);
+      if (!(fan.all > 0)) continue;
+      fan.rays.some &= ~objects_.meshes().blocked(fan.rays);
+      fan.rays.some &= ~view_.traced_room->meshes().blocked(fan.rays);
+      float arrives = 0;
+      for (std::size_t k = 0; k < kShadowRays; ++k) {
+        if (fan.rays.some >> k & 1) arrives += fan.weight[k];
+      }
+      sum += arrives / fan.all * lamp.irradiance(surface);
+    }
+    return sum;
+  }
+  static constexpr int kShadowRays = 4;
+  static_assert(LightSource::kSets == 16);
+
   /// Interpolated between the pixels of the view that show this surface; empty: none does.
-  std::optional<Light> seen_then(const Vector3f& p_m) const {
+  std::optional<Light> seen_then(const MovedObjects::Then& then) const {
+    const Vector3f& p_m = then.position_m;
     const auto pixel = then_.pixel(p_m);
     if (!pixel) return std::nullopt;
     const capture::Image<float>& coverage = view_.objects.coverage;
@@ -105,7 +125,10 @@ class ObjectReprojection {
       return std::nullopt;
     const int left = static_cast<int>(std::floor(x)), top = static_cast<int>(std::floor(y));
     const float right = x - static_cast<float>(left), down = y - static_cast<float>(top);
-    const float allowed_m = kGather.off_px * pixel_rad_ * (p_m - eye_then_m_).norm();
+    const Vector3f to_eye = eye_then_m_ - p_m;
+    const float allowed_m = kGather.off_px * pixel_rad_ * to_eye.norm();
+    // Of both sides of a sheet the view saw the one towards it.
+    const Vector3f normal = (then.normal.dot(to_eye) < 0 ? -then.normal : then.normal).stableNormalized();
     Light sum;
     float weights = 0;
     for (int k = 0; k < 4; ++k) {
@@ -114,6 +137,7 @@ class ObjectReprojection {
       const std::size_t i = coverage.index(u, v);
       const ViewSurface& surface = view_.object_surfaces[i];
       if (!surface.known || !(coverage.data[i] > 0)) continue;
+      if (surface.normal.dot(normal) < kGather.shared_cosine) continue;
       if (std::abs(surface.normal.dot(p_m - surface.position_m)) > allowed_m) continue;
       const float weight = (k & 1 ? right : 1 - right) * (k >> 1 ? down : 1 - down);
       sum.radiance += weight * radiance_at(view_.objects.radiance, i);
@@ -143,13 +167,12 @@ MovedObjects::MovedObjects(const ViewLight& view, const std::vector<ReferenceMes
   for (std::size_t k = 0; k < now.size(); ++k) {
     const PlacedModel& then = view.placed[k];
     Object& object = objects_.emplace_back();
+    object.model_then = then.places->model;
     object.T_tag_model_then = then.T_tag_model;
-    object.to_then = then.T_tag_model * now[k].T_tag_model.inverse();
     object.normals = now[k].T_tag_model.linear().inverse().transpose();
     std::shared_ptr<const Model> model = then.places->model;
     std::shared_ptr<const ModelTree> tree = then.places->tree;
     if (!(now[k].pose == then.pose)) {
-      object.model_then = model;
       model = posed_model(then.at_rest->model, now[k].pose);
       tree = now[k].pose.at_rest() ? then.at_rest->tree : trees[then.at_rest.get()].at(model, *then.at_rest->tree);
     }
@@ -162,14 +185,14 @@ MovedObjects::MovedObjects(const ViewLight& view, const std::vector<ReferenceMes
   meshes_ = std::make_unique<Meshes>(meshes, trees_now);
 }
 
-Vector3f MovedObjects::point_then(const MeshHit& hit, const Vector3f& p_m) const {
+MovedObjects::Then MovedObjects::then(const MeshHit& hit) const {
   const Object& object = objects_[hit.mesh];
-  if (!object.model_then) return object.to_then * p_m;
   const Model& model = *object.model_then;
   const std::uint32_t* corner = &model.indices[3 * std::size_t{hit.triangle}];
-  const Vector3f in_model = (1 - hit.u - hit.v) * model.positions_m[corner[0]] + hit.u * model.positions_m[corner[1]] +
-                            hit.v * model.positions_m[corner[2]];
-  return object.T_tag_model_then * in_model;
+  const Vector3f& first = model.positions_m[corner[0]];
+  const Vector3f to_second = object.T_tag_model_then.linear() * (model.positions_m[corner[1]] - first),
+                 to_third = object.T_tag_model_then.linear() * (model.positions_m[corner[2]] - first);
+  return {object.T_tag_model_then * first + hit.u * to_second + hit.v * to_third, to_second.cross(to_third)};
 }
 
 ObjectLayer reprojected_objects(const ViewLight& view, const MovedObjects& objects, const RoomInView& room,

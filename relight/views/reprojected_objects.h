@@ -17,14 +17,17 @@ class MovedObjects {
   MovedObjects(const ViewLight& view, const std::vector<ReferenceMesh>& now, Trees& trees);
 
   const Meshes& meshes() const { return *meshes_; }
-  /// Where the view had the point of a hit; `p_m`: of the hit now. Tag frame.
-  Eigen::Vector3f point_then(const MeshHit& hit, const Eigen::Vector3f& p_m) const;
+  /// Where the view had the point of a hit, and the geometric normal of its triangle, of any length and on any side;
+  /// tag frame.
+  struct Then {
+    Eigen::Vector3f position_m, normal;
+  };
+  Then then(const MeshHit& hit) const;
   const Eigen::Matrix3f& normals(std::uint32_t mesh) const { return objects_[mesh].normals; }
 
  private:
   struct Object {
-    Eigen::Affine3f to_then = Eigen::Affine3f::Identity();  ///< of points of a rigid object
-    std::shared_ptr<const Model> model_then;                ///< of one in another pose; null: it is in the same
+    std::shared_ptr<const Model> model_then;
     Eigen::Affine3f T_tag_model_then = Eigen::Affine3f::Identity();
     Eigen::Matrix3f normals = Eigen::Matrix3f::Identity();  ///< from model frame to tag frame, now
   };
@@ -34,8 +37,8 @@ class MovedObjects {
 
 /// Silhouettes are those of now; a pixel's radiance is that of the pixels of `view` that show the same surface (Nehab
 /// et al. 2007, "Accelerating Real-Time Shading with Reverse Reprojection Caching"). Of surface that the view did not
-/// show the irradiance of its vertices is known, and its gloss is missing. `room`: as the camera sees it now
-/// (reprojected).
+/// show the indirect irradiance of its vertices is known, light of lamps is traced, and its gloss is missing. `room`:
+/// as the camera sees it now (reprojected).
 ObjectLayer reprojected_objects(const ViewLight& view, const MovedObjects& objects, const RoomInView& room,
                                 const CameraRays& eye, const CurrentDepth& depth);
 

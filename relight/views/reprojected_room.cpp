@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "relight/gather/parameters.h"
@@ -19,11 +20,12 @@ using Eigen::Vector3f;
 class RoomReprojection {
  public:
   RoomReprojection(const RoomInView& view, const Eigen::Isometry3f& T_tag_view, const PixelRays& rays,
-                   const Eigen::Isometry3f& T_tag_camera, RoomInView& out)
+                   const Eigen::Isometry3f& T_tag_camera, const CurrentDepth& depth, RoomInView& out)
       : view_(view),
         projection_(view.camera, T_tag_view),
         rays_(rays),
         T_tag_camera_(T_tag_camera),
+        depth_(depth),
         eye_m_(T_tag_camera.translation()),
         width_(view.camera.width),
         height_(view.camera.height),
@@ -36,17 +38,18 @@ class RoomReprojection {
     Vector2f shift = Vector2f::Zero();
     for (int u = 0; u < width_; ++u) {
       const auto i = static_cast<std::size_t>(v) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(u);
-      ViewSurface& surface = out_.surfaces[i];
-      surface.known = false;
+      out_.surfaces[i].known = false;
       const Vector3f w = T_tag_camera_.linear() * rays_.at(u, v);
-      Vector2f at = within(Vector2f(u, v) + shift);
-      float distance_m = 0;
-      if (w.isZero(0) || !find(w, &at, &distance_m)) {
+      const Vector2f pixel(u, v);
+      std::optional<Source> source;
+      if (!w.isZero(0)) source = at_depth(u, v, w);
+      if (!source && !w.isZero(0)) source = nearer(find(w, within(pixel + shift)), find(w, pixel));
+      if (!source) {
         shift.setZero();
         continue;
       }
-      shift = at - Vector2f(u, v);
-      take(i, w, distance_m, at);
+      shift = source->at - pixel;
+      take(i, w, *source);
       out_.tiles.set(u / TileMask::kEdge, v / TileMask::kEdge);
     }
   }
@@ -60,22 +63,48 @@ class RoomReprojection {
            static_cast<std::size_t>(pixel.x() + 0.5f);
   }
 
-  /// `at`: from a guess to the pixel of the view that shows what the ray meets. False: nothing is known there.
-  bool find(const Vector3f& w, Vector2f* at, float* distance_m) const {
+  /// What a ray meets: how far, and at which pixel of the view.
+  struct Source {
+    float distance_m;
+    Vector2f at;
+  };
+
+  /// Empty where depth is unknown, or no surface of the view goes through it.
+  std::optional<Source> at_depth(int u, int v, const Vector3f& w) const {
+    const int centre_u = std::min(u * view_.scale + central_offset(view_.scale), depth_.width() - 1),
+              centre_v = std::min(v * view_.scale + central_offset(view_.scale), depth_.height() - 1);
+    const float depth_m = depth_.at(centre_u, centre_v);
+    if (!(depth_m > 0)) return std::nullopt;
+    const auto pixel = projection_.pixel(eye_m_ + depth_m * w);
+    if (!pixel) return std::nullopt;
+    const std::optional<Source> found = find(w, within(*pixel));
+    if (!found || depth_.differs(centre_u, centre_v, found->distance_m)) return std::nullopt;
+    return found;
+  }
+
+  static std::optional<Source> nearer(const std::optional<Source>& a, const std::optional<Source>& b) {
+    if (!a || !b) return a ? a : b;
+    return a->distance_m <= b->distance_m ? a : b;
+  }
+
+  /// `at`: a guess. Empty: nothing is known there.
+  std::optional<Source> find(const Vector3f& w, Vector2f at) const {
     constexpr int kSteps = 4;
     constexpr float kSettled_px = 0.25f;
+    float distance_m = 0;
     for (int step = 0; step < kSteps; ++step) {
-      const ViewSurface& s = view_.surfaces[nearest(*at)];
-      if (!s.known) return false;
-      *distance_m = along(w, s);
-      const auto pixel = projection_.pixel(eye_m_ + *distance_m * w);
-      if (!pixel) return false;
+      const ViewSurface& s = view_.surfaces[nearest(at)];
+      if (!s.known) return std::nullopt;
+      distance_m = along(w, s);
+      const auto pixel = projection_.pixel(eye_m_ + distance_m * w);
+      if (!pixel) return std::nullopt;
       const Vector2f next = within(*pixel);
-      const bool settled = (next - *at).squaredNorm() < kSettled_px * kSettled_px;
-      *at = next;
+      const bool settled = (next - at).squaredNorm() < kSettled_px * kSettled_px;
+      at = next;
       if (settled) break;
     }
-    return view_.surfaces[nearest(*at)].known;
+    if (!view_.surfaces[nearest(at)].known) return std::nullopt;
+    return Source{distance_m, at};
   }
 
   /// To the plane of a surface; where it is seen too flatly, as far as it is.
@@ -87,7 +116,8 @@ class RoomReprojection {
     return t_m > 0 ? std::clamp(t_m, far_m / 2, 2 * far_m) : far_m;
   }
 
-  void take(std::size_t i, const Vector3f& w, float distance_m, const Vector2f& at) const {
+  void take(std::size_t i, const Vector3f& w, const Source& source) const {
+    const auto& [distance_m, at] = source;
     const Vector3f p_m = eye_m_ + distance_m * w;
     const int x = std::clamp(static_cast<int>(at.x()), 0, std::max(width_ - 2, 0)),
               y = std::clamp(static_cast<int>(at.y()), 0, std::max(height_ - 2, 0));
@@ -122,6 +152,7 @@ class RoomReprojection {
   ViewProjection projection_;
   const PixelRays& rays_;
   Eigen::Isometry3f T_tag_camera_;
+  const CurrentDepth& depth_;
   Vector3f eye_m_;
   int width_, height_;
   std::size_t right_, below_;  ///< from a pixel to its right and lower neighbour, 0 if there is none
@@ -131,7 +162,7 @@ class RoomReprojection {
 }  // namespace
 
 RoomInView reprojected(const RoomInView& view, const Eigen::Isometry3f& T_tag_view, const PixelRays& rays,
-                       const Eigen::Isometry3f& T_tag_camera, RoomInView memory) {
+                       const Eigen::Isometry3f& T_tag_camera, const CurrentDepth& depth, RoomInView memory) {
   RoomInView out = std::move(memory);
   const capture::CameraModel& model = view.camera;
   out.scale = view.scale;
@@ -144,7 +175,7 @@ RoomInView reprojected(const RoomInView& view, const Eigen::Isometry3f& T_tag_vi
       std::fill(image->data.begin(), image->data.end(), 0.0f);
   }
   out.tiles = {model.width, model.height, false};
-  const RoomReprojection reprojection(view, T_tag_view, rays, T_tag_camera, out);
+  const RoomReprojection reprojection(view, T_tag_view, rays, T_tag_camera, depth, out);
   for_each_index(model.height, TileMask::kEdge, [&](int v) { reprojection.row(v); });  // no two threads share a tile
   return out;
 }

@@ -5,6 +5,7 @@
 #include "relight/compose/object_layer.h"
 #include "relight/gather/gbuffer.h"
 #include "relight/gather/ray_objects.h"
+#include "relight/tracing/light_samples.h"
 
 namespace lumigraft::relight {
 
@@ -16,10 +17,6 @@ struct ViewSurface {
   bool known = false;                                 ///< a surface exists
   bool glossy = false;                                ///< of known material with a directional (glossy) part
 };
-
-inline ViewSurface view_surface_of(const GBufferPixel& p) {
-  return {p.surface.position_m, p.surface.normal, p.depth_m, p.known, p.glossy};
-}
 
 /// The room in a view whose pixels represent squares of the camera's. Arrays are by pixel of the view.
 struct RoomInView {
@@ -42,13 +39,14 @@ struct ViewLight {
   /// Of the camera's size, 255 where surface shows that moved in front of the room (front_mask); empty: nowhere.
   capture::Image<std::uint8_t> front;
   ObjectLayer objects;
-  std::vector<ViewSurface> object_surfaces;  ///< by pixel of the layer's window
+  std::vector<ViewSurface> object_surfaces;  ///< by pixel of the layer's window, with geometric normals
 
   /// Where the objects were, and their light by vertex.
   std::vector<PlacedModel> placed;
   std::vector<std::vector<RayObjects::Irradiance>> irradiance;  ///< RayObjects::irradiance_of_vertices
   std::shared_ptr<const RayRoom> traced_room;
-  float grey_level = 0;  ///< one of 255 equal steps to the white of the picture, W/sr/m²
+  std::vector<LightSampleSet> lamps;  ///< of the room
+  float grey_level = 0;               ///< one of 255 equal steps to the white of the picture, W/sr/m²
 };
 
 }  // namespace lumigraft::relight

@@ -17,9 +17,15 @@ namespace {
 
 constexpr std::uint32_t kPixelSeed = 4, kGlossSeed = 5;
 
-void describe(const std::vector<GBufferPixel>& pixels, std::vector<ViewSurface>& surfaces) {
-  surfaces.resize(pixels.size());
-  for_each_index(pixels.size(), 1 << 12, [&](std::size_t i) { surfaces[i] = view_surface_of(pixels[i]); });
+/// `normal`: which of a surface's.
+std::vector<ViewSurface> described(const std::vector<GBufferPixel>& pixels, Eigen::Vector3f SurfaceHit::*normal,
+                                   std::vector<ViewSurface> memory) {
+  memory.resize(pixels.size());
+  for_each_index(pixels.size(), kRows * kRows * TileMask::kEdge * TileMask::kEdge, [&](std::size_t i) {
+    const GBufferPixel& p = pixels[i];
+    memory[i] = {p.surface.position_m, p.surface.*normal, p.depth_m, p.known, p.glossy};
+  });
+  return memory;
 }
 
 }  // namespace
@@ -277,10 +283,12 @@ void ViewLighting::describe(const CameraRays& eye, const CurrentDepth& depth) {
   found_.front = covered_.empty() ? capture::Image<std::uint8_t>()
                                   : front_mask(covered_, room_pixels(), depth, model.width, model.height);
   found_.objects = objects_;
-  if (reduced_ || views_ == Views::nearby) relight::describe(seen_, found_.room.surfaces);
+  if (reduced_ || views_ == Views::nearby)
+    found_.room.surfaces = described(seen_, &SurfaceHit::normal, std::move(found_.room.surfaces));
   if (views_ != Views::nearby) return;
-  relight::describe(objects_.surfaces, found_.object_surfaces);
+  found_.object_surfaces = described(objects_.surfaces, &SurfaceHit::face, std::move(found_.object_surfaces));
   found_.traced_room = room_;
+  found_.lamps = lamps_;
   found_.placed = light_.placed();
   found_.irradiance = light_.light().objects().irradiance_of_vertices();
 }
