@@ -21,7 +21,8 @@ inline constexpr struct RelightParameters {
   /// Light for live pictures may take so many times their budget: at 30 Hz shadows of what moves are then 0.1 to 0.15 s
   /// late.
   double light_budgets = 4;
-  double rest_s = 1;  ///< without motion, until the camera counts as resting
+  double light_rest = 1;  ///< times what it took: while nothing but the camera moves, light for another view can wait
+  double rest_s = 1;      ///< without motion, until the camera counts as resting
   /// Of the quality ladder: times of the budget over which the step goes down, and under which the next one may take to
   /// go up; pictures that contain the change of step itself; all pictures over which a still scene is gathered anew
   /// (GatherQuality::rounds, twice for new objects); and those in a row that keep what was computed, until nothing

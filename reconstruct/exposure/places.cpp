@@ -19,7 +19,9 @@ CellKey key_of(const Vector3f& position_m, const Vector3f& normal) {
   const Eigen::Vector3i at = (position_m / kExposure.cell_m).array().floor().cast<int>();
   int axis = 0;
   normal.cwiseAbs().maxCoeff(&axis);
-  return {at.x(), at.y(), at.z(), 2 * axis + (normal[axis] < 0 ? 1 : 0)};
+  CellKey key = 0;
+  for (int i = 0; i < 3; ++i) key = key << 20 | (static_cast<CellKey>(at[i]) & 0xfffff);  // 10 km to either side
+  return key << 3 | static_cast<CellKey>(2 * axis + (normal[axis] < 0 ? 1 : 0));
 }
 
 struct PixelRadiance {

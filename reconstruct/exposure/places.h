@@ -1,7 +1,7 @@
 #pragma once
 // Places on surfaces that a colour frame shows, one for each block of the depth image with a known normal.
 #include <Eigen/Geometry>
-#include <array>
+#include <cstdint>
 #include <vector>
 
 #include "capture/frame.h"
@@ -11,10 +11,10 @@
 namespace lumigraft::reconstruct {
 
 /// Of a cell of kExposure.cell_m in the tag frame: three coordinates and the axis next to the surface's normal.
-using CellKey = std::array<int, 4>;
+using CellKey = std::uint64_t;
 
 struct Place {
-  CellKey key{};
+  CellKey key = 0;
   Eigen::Vector3f position_m, normal;  ///< tag frame
   Eigen::Array3f radiance;             ///< W/sr/m² at gain 1, without vignetting; an upper bound if `dark`
   float corner;                        ///< (θ / θ_corner)², with θ the angle to the optical axis

@@ -55,8 +55,10 @@ std::size_t SurfaceCells::nearest(const Lights& cell) const {
 }
 
 const SurfaceCell* SurfaceCells::find(const Place& place) const {
-  const auto found = cells_.find(place.key);
-  return found == cells_.end() ? nullptr : &found->second[nearest(found->second)];
+  const int number = numbers_.find(place.key);
+  if (number < 0) return nullptr;
+  const Lights& lights = cells_[static_cast<std::size_t>(number)].lights;
+  return &lights[nearest(lights)];
 }
 
 /// Occlusion and the distances of lamps make the change at a cell uncertain, but not one that is equal everywhere: a
@@ -84,12 +86,14 @@ void SurfaceCells::learn(const std::vector<Place>& places, const Array3f& gain, 
     if (place.dark) continue;
     const Array3f radiance = place.radiance / gain;
     const SurfaceCell now{place.position_m, place.normal, radiance, light, around_, 1, 0, frames_};
-    const auto found = cells_.find(place.key);
-    if (found == cells_.end()) {
-      if (gain_is_known) cells_.emplace(place.key, Lights{now, {}});
+    const int number = numbers_.find(place.key);
+    if (number < 0) {
+      if (!gain_is_known) continue;
+      numbers_.insert(place.key, static_cast<int>(cells_.size()));
+      cells_.push_back({place.key, {now, {}}});
       continue;
     }
-    Lights& lights = found->second;
+    Lights& lights = cells_[static_cast<std::size_t>(number)].lights;
     const std::size_t index = nearest(lights);
     SurfaceCell &cell = lights[index], &other = lights[1 - index];
     cell.last_seen = frames_;
@@ -119,10 +123,12 @@ void SurfaceCells::learn(const std::vector<Place>& places, const Array3f& gain, 
 void SurfaceCells::forget_oldest() {
   std::vector<std::uint64_t> seen;
   seen.reserve(cells_.size());
-  const auto last_seen = [](const Lights& cell) { return std::max(cell[0].last_seen, cell[1].last_seen); };
-  for (const auto& [key, cell] : cells_) seen.push_back(last_seen(cell));
+  const auto last_seen = [](const Cell& cell) { return std::max(cell.lights[0].last_seen, cell.lights[1].last_seen); };
+  for (const Cell& cell : cells_) seen.push_back(last_seen(cell));
   const std::uint64_t middle = median(seen);
-  std::erase_if(cells_, [&](const auto& entry) { return last_seen(entry.second) < middle; });
+  std::erase_if(cells_, [&](const Cell& cell) { return last_seen(cell) < middle; });
+  numbers_.clear();
+  for (std::size_t i = 0; i < cells_.size(); ++i) numbers_.insert(cells_[i].key, static_cast<int>(i));
 }
 
 }  // namespace lumigraft::reconstruct

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "reconstruct/exposure/places.h"
-#include "reconstruct/field/brick_map.h"
 #include "reconstruct/light/light.h"
+#include "reconstruct/math/cell_table.h"
 
 namespace lumigraft::reconstruct {
 
@@ -45,22 +45,25 @@ class SurfaceCells {
   /// contradict the light, what they send is stored only after kExposure.replaced_after frames in a row.
   void learn(const std::vector<Place>& places, const Eigen::Array3f& gain, bool gain_is_known,
              const std::shared_ptr<const Illumination>& light);
-  void clear() { cells_.clear(); }
+  void clear() {
+    cells_.clear();
+    numbers_.clear();
+  }
   bool empty() const { return cells_.empty(); }
 
  private:
-  struct KeyHash {
-    std::size_t operator()(const CellKey& k) const {
-      return BrickKeyHash()(BrickKey{k[0], k[1], k[2]}) ^ static_cast<std::size_t>(k[3]) * 50331653u;
-    }
-  };
   using Lights = std::array<SurfaceCell, 2>;  ///< one without observations is empty; the first never is
   std::size_t nearest(const Lights& cell) const;
   /// relative_change between this frame's light and another.
   double change_from(const Illumination* other) const;
   void forget_oldest();
 
-  std::unordered_map<CellKey, Lights, KeyHash> cells_;
+  struct Cell {
+    CellKey key;
+    Lights lights;
+  };
+  std::vector<Cell> cells_;
+  CellTable numbers_;  ///< of keys in `cells_`
   std::shared_ptr<const Illumination> light_;
   mutable std::unordered_map<const Illumination*, double> changes_;  ///< from `light_`
   Eigen::Array3f around_ = Eigen::Array3f::Ones();                   ///< mean_irradiance of `light_` at the probe

@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "relight/gather/cell_table.h"
+#include "reconstruct/math/cell_table.h"
 #include "relight/gather/ray_objects.h"
 #include "relight/gather/ray_room.h"
 #include "relight/objects/placement.h"
@@ -40,7 +40,7 @@ class IrradianceChangeCache {
     BoundingSphere sphere;
     std::array<float, kMaxLevels + kCoarser + 1> edge_m;  ///< per level
     std::vector<Patch> cells;
-    CellTable found;
+    reconstruct::CellTable found;
 
     int level(const Eigen::Vector3f& p_m) const;
     std::uint64_t key(const Eigen::Vector3f& p_m, const Eigen::Vector3f& normal, int level) const;

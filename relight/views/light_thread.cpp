@@ -2,7 +2,6 @@
 
 #include <pthread.h>
 
-#include <chrono>
 #include <utility>
 
 #include "relight/parameters.h"
@@ -62,6 +61,7 @@ void LightThread::run(const std::stop_token& stop) {
     }
     lock.lock();
     found.number = asked_;
+    found.ended = std::chrono::steady_clock::now();
     newest_ = std::move(found);
     at_work_ = false;
     changed_.notify_all();

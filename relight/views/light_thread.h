@@ -1,5 +1,6 @@
 #pragma once
 // Finds light for views on a thread of its own.
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <exception>
@@ -35,6 +36,7 @@ struct FoundLight {
   Plan plan;                                        ///< its settings
   std::vector<gpu::PassTime> passes;                ///< of the last request
   double took_ms = 0;                               ///< likewise
+  std::chrono::steady_clock::time_point ended;      ///< likewise
   std::exception_ptr failure;                       ///< likewise; then light is that of an earlier one
 };
 

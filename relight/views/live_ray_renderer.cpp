@@ -1,9 +1,11 @@
 #include "relight/views/live_ray_renderer.h"
 
 #include <algorithm>
+#include <chrono>
 #include <optional>
 #include <utility>
 
+#include "relight/parameters.h"
 #include "relight/quality_warnings.h"
 #include "relight/tracing/build_trace_scene.h"
 #include "relight/views/held_pose.h"
@@ -76,6 +78,12 @@ bool in_place(const std::vector<ReferenceMesh>& objects, const ViewLight& light)
   });
 }
 
+/// Whether nothing but the camera moved since light was found.
+bool holds(const FoundLight& found, const reconstruct::Scene& scene, const std::vector<ReferenceMesh>& objects) {
+  const ViewLight& light = *found.light;
+  return light.front.empty() && light.traced_room->illumination() == scene.illumination && in_place(objects, light);
+}
+
 }  // namespace
 
 /// Asks for the light of this frame, and waits for it where it must, or where it comes soon.
@@ -85,7 +93,12 @@ FoundLight LiveRayRenderer::State::find_light(const capture::FrameSet& frame, co
   LightRequest request{frame, scene, exhibit, plan, T_tag_camera, room};
   FoundLight found = thread.newest();
   const bool must_wait = !found.light || !same_objects(wanted, found) || !(plan.budget_ms > 0);
-  if (must_wait) thread.wait_idle();
+  if (must_wait) {
+    thread.wait_idle();
+  } else if (holds(found, scene, prepared(wanted, found))) {
+    const std::chrono::duration<double, std::milli> rested = std::chrono::steady_clock::now() - found.ended;
+    if (rested.count() < kRelight.light_rest * found.took_ms) return found;
+  }
   const std::optional<std::uint64_t> number = thread.ask(std::move(request));
   if (!number) return found;
   if (must_wait)
@@ -150,7 +163,6 @@ RelitPicture LiveRayRenderer::relight(const capture::FrameSet& frame, const reco
   const bool same_view = s.T_tag_camera.matrix() == T_tag_camera.matrix();
   s.T_tag_camera = T_tag_camera;
   FoundLight found = s.find_light(frame, scene, exhibit, plan, wanted);
-  clock.done("wait for light");
   const Exhibit shown = found.preparing.empty() ? exhibit : without(exhibit, found.preparing);
   if (!found.light || !same_objects(wanted, found)) {
     pass_through(being_prepared(found.preparing), &result);
@@ -178,6 +190,7 @@ RelitPicture LiveRayRenderer::relight(const capture::FrameSet& frame, const reco
   const bool anew = new_light || !same_objects || !same_view || frame.depth != s.last_depth;
   s.last_depth = frame.depth;
   if (anew) {
+    clock.done("wait for light");
     // Outlines of what moves are those of the frame.
     const bool same_outlines = s.light->front.empty() || found.frame_index == static_cast<std::int64_t>(frame.index);
     s.reprojects =

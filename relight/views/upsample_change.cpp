@@ -42,12 +42,14 @@ class Upsampler {
         right_(width_ > 1 ? 1 : 0),
         below_(height_ > 1 ? static_cast<std::size_t>(width_) : 0),
         changes_(low.surfaces.size()),
+        cells_(low.surfaces.size()),
         covered_(low.surfaces.size()) {
     for_each_pixel(low.tiles, width_, height_, kRows, [&](int x, int y) {
       const auto i = static_cast<std::size_t>(y * width_ + x);
       changes_[i] = change_at(i);
       covered_[i] = is_covered(x, y, seen_[i]);
     });
+    for_each_index(cells_.size(), kRows * width_, [&](std::size_t first) { cells_[first] = cell_at(first); });
     for (int u = 0; u < eye.camera.model.width; ++u) columns_.push_back(between(u, width_));
   }
 
@@ -65,6 +67,12 @@ class Upsampler {
   struct Between {
     std::size_t first;
     float next;  ///< weight of the one after it
+  };
+  /// Between four pixels of the view.
+  struct Cell {
+    Change apart;          ///< by which they differ at most
+    bool changes = false;  ///< visibly
+    bool even = false;     ///< they show one plane: none explains a pixel's depth better than another
   };
   using Weights = std::array<float, 4>;  ///< of upper left, upper right, lower left and lower right
 
@@ -92,24 +100,50 @@ class Upsampler {
     return i && objects_.coverage.data[*i] >= 0.5f && !(p.known && p.depth_m < objects_.distance_m.data[*i]);
   }
 
+  /// By the upper left one.
+  std::array<std::size_t, 4> corners_of(std::size_t first) const {
+    return {first, first + right_, first + below_, first + right_ + below_};
+  }
+
+  Cell cell_at(std::size_t first) const {
+    if (first + right_ + below_ >= changes_.size()) return Cell();  // beyond the last row
+    Change least = changes_[first], most = least;
+    for (const std::size_t k : corners_of(first)) {
+      least = {reconstruct::min(least.ratio, changes_[k].ratio), reconstruct::min(least.added, changes_[k].added)};
+      most = {reconstruct::max(most.ratio, changes_[k].ratio), reconstruct::max(most.added, changes_[k].added)};
+    }
+    const Simd4 part = reconstruct::max(most.ratio, -least.ratio);
+    const reconstruct::Simd4Int changes =
+        (part > broadcast(kGather.visible_part)) | (least.added != Simd4{}) | (most.added != Simd4{}) | (part != part);
+    Cell cell;
+    cell.apart = {most.ratio - least.ratio, most.added - least.added};
+    cell.changes = reconstruct::any(changes);
+    cell.even = is_even(first);
+    return cell;
+  }
+
+  bool is_even(std::size_t first) const {
+    const ViewSurface& own = seen_[first];
+    const float allowed_m = kGather.even_part * depth_.allowed_m(own.depth_m);
+    return std::ranges::all_of(corners_of(first), [&](std::size_t k) {
+      const ViewSurface& other = seen_[k];
+      return own.known && other.known && !covered_[k] &&
+             std::abs(own.normal.dot(other.position_m - own.position_m)) < allowed_m &&
+             std::abs(other.normal.dot(own.position_m - other.position_m)) < allowed_m;
+    });
+  }
+
   void pixel(int u, int v, const Between& rows) const {
     const Between& columns = columns_[static_cast<std::size_t>(u)];
     const std::size_t first = rows.first * static_cast<std::size_t>(width_) + columns.first;
-    const std::array<std::size_t, 4> corners{first, first + right_, first + below_, first + right_ + below_};
     const auto i = static_cast<std::size_t>(v * eye_.camera.model.width + u);
-    Change least = changes_[first], most = least;
-    for (std::size_t k = 1; k < 4; ++k) {
-      const Change& corner = changes_[corners[k]];
-      least = {reconstruct::min(least.ratio, corner.ratio), reconstruct::min(least.added, corner.added)};
-      most = {reconstruct::max(most.ratio, corner.ratio), reconstruct::max(most.added, corner.added)};
-    }
     const bool clips = picture_.clipped(i);
-    const reconstruct::Simd4Int changes =
-        (least.ratio != Simd4{}) | (most.ratio != Simd4{}) | (least.added != Simd4{}) | (most.added != Simd4{});
-    if (!clips && !reconstruct::any(changes)) return;
+    const Cell& cell = cells_[first];
+    if (!clips && !cell.changes) return;
+    const std::array<std::size_t, 4> corners = corners_of(first);
     Rgb radiance = picture_.radiance(i);
-    const Simd4 apart = (most.ratio - least.ratio) * simd_of(radiance) + most.added - least.added;
-    const bool alike = !clips && !reconstruct::any(apart > broadcast(kGather.visible_codes * step_));
+    const Simd4 apart = cell.apart.ratio * simd_of(radiance) + cell.apart.added;
+    const bool alike = cell.even || (!clips && !reconstruct::any(apart > broadcast(kGather.visible_codes * step_)));
     const Weights weight = weights(u, v, corners, columns.next, rows.next, alike);
     if (clips) restore(i, corners, weight, &radiance);
     Change mixed{};
@@ -168,6 +202,7 @@ class Upsampler {
   float step_;                 ///< radiance of one of 255 equal steps to the white of the picture, W/sr/m²
   std::size_t right_, below_;  ///< from a pixel of the view to its right and lower neighbour, 0 if there is none
   std::vector<Change> changes_;
+  std::vector<Cell> cells_;  ///< by its upper left pixel
   std::vector<std::uint8_t> covered_;
   std::vector<Between> columns_;
 };

@@ -32,7 +32,7 @@ std::shared_ptr<const Illumination> with_lamp(bool lit, std::uint64_t version, b
 
 /// What the place sends has little to do with what a light without occlusion predicts.
 std::vector<Place> place_that_sends(float radiance) {
-  return {{{1, 2, 3, 4}, Vector3f(0.4f, 0.1f, 0), Vector3f::UnitZ(), Array3f::Constant(radiance), 0, false}};
+  return {{1234, Vector3f(0.4f, 0.1f, 0), Vector3f::UnitZ(), Array3f::Constant(radiance), 0, false}};
 }
 
 class TwoLights : public testing::Test {

@@ -1,10 +1,10 @@
 #pragma once
-// Hash table from 64-bit keys to numbers, for look-ups during ray tracing: open addressing with linear probing.
+// Hash table from 64-bit keys to numbers, for many look-ups: open addressing with linear probing.
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
-namespace lumigraft::relight {
+namespace lumigraft::reconstruct {
 
 class CellTable {
  public:
@@ -15,6 +15,11 @@ class CellTable {
       const Slot& slot = slots_[at];
       if (slot.number < 0 || slot.key == key) return slot.number;
     }
+  }
+
+  void clear() {
+    slots_.clear();
+    count_ = 0;
   }
 
   /// False if the key exists; its number is kept. `number` must not be negative.
@@ -52,4 +57,4 @@ class CellTable {
   std::size_t count_ = 0;
 };
 
-}  // namespace lumigraft::relight
+}  // namespace lumigraft::reconstruct

@@ -1,0 +1,126 @@
+// The room's change of light, found for one view, as the camera sees it from another pose.
+#include "relight/views/reprojected_room.h"
+
+#include <cmath>
+#include <numbers>
+
+#include "tests/relight/closed_form/closed_scene.h"
+
+namespace lumigraft::test {
+namespace {
+
+using Eigen::Vector3f;
+
+constexpr int kSquare_px = 2;
+constexpr float kBoard_m = 1, kWall_m = 2;  // depths of two planes; the board is left of x = 0
+
+/// A board before a wall, with a change of light that depends on the place alone.
+class ReprojectedRoom : public testing::Test {
+ protected:
+  ReprojectedRoom() : camera_(session_of(160, 120, 140).color.model), small_(camera_) {
+    small_.width /= kSquare_px;
+    small_.height /= kSquare_px;
+    small_.fx /= kSquare_px;
+    small_.fy /= kSquare_px;
+    small_.cx = (camera_.cx + 0.5) / kSquare_px - 0.5;
+    small_.cy = (camera_.cy + 0.5) / kSquare_px - 0.5;
+  }
+
+  static Eigen::Isometry3f pose(float x_m, float turn_deg) {
+    Eigen::Isometry3f T = Eigen::Isometry3f::Identity();
+    T.translation().x() = x_m;
+    T.rotate(Eigen::AngleAxisf(turn_deg * std::numbers::pi_v<float> / 180, Vector3f::UnitY()));
+    return T;
+  }
+  /// Where a ray from there meets the board or the wall.
+  static Vector3f met(const Vector3f& eye_m, const Vector3f& w) {
+    const Vector3f on_board = eye_m + (kBoard_m - eye_m.z()) / w.z() * w;
+    return on_board.x() < 0 ? on_board : Vector3f(eye_m + (kWall_m - eye_m.z()) / w.z() * w);
+  }
+  static float change_at(const Vector3f& p_m) {
+    return (p_m.z() < 1.5f ? -0.5f : -0.2f) + 0.1f * std::sin(6 * p_m.x()) * std::cos(5 * p_m.y());
+  }
+  relight::RoomInView seen_from(const Eigen::Isometry3f& T) const {
+    relight::RoomInView view;
+    view.scale = kSquare_px;
+    view.camera = small_;
+    view.change = view.radiance = capture::Image<float>(small_.width, small_.height, 3);
+    view.tiles = {small_.width, small_.height, true};
+    const relight::PixelRays rays(small_);
+    for (int v = 0; v < small_.height; ++v) {
+      for (int u = 0; u < small_.width; ++u) {
+        const Vector3f w = T.linear() * rays.at(u, v), p_m = met(T.translation(), w);
+        relight::set_at(view.change, view.surfaces.size(), relight::Rgb::Constant(change_at(p_m)));
+        relight::set_at(view.radiance, view.surfaces.size(), relight::Rgb::Constant(1));
+        view.surfaces.push_back({p_m, -Vector3f::UnitZ(), (p_m - T.translation()).norm(), true, false});
+      }
+    }
+    return view;
+  }
+  capture::Image<float> depth_from(const Eigen::Isometry3f& T) const {
+    capture::Image<float> depth_m(camera_.width, camera_.height, 1);
+    const relight::PixelRays rays(camera_);
+    for (int v = 0; v < camera_.height; ++v) {
+      for (int u = 0; u < camera_.width; ++u) {
+        const Vector3f in_camera = T.inverse() * met(T.translation(), T.linear() * rays.at(u, v));
+        depth_m.at(u, v) = in_camera.z();
+      }
+    }
+    return depth_m;
+  }
+  /// Fraction of pixels, away from the borders, whose change differs by more than `allowed` from what is there.
+  double wrong(const Eigen::Isometry3f& then, const Eigen::Isometry3f& now, const capture::Image<float>* depth_m,
+               float allowed) const {
+    const relight::PixelRays rays(small_), full_rays(camera_);
+    const relight::CurrentDepth depth(full_rays, depth_m, 0.008f);
+    const relight::RoomInView found = relight::reprojected(seen_from(then), then, rays, now, depth, {});
+    const relight::RoomInView true_view = seen_from(now);
+    int count = 0, off = 0;
+    constexpr int kBorder = 12;
+    for (int v = kBorder; v < small_.height - kBorder; ++v) {
+      for (int u = kBorder; u < small_.width - kBorder; ++u) {
+        const auto i = static_cast<std::size_t>(v * small_.width + u);
+        ++count;
+        const float error = relight::radiance_at(found.change, i)[0] - relight::radiance_at(true_view.change, i)[0];
+        off += found.surfaces[i].known && std::abs(error) < allowed ? 0 : 1;
+      }
+    }
+    return static_cast<double>(off) / count;
+  }
+
+  capture::CameraModel camera_, small_;
+};
+
+TEST_F(ReprojectedRoom, TheSameViewIsKept) { EXPECT_EQ(wrong(pose(0, 0), pose(0, 0), nullptr, 1e-3f), 0); }
+
+TEST_F(ReprojectedRoom, ACameraThatTurnsSeesTheSameChange) {
+  EXPECT_LT(wrong(pose(0, 0), pose(0, 3), nullptr, 0.03f), 0.03)
+      << "pixels next to the board's edge are of two surfaces";
+}
+
+TEST_F(ReprojectedRoom, DepthTellsWhichSurfaceIsInFront) {
+  // To the right: the board's edge moves 10 pixels over the wall more than the wall itself, and hides what the view
+  // saw.
+  const Eigen::Isometry3f now = pose(-0.08f, 0);
+  const capture::Image<float> depth_m = depth_from(now);
+  EXPECT_LT(wrong(pose(0, 0), now, &depth_m, 0.03f), 0.03);
+  // To the left: 3 of 56 columns of the wall were hidden. They continue the wall.
+  const Eigen::Isometry3f other = pose(0.08f, 0);
+  const capture::Image<float> other_depth_m = depth_from(other);
+  EXPECT_LT(wrong(pose(0, 0), other, &other_depth_m, 0.03f), 0.08);
+}
+
+TEST_F(ReprojectedRoom, WhatWasNotTracedStaysUnknown) {
+  relight::RoomInView view = seen_from(pose(0, 0));
+  for (std::size_t i = 0; i < view.surfaces.size(); ++i) view.surfaces[i].known = i % view.camera.width < 40;
+  const relight::PixelRays rays(small_), full_rays(camera_);
+  const relight::CurrentDepth none(full_rays, nullptr, 0.008f);
+  const relight::RoomInView found = relight::reprojected(view, pose(0, 0), rays, pose(0, 2), none, {});
+  EXPECT_TRUE(found.surfaces[30 * view.camera.width + 20].known);
+  EXPECT_FALSE(found.surfaces[30 * view.camera.width + 60].known);
+  EXPECT_EQ(found.change.at(60, 30), 0);
+  EXPECT_FALSE(found.tiles.has(72, 30));
+}
+
+}  // namespace
+}  // namespace lumigraft::test
