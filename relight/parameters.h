@@ -21,8 +21,13 @@ inline constexpr struct RelightParameters {
   /// Light for live pictures may take so many times their budget: at 30 Hz shadows of what moves are then 0.1 to 0.15 s
   /// late.
   double light_budgets = 4;
-  double light_rest = 1;  ///< times what it took: while nothing but the camera moves, light for another view can wait
-  double rest_s = 1;      ///< without motion, until the camera counts as resting
+  /// Times what it took, light can wait while nothing but the camera moves, as long as the view that it was found for
+  /// overlaps with that of now by so much: until it is 0.67 s old, errors of a moving camera's pictures grow by less
+  /// than a tenth (tests/bench/late_light).
+  double light_rest = 3;
+  float min_overlap = 0.9f;
+  float few_moved = 0.01f;  ///< of a view's pixels: noise of depth at edges shows so many as moved
+  double rest_s = 1;        ///< without motion, until the camera counts as resting
   /// Of the quality ladder: times of the budget over which the step goes down, and under which the next one may take to
   /// go up; pictures that contain the change of step itself; all pictures over which a still scene is gathered anew
   /// (GatherQuality::rounds, twice for new objects); and those in a row that keep what was computed, until nothing

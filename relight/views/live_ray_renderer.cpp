@@ -9,9 +9,8 @@
 #include "relight/quality_warnings.h"
 #include "relight/tracing/build_trace_scene.h"
 #include "relight/views/held_pose.h"
+#include "relight/views/light_reprojection.h"
 #include "relight/views/light_thread.h"
-#include "relight/views/reprojected_objects.h"
-#include "relight/views/reprojected_room.h"
 #include "relight/views/view_drawer.h"
 
 namespace lumigraft::relight {
@@ -24,9 +23,7 @@ struct LiveRayRenderer::State {
   PixelRays pixel_rays;
   std::shared_ptr<const RayRoom> room;
 
-  /// Of the room's pixels at a scale, and that scale.
-  std::optional<PixelRays> room_rays;
-  int room_scale = 0;
+  LightReprojection reprojection;
   MovedObjects::Trees trees;
 
   // Of the last picture.
@@ -35,16 +32,13 @@ struct LiveRayRenderer::State {
   Eigen::Isometry3f T_tag_camera = Eigen::Isometry3f::Identity();
   std::shared_ptr<const capture::DepthFrame> last_depth;
   std::unique_ptr<MovedObjects> moved;  ///< `objects`, for `light`
-  ViewLight now;                        ///< `light` for this picture, unless it was found for it
-  bool reprojects = false;              ///< the picture shows `now`
+  const ViewLight* shown = nullptr;     ///< `light`, or that reprojected; null: nothing was drawn
 
   State(const capture::Session& s, std::shared_ptr<const RayModels> models)
       : session(s), thread(s, std::move(models)), drawer(s), held(s.color.model), pixel_rays(s.color.model) {}
 
   FoundLight find_light(const capture::FrameSet& frame, const reconstruct::Scene& scene, const Exhibit& exhibit,
                         const Plan& plan, const std::vector<ReferenceMesh>& wanted);
-  void reproject(const CameraRays& eye, const CurrentDepth& depth, PassClock& clock);
-  const PixelRays& rays_of(const RoomInView& view);
 };
 
 namespace {
@@ -81,7 +75,8 @@ bool in_place(const std::vector<ReferenceMesh>& objects, const ViewLight& light)
 /// Whether nothing but the camera moved since light was found.
 bool holds(const FoundLight& found, const reconstruct::Scene& scene, const std::vector<ReferenceMesh>& objects) {
   const ViewLight& light = *found.light;
-  return light.front.empty() && light.traced_room->illumination() == scene.illumination && in_place(objects, light);
+  return light.moved < kRelight.few_moved && light.traced_room->illumination() == scene.illumination &&
+         in_place(objects, light);
 }
 
 }  // namespace
@@ -95,7 +90,8 @@ FoundLight LiveRayRenderer::State::find_light(const capture::FrameSet& frame, co
   const bool must_wait = !found.light || !same_objects(wanted, found) || !(plan.budget_ms > 0);
   if (must_wait) {
     thread.wait_idle();
-  } else if (holds(found, scene, prepared(wanted, found))) {
+  } else if (holds(found, scene, prepared(wanted, found)) &&
+             overlap(found.light->room, found.light->T_tag_camera, T_tag_camera) >= kRelight.min_overlap) {
     const std::chrono::duration<double, std::milli> rested = std::chrono::steady_clock::now() - found.ended;
     if (rested.count() < kRelight.light_rest * found.took_ms) return found;
   }
@@ -108,26 +104,6 @@ FoundLight LiveRayRenderer::State::find_light(const capture::FrameSet& frame, co
   found = thread.newest();
   if (found.failure) std::rethrow_exception(found.failure);
   return found;
-}
-
-const PixelRays& LiveRayRenderer::State::rays_of(const RoomInView& view) {
-  if (view.scale == 1) return pixel_rays;
-  if (view.scale != room_scale) {
-    room_rays.emplace(view.camera);
-    room_scale = view.scale;
-  }
-  return *room_rays;
-}
-
-/// The light as the camera sees it now, with objects where they are now.
-void LiveRayRenderer::State::reproject(const CameraRays& eye, const CurrentDepth& depth, PassClock& clock) {
-  const Eigen::Isometry3f& T = eye.camera.T_tag_camera;
-  now.T_tag_camera = T;
-  now.room = reprojected(light->room, light->T_tag_camera, rays_of(light->room), T, depth, std::move(now.room));
-  clock.done("reproject room");
-  now.front = {};
-  now.objects = reprojected_objects(*light, *moved, now.room, eye, depth);
-  clock.done("reproject objects");
 }
 
 LiveRayRenderer::LiveRayRenderer(const capture::Session& session, std::shared_ptr<const RayModels> models)
@@ -179,6 +155,7 @@ RelitPicture LiveRayRenderer::relight(const capture::FrameSet& frame, const reco
   const bool new_light = found.light != s.light;
   const bool same_objects = same_meshes(objects, s.objects);
   if (new_light) result.passes.insert(result.passes.end(), found.passes.begin(), found.passes.end());
+  if (new_light) s.shown = nullptr;
   s.light = std::move(found.light);
   if (new_light || !same_objects || !s.moved) {
     s.moved = std::make_unique<MovedObjects>(*s.light, objects, s.trees);
@@ -187,17 +164,18 @@ RelitPicture LiveRayRenderer::relight(const capture::FrameSet& frame, const reco
   const CameraRays eye{s.pixel_rays, {model, T_tag_camera}};
   const CurrentDepth depth(s.pixel_rays, depth_of(frame, model), s.light->traced_room->voxel_m(),
                            s.session.depth_noise());
-  const bool anew = new_light || !same_objects || !same_view || frame.depth != s.last_depth;
+  const bool anew = new_light || !same_objects || !same_view || frame.depth != s.last_depth || !s.shown;
   s.last_depth = frame.depth;
   if (anew) {
     clock.done("wait for light");
     // Outlines of what moves are those of the frame.
     const bool same_outlines = s.light->front.empty() || found.frame_index == static_cast<std::int64_t>(frame.index);
-    s.reprojects =
-        !(s.light->T_tag_camera.matrix() == T_tag_camera.matrix() && in_place(s.objects, *s.light) && same_outlines);
-    if (s.reprojects) s.reproject(eye, depth, clock);
+    const bool found_here =
+        s.light->T_tag_camera.matrix() == T_tag_camera.matrix() && in_place(s.objects, *s.light) && same_outlines;
+    s.shown = nullptr;  // until it is made: memory may run out
+    s.shown = found_here ? s.light.get() : &s.reprojection.reproject(*s.light, *s.moved, eye, depth, clock);
   }
-  const ViewLight& light = s.reprojects ? s.now : *s.light;
+  const ViewLight& light = *s.shown;
   const MotionBlur motion = like_camera ? MotionBlur(motions_while_exposed(s.session.color, shown, frame.time_ns),
                                                      {s.pixel_rays, eye.camera, s.moved->meshes().spheres(),
                                                       [&]() -> const Meshes& { return s.moved->meshes(); }})

@@ -180,4 +180,24 @@ RoomInView reprojected(const RoomInView& view, const Eigen::Isometry3f& T_tag_vi
   return out;
 }
 
+float overlap(const RoomInView& view, const Eigen::Isometry3f& T_tag_view, const Eigen::Isometry3f& T_tag_camera) {
+  constexpr int kAcross = 16;
+  const ViewProjection then(view.camera, T_tag_view);
+  const Eigen::Isometry3f T_camera_view = T_tag_camera * T_tag_view.inverse();
+  int inside = 0, all = 0;
+  for (int k = 0; k < kAcross * kAcross; ++k) {
+    const int u = (2 * (k % kAcross) + 1) * view.camera.width / (2 * kAcross),
+              v = (2 * (k / kAcross) + 1) * view.camera.height / (2 * kAcross);
+    const ViewSurface& surface =
+        view.surfaces[static_cast<std::size_t>(v) * static_cast<std::size_t>(view.camera.width) +
+                      static_cast<std::size_t>(u)];
+    if (!surface.known) continue;
+    ++all;
+    // What was there in the view, as if it were there in the camera.
+    const auto pixel = then.pixel(T_camera_view * surface.position_m);
+    inside += pixel && view.camera.inside(pixel->cast<double>()) ? 1 : 0;
+  }
+  return all > 0 ? static_cast<float>(inside) / static_cast<float>(all) : 0;
+}
+
 }  // namespace lumigraft::relight

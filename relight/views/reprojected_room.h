@@ -15,4 +15,7 @@ namespace lumigraft::relight {
 RoomInView reprojected(const RoomInView& view, const Eigen::Isometry3f& T_tag_view, const PixelRays& rays,
                        const Eigen::Isometry3f& T_tag_camera, const CurrentDepth& depth, RoomInView memory);
 
+/// Of the pixels of the camera at this pose, the fraction whose surface the view's image contains, about.
+float overlap(const RoomInView& view, const Eigen::Isometry3f& T_tag_view, const Eigen::Isometry3f& T_tag_camera);
+
 }  // namespace lumigraft::relight

@@ -38,6 +38,7 @@ struct ViewLight {
   RoomInView room;
   /// Of the camera's size, 255 where surface shows that moved in front of the room (front_mask); empty: nowhere.
   capture::Image<std::uint8_t> front;
+  float moved = 0;  ///< fraction of the room's pixels that show such surface, or fused surface that is gone
   ObjectLayer objects;
   std::vector<ViewSurface> object_surfaces;  ///< by pixel of the layer's window, with geometric normals
 

@@ -282,6 +282,7 @@ void ViewLighting::describe(const CameraRays& eye, const CurrentDepth& depth) {
   const capture::CameraModel& model = session_.color.model;
   found_.front = covered_.empty() ? capture::Image<std::uint8_t>()
                                   : front_mask(covered_, room_pixels(), depth, model.width, model.height);
+  found_.moved = static_cast<float>(covered_.size()) / static_cast<float>(seen_.size());
   found_.objects = objects_;
   if (reduced_ || views_ == Views::nearby)
     found_.room.surfaces = described(seen_, &SurfaceHit::normal, std::move(found_.room.surfaces));

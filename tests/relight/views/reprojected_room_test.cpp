@@ -110,6 +110,15 @@ TEST_F(ReprojectedRoom, DepthTellsWhichSurfaceIsInFront) {
   EXPECT_LT(wrong(pose(0, 0), other, &other_depth_m, 0.03f), 0.08);
 }
 
+TEST_F(ReprojectedRoom, TheOverlapOfViewsIsThatOfTheirImages) {
+  const relight::RoomInView view = seen_from(pose(0, 0));
+  EXPECT_EQ(relight::overlap(view, pose(0, 0), pose(0, 0)), 1);
+  // 160 pixels at a focal length of 140 see 59 degrees.
+  EXPECT_NEAR(relight::overlap(view, pose(0, 0), pose(0, 15)), 0.75, 0.08);
+  EXPECT_NEAR(relight::overlap(view, pose(0, 0), pose(0, -15)), 0.75, 0.08);
+  EXPECT_EQ(relight::overlap(view, pose(0, 0), pose(0, 90)), 0);
+}
+
 TEST_F(ReprojectedRoom, WhatWasNotTracedStaysUnknown) {
   relight::RoomInView view = seen_from(pose(0, 0));
   for (std::size_t i = 0; i < view.surfaces.size(); ++i) view.surfaces[i].known = i % view.camera.width < 40;
