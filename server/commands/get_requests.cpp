@@ -9,6 +9,12 @@
 #include "server/stream/page.h"
 
 namespace lumigraft::server {
+namespace {
+
+/// Who loads it opens the stream a fraction of a second later.
+constexpr std::string_view kScriptOfPage = "/main.js";
+
+}  // namespace
 
 WebReply GetRequests::answer(std::string_view path) {
   if (path == "/healthz") {
@@ -19,6 +25,7 @@ WebReply GetRequests::answer(std::string_view path) {
     return {.status = 200, .type = "text/plain; version=0.0.4; charset=utf-8", .body = metrics_.prometheus()};
   if (path == "/watch.html" || path == "/watch.json") return watch(path);
   if (path.starts_with("/maps/")) return map(path);
+  if (path == kScriptOfPage) pipeline_.picture_asked();  // a browser, unlike a monitor that asks for the page alone
   return page_reply(path);
 }
 

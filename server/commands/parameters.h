@@ -19,6 +19,7 @@ inline constexpr struct CommandParameters {
   std::chrono::hours certificates_apart{24};                 ///< looked at, since a service runs for months
   /// A thread without an iteration for so long hangs.
   std::chrono::seconds hung_after{10};
+  unsigned gpu_probe_s = 30;  ///< until a process whose driver does not answer is ended; software devices take 1 s
   std::size_t max_model_name = 64;   ///< of an uploaded model, without its extension
   double not_grafting_after_s = 60;  ///< as while the tag is hidden
   double stale_after_s = 5;          ///< age of the newest picture that is not healthy

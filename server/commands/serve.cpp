@@ -12,6 +12,7 @@
 #include "capture/recorded/seekable_reader.h"
 #include "relight/gpu/hang.h"
 #include "server/commands/get_requests.h"
+#include "server/commands/gpu_probe.h"
 #include "server/commands/kept_room_file.h"
 #include "server/commands/model_upload.h"
 #include "server/commands/parameters.h"
@@ -54,6 +55,7 @@ void run_serve(const ServiceFiles& as_asked, const std::string& listen) {
                      "plan.method: found \"reference\", allowed with serve: what draws while it runs, as \"dvct\"");
   const capture::Session session = input.session;
   const ServerSettings server = input.server;
+  const bool no_gpu = LiveRelighter::rays_may_draw(input.plan) && only_software_device(server.backend);
   const std::filesystem::path exhibit_file = input.exhibit_file;
   capture::SourceObserver tap;
   capture::Session named = session;  // as the cameras call themselves
@@ -107,7 +109,9 @@ void run_serve(const ServiceFiles& as_asked, const std::string& listen) {
   if (server.publish) publisher.emplace(*server.publish, demand, metrics);
   Pipeline pipeline(
       std::move(input), std::move(cameras), open,
-      [backend = server.backend] { return relight::gpu::create_device(backend, relight::gpu::DeviceOptions{}); },
+      [no_gpu, backend = server.backend] {
+        return no_gpu ? nullptr : relight::gpu::create_device(backend, relight::gpu::DeviceOptions{});
+      },
       demand, metrics,
       [&publisher, &web_pointer](std::shared_ptr<const StreamMessage> message) {
         if (publisher && message->size == StreamSize::full) publisher->offer(message);

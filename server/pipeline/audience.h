@@ -21,20 +21,34 @@ class Audience {
   /// Whether pictures are requested, or were moments ago: who reloads a page is back soon.
   bool watches(Clock::time_point now) {
     if (demand_.any()) seen(now);
-    return now - last() < kPipeline.audience_lingers;
+    return now - time(last_) < kPipeline.audience_lingers;
   }
-  /// Somebody asked for a single picture.
-  void seen(Clock::time_point now) { last_ = now.time_since_epoch(); }
+  /// Somebody asked for a single picture, or is about to watch.
+  void seen(Clock::time_point now) {
+    if (now - Clock::time_point(last_.exchange(now.time_since_epoch())) >= kPipeline.audience_lingers)
+      came_ = now.time_since_epoch();
+  }
+  /// A picture was made of a frame whose pose was begun then.
+  void picture_made(Clock::time_point begun) { picture_ = begun.time_since_epoch(); }
+  /// Whether somebody came after a time without audience, and has not seen a new picture yet: it comes first.
+  bool waits_for_picture(Clock::time_point now) const {
+    return time(picture_) < time(came_) && now - time(came_) < kPipeline.first_picture_patience;
+  }
   /// Whether stages may rest: nobody watches, and the room is known, or was not found out in the time for that.
   bool stages_may_rest(bool learning, Clock::time_point now) {
-    return !watches(now) && (!learning || now - last() > kPipeline.learns_unwatched);
+    return !watches(now) && (!learning || now - time(last_) > kPipeline.learns_unwatched);
+  }
+  /// The same of stages that no picture waits for.
+  bool background_may_rest(bool learning, Clock::time_point now) {
+    return stages_may_rest(learning, now) || waits_for_picture(now);
   }
 
  private:
-  Clock::time_point last() const { return Clock::time_point(last_.load()); }
+  static Clock::time_point time(const std::atomic<Clock::duration>& of) { return Clock::time_point(of.load()); }
 
   const EncoderDemand& demand_;
   std::atomic<Clock::duration> last_;  ///< when somebody watched
+  std::atomic<Clock::duration> came_{Clock::duration::zero()}, picture_{Clock::duration::zero()};
 };
 
 }  // namespace lumigraft::server

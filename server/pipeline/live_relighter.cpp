@@ -8,6 +8,10 @@
 
 namespace lumigraft::server {
 
+bool LiveRelighter::rays_may_draw(const relight::Plan& plan) {
+  return plan.on_device() && plan.adaptive == 1 && !plan.user_set.contains("method");
+}
+
 LiveRelighter::LiveRelighter(const capture::Session& session, const relight::Plan& plan, MakeDevice make_device)
     : session_(session),
       plan_(plan),
@@ -18,7 +22,7 @@ LiveRelighter::LiveRelighter(const capture::Session& session, const relight::Pla
   bool rays = !plan.on_device();
   if (!rays) {
     std::shared_ptr<relight::gpu::Device> device = make_device_();
-    rays = plan.adaptive == 1 && !plan.user_set.contains("method") && device->is_software();
+    rays = rays_may_draw(plan) && (!device || device->is_software());
     if (!rays) on_device_ = std::make_unique<relight::Relighter>(std::move(device), session_, upload_models_);
   }
   if (rays) by_rays_ = std::make_unique<relight::LiveRayRenderer>(session_, ray_models_);

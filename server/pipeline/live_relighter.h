@@ -21,7 +21,11 @@ namespace lumigraft::server {
 
 class LiveRelighter {
  public:
+  /// Null in place of a software device, where rays may draw.
   using MakeDevice = std::function<std::shared_ptr<relight::gpu::Device>()>;
+
+  /// Whether rays draw where there is no other than a software device.
+  static bool rays_may_draw(const relight::Plan& plan);
 
   /// Creates the first device if the plan's method needs one. Throws gpu::GpuError, InputError.
   LiveRelighter(const capture::Session& session, const relight::Plan& plan, MakeDevice make_device);

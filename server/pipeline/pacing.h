@@ -114,6 +114,12 @@ class LatencyScheduler {
     ended_.wait_until(lock, stop, begins(), [this] { return !busy_; });
     return !stop.stop_requested();
   }
+  /// The same, but until relight is free, or so long.
+  bool wait_for_relight(PaceClock::duration at_most, const std::stop_token& stop) {
+    std::unique_lock lock(mutex_);
+    ended_.wait_for(lock, stop, at_most, [this] { return !busy_; });
+    return !stop.stop_requested();
+  }
 
  private:
   PaceClock::time_point begins() const {

@@ -26,6 +26,9 @@ inline constexpr struct PipelineParameters {
   /// watched for a while, and until the room is known or this time has passed at the usual pace.
   std::chrono::seconds unwatched_period{3}, unwatched_picture_period{30}, audience_lingers{10};
   std::chrono::minutes learns_unwatched{10};
+  /// Of the threads that then look whether somebody came: two of them, each time 10 us. Background stages go on resting
+  /// until the first picture is made, which on two cores they would delay by a quarter, but no longer than a second.
+  std::chrono::milliseconds looks_for_audience{10}, first_picture_patience{1000};
   int unwatched_rest = 199;
   /// Range of a surface that is picked in the picture, and the cosine of its slope: an object stands on up to 30°.
   float pick_near_m = 0.1f, pick_far_m = 12;

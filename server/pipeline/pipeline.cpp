@@ -27,7 +27,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 struct PosedFrame {
-  PlayedFrame played;  ///< with depth as measured
+  PlayedFrame played;       ///< with depth as measured
+  Clock::time_point begun;  ///< when this stage took it
   reconstruct::PoseStage::Result located;
   capture::FrameSet completed;  ///< the same frame: SceneBuilder::complete_depth, with the colour gain
 };
@@ -143,7 +144,19 @@ struct Pipeline::State {
 
   bool unwatched() { return audience.stages_may_rest(builder.learning(), Clock::now()); }
   /// Of a background stage, as a multiple of its processor time.
-  int rest(int later) { return unwatched() ? kPipeline.unwatched_rest : builder.learning() ? kPipeline.rest : later; }
+  int rest(int later) {
+    const bool learning = builder.learning();
+    if (audience.background_may_rest(learning, Clock::now())) return kPipeline.unwatched_rest;
+    return learning ? kPipeline.rest : later;
+  }
+  /// False if stop was requested meanwhile.
+  bool wait_for_pose() {
+    // On few cores the next pose would delay the picture that somebody waits for.
+    const std::stop_token stop = stopping.get_token();
+    return audience.waits_for_picture(Clock::now())
+               ? just_in_time.wait_for_relight(kPipeline.first_picture_patience, stop)
+               : just_in_time.wait_for_pose(stop);
+  }
   /// False if stop was requested meanwhile.
   bool sleep_until(Clock::time_point moment) const { return server::sleep_until(moment, stopping.get_token()); }
 
@@ -215,7 +228,7 @@ void Pipeline::State::fisheye_turn() {
 }
 
 PosedFrame Pipeline::State::pose_of(const PlayedFrame& played) {
-  PosedFrame posed{played, {}, {}};
+  PosedFrame posed{played, posed_at, {}, {}};
   {
     const StageTimer timer(metrics, "register depth");
     posed.played.frame = std::make_shared<capture::FrameSet>(builder.register_depth(*played.frame));
@@ -242,11 +255,11 @@ PosedFrame Pipeline::State::pose_of(const PlayedFrame& played) {
 
 void Pipeline::State::pose_turn(std::uint64_t& round) {
   pose_waits_for_relight = true;
-  if (!to_relight.wait_until_taken(kPipeline.tick) || !just_in_time.wait_for_pose(stopping.get_token())) return;
+  if (!to_relight.wait_until_taken(kPipeline.tick) || !wait_for_pose()) return;
   pose_waits_for_relight = false;
   const bool rests = unwatched();
   if (rests && Clock::now() < posed_at + kPipeline.unwatched_period) {
-    sleep_until(Clock::now() + kPipeline.tick / 4);
+    sleep_until(Clock::now() + kPipeline.looks_for_audience);
     return;
   }
   const std::optional<PlayedFrame> played = to_pose.take(kPipeline.tick);
@@ -321,6 +334,7 @@ void Pipeline::State::relight_turn() {
         .light_version = scene.illumination ? scene.illumination->version : 0,
         .albedo_version = scene.albedo ? scene.albedo->version : 0};
   }
+  audience.picture_made(posed->begun);
   put(to_encode, std::move(shown));
   just_in_time.relight_ends();
 }
@@ -461,7 +475,8 @@ void Pipeline::State::keep_turn() {
 }
 
 void Pipeline::State::encode_turn() {
-  std::optional<ShownFrame> picture = to_encode.take(kPipeline.tick);
+  std::optional<ShownFrame> picture =
+      to_encode.take(encoded_for_viewers ? kPipeline.tick : kPipeline.looks_for_audience);
   const bool viewers_came = !std::exchange(encoded_for_viewers, demand.any()) && encoded_for_viewers;
   if (picture) {
     last_encoded = Clock::now();

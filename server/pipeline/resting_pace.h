@@ -16,7 +16,7 @@ class RestingPace : public reconstruct::AlbedoPace {
   RestingPace(Metrics& metrics, Audience& audience) : metrics_(metrics), audience_(audience) {}
 
   bool waited(reconstruct::AlbedoWork work, int periods, bool learning) const override {
-    if (audience_.stages_may_rest(learning, PaceClock::now())) return rests(work).over(kPipeline.unwatched_rest);
+    if (audience_.background_may_rest(learning, PaceClock::now())) return rests(work).over(kPipeline.unwatched_rest);
     return rests(work).over(learning ? kPipeline.rest : periods * kPipeline.albedo_rest_later);
   }
   bool may_compare() override {

@@ -498,8 +498,11 @@ class StreamConnection final : public Connection {
   void confirmed(std::string_view payload) {
     std::uint32_t sequence = 0;
     const auto [end, error] = std::from_chars(payload.data(), payload.data() + payload.size(), sequence);
-    if (error == std::errc() && end == payload.data() + payload.size())
-      network_.confirmed(sequence, std::chrono::steady_clock::now());
+    if (error != std::errc() || end != payload.data() + payload.size()) return;
+    const int bound_before = network_.bound_kbit_s();
+    network_.confirmed(sequence, std::chrono::steady_clock::now());
+    // At once: the next picture may be a key frame, which without a bound is under way for seconds.
+    if (bound_before == 0 && network_.bound_kbit_s() > 0) server_.bound_streams();
   }
 
   /// A ping right behind a picture: its pong says when the network had delivered that, through proxies too.

@@ -17,7 +17,8 @@ double kbit(std::size_t bytes) { return 8e-3 * static_cast<double>(bytes); }
 }  // namespace
 
 void NetworkRate::sent(std::uint32_t id, std::size_t bytes, Clock::time_point now) {
-  under_way_.push_back({id, bytes, now, under_way_.empty(), confirmed_bytes_, last_confirmed_, last_confirmed_sent_});
+  under_way_.push_back(
+      {id, bytes, now, under_way_.empty(), stream_, confirmed_bytes_, last_confirmed_, last_confirmed_sent_});
   if (under_way_.size() > kStream.max_unconfirmed) under_way_.pop_front();  // of a viewer that confirms nothing
 }
 
@@ -35,7 +36,7 @@ void NetworkRate::confirmed(std::uint32_t id, Clock::time_point now) {
   while (now - received_.front().when > std::chrono::seconds(1)) received_.pop_front();
   last_confirmed_ = now;
   last_confirmed_sent_ = newest.when;
-  if (newest.when >= round_) adapt(newest, now);
+  if (newest.stream == stream_ && newest.when >= round_) adapt(newest, now);
 }
 
 void NetworkRate::keep_shortest(Clock::duration trip, Clock::time_point now) {
@@ -88,8 +89,16 @@ void NetworkRate::adapt(const Sent& one, Clock::time_point now) {
     raise(fitting_kbit_s, round_s, now);
   } else if (long_rounds_ >= 2 || (wait_s > kStream.freezing_wait_s && one.bytes >= kStream.telling_bytes)) {
     long_rounds_ = 0;
-    lower(fitting_kbit_s);
+    return lower(fitting_kbit_s);
   }
+  if (busy_below_limit(now)) ++rounds_below_;
+}
+
+/// Whether the stream has the lowest bound, and the network is busy with less than that all the time.
+bool NetworkRate::busy_below_limit(Clock::time_point now) const {
+  const double carried_kbit_s = this->carried_kbit_s();
+  return bound_kbit_s_ > 0 && bound_kbit_s_ <= limits_.min_kbit_s && carried_kbit_s < limits_.min_kbit_s &&
+         used_kbit_s(now) > kStream.busy_network * carried_kbit_s;
 }
 
 void NetworkRate::raise(double fitting_kbit_s, double round_s, Clock::time_point now) {
@@ -113,7 +122,7 @@ void NetworkRate::lower(double fitting_kbit_s) {
 
 void NetworkRate::restart(const RateLimits& limits) {
   limits_ = limits;
-  under_way_.clear();
+  ++stream_;
   rounds_below_ = long_rounds_ = 0;
   bound_kbit_s_ = 0;
 }

@@ -7,8 +7,9 @@
 // Jacobson, "Delivery Rate Estimation", draft-cheng-iccrg-delivery-rate-estimation). A picture that was alone says how
 // fast its bytes followed each other. Before anything has waited there is no bound. Where pictures wait in the network
 // two round trips in a row, or one long, the bound is at most a fraction of what the network carries; one round trip
-// that is a little long is a stall. Where none wait it follows what the network carries, and grows by a twentieth a
-// second while the stream makes use of it.
+// that is a little long is a stall. The network also carries less than the lower limit where it is busy all the time
+// with less: the viewer's window may let no picture wait then. Where none wait the bound follows what the network
+// carries, and grows by a twentieth a second while the stream makes use of it.
 //
 // No clock: times are given. One thread.
 #include <chrono>
@@ -41,7 +42,7 @@ class NetworkRate {
   /// Of recent round trips; zero while none is known.
   Clock::duration shortest_trip() const;
 
-  /// Begins again with another stream on this network, without bound.
+  /// Begins again with another stream on this network, without bound. What is under way still tells of the network.
   void restart(const RateLimits& limits);
 
  private:
@@ -50,6 +51,7 @@ class NetworkRate {
     std::size_t bytes;
     Clock::time_point when;
     bool alone;                        ///< nothing was under way
+    int stream;                        ///< restart() was called so often before
     std::size_t confirmed_before;      ///< bytes, when it was sent
     Clock::time_point last_confirmed;  ///< as of then: when the newest that was confirmed was, and when that was sent
     Clock::time_point last_confirmed_sent;
@@ -70,8 +72,10 @@ class NetworkRate {
   void adapt(const Sent& one, Clock::time_point now);
   void raise(double fitting_kbit_s, double round_s, Clock::time_point now);
   void lower(double fitting_kbit_s);
+  bool busy_below_limit(Clock::time_point now) const;
 
   RateLimits limits_;
+  int stream_ = 0;
   std::deque<Sent> under_way_;
   std::deque<Sample> samples_;     ///< of the last seconds
   std::deque<Received> received_;  ///< in the last second

@@ -33,7 +33,7 @@ inline constexpr struct StreamParameters {
   /// NetworkRate. A wait is more than processing on a busy machine takes and than age may grow. Samples: see there.
   double longest_wait_s = 0.15, freezing_wait_s = 0.3, rate_quantile = 0.8;
   std::size_t telling_bytes = 8 * 1024;  ///< fewer arrive at once wherever pictures can be shown at all
-  double share_of_rate = 0.8, bound_in_use = 0.7, growth_per_s = 0.05;
+  double share_of_rate = 0.8, bound_in_use = 0.7, growth_per_s = 0.05, busy_network = 0.9;
   std::chrono::seconds rate_remembered{3}, shortest_trip_remembered{60};
   std::size_t max_unconfirmed = 64;
   /// Between looks at all viewers' networks.

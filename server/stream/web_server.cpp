@@ -189,8 +189,7 @@ void WebServer::State::count_viewers() {
   }
 }
 
-void WebServer::State::look_at_networks() {
-  for (const auto& viewer : viewers()) viewer->look_at_network();
+void WebServer::State::bound_streams() {
   for (const StreamSize size : {StreamSize::full, StreamSize::half}) {
     int slowest_kbit_s = 0;
     for (const auto& viewer : viewers()) {
@@ -199,6 +198,11 @@ void WebServer::State::look_at_networks() {
     }
     demand.of(size).rate_kbit_s = slowest_kbit_s;
   }
+}
+
+void WebServer::State::look_at_networks() {
+  for (const auto& viewer : viewers()) viewer->look_at_network();
+  bound_streams();
   network_timer.expires_after(kStream.networks_apart);
   network_timer.async_wait([this](error_code error) {
     if (!error) look_at_networks();

@@ -76,7 +76,9 @@ struct WebServer::State {
   bool has_place(const Listener& listener) const;
   /// Call after viewers or their codecs changed.
   void count_viewers();
-  /// Now, and again a few times a second: the slowest network of a stream's viewers bounds it.
+  /// The slowest network of a stream's viewers bounds it.
+  void bound_streams();
+  /// Now, and again a few times a second: chooses sizes, and bounds the streams.
   void look_at_networks();
   void publish(const std::shared_ptr<const StreamMessage>& message);
   void publish_text(const std::string& kind, const std::string& text);

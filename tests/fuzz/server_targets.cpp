@@ -1,17 +1,18 @@
 // Fuzz targets of what the service reads: its configuration, and what clients send.
 #include <sys/socket.h>
-#include <sys/un.h>
 #include <unistd.h>
 
 #include <array>
-#include <memory>
+#include <boost/asio/generic/stream_protocol.hpp>
+#include <cerrno>
+#include <chrono>
 #include <stdexcept>
 #include <string>
 
 #include "server/metrics/metrics.h"
 #include "server/pipeline/service_config.h"
 #include "server/stream/protocol.h"
-#include "server/stream/web_server.h"
+#include "server/stream/web_server_state.h"
 #include "tests/fuzz/expect_answer.h"
 #include "tests/fuzz/targets.h"
 
@@ -19,14 +20,56 @@ namespace lumigraft::fuzz {
 namespace {
 
 using server::WebReply;
+using Socket = boost::asio::generic::stream_protocol::socket;
 
-/// A web server on a Unix socket, with handlers that accept everything.
+/// Both ends of a connection.
+struct SocketPair {
+  std::array<int, 2> ends{};
+
+  SocketPair() {
+    if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0)
+      throw std::runtime_error("no pair of sockets");
+  }
+};
+
+/// A web server whose handlers accept everything. It runs on this thread, as long as somebody speaks to it: between two
+/// threads each conversation has several hand-overs, which take a second where other programs use the processor.
 class Service {
  public:
-  Service() {
+  Service() : state_(settings(), handlers(), demand_, metrics_) {
+    std::filesystem::remove(state_.listeners.front().settings.socket);  // nobody connects there
+    state_.look_at_networks();
+  }
+
+  /// Sends the bytes and reads until the service closes. Throws where it does not for 10 s.
+  void converse(std::string_view bytes) {
+    const SocketPair sockets;
+    const int client = sockets.ends[0];
+    state_.admit(state_.listeners.front(), Socket(state_.io, {AF_UNIX, 0}, sockets.ends[1]), "");
+    ::send(client, bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+    ::shutdown(client, SHUT_WR);
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+    std::array<char, 4096> reply{};
+    bool closed = false;
+    while (!closed && std::chrono::steady_clock::now() < end) {
+      state_.io.run_one_for(std::chrono::milliseconds(10));
+      const ssize_t size = ::recv(client, reply.data(), reply.size(), MSG_DONTWAIT);
+      closed = size == 0 || (size < 0 && errno == ECONNRESET);
+    }
+    ::close(client);
+    state_.io.poll();  // what is left of this connection
+    if (!closed) throw std::runtime_error("the service did not end a connection whose client has ended it");
+  }
+
+ private:
+  static server::WebSettings settings() {
     server::WebSettings settings;
-    settings.listeners[0].socket = socket_;
-    settings.request_timeout = std::chrono::seconds(2);
+    settings.listeners[0].socket =
+        std::filesystem::temp_directory_path() / ("fuzz_" + std::to_string(::getpid()) + ".socket");
+    return settings;
+  }
+
+  static server::WebHandlers handlers() {
     server::WebHandlers handlers;
     handlers.get = [](std::string_view path) {
       return path == "/" ? WebReply{.status = 200, .body = "page"} : WebReply{.status = 404, .body = ""};
@@ -38,42 +81,16 @@ class Service {
     handlers.record = [](bool) { return std::optional<std::string>(); };
     handlers.save = [] { return std::string(); };
     handlers.playback = [](const server::PlaybackCommand&) { return std::optional<std::string>(); };
-    web_ = std::make_unique<server::WebServer>(settings, handlers, demand_, metrics_);
-    web_->start();
+    return handlers;
   }
 
-  /// Sends the bytes and reads until the service closes. Throws where it answers nothing at all for 10 s.
-  void converse(std::string_view bytes) const {
-    const int client = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
-    sockaddr_un to{.sun_family = AF_UNIX, .sun_path = {}};
-    socket_.native().copy(to.sun_path, sizeof to.sun_path - 1);
-    const timeval patience{.tv_sec = 10, .tv_usec = 0};
-    ::setsockopt(client, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
-    bool closed = false;
-    if (::connect(client, reinterpret_cast<const sockaddr*>(&to), sizeof to) == 0) {
-      ::send(client, bytes.data(), bytes.size(), MSG_NOSIGNAL);
-      ::shutdown(client, SHUT_WR);
-      std::array<char, 4096> reply{};
-      ssize_t size = 0;
-      do {
-        size = ::recv(client, reply.data(), reply.size(), 0);
-      } while (size > 0 || (size < 0 && errno == EINTR));  // libFuzzer has a timer
-      closed = size == 0 || errno == ECONNRESET;
-    }
-    ::close(client);
-    if (!closed) throw std::runtime_error("the service did not end a connection whose client has ended it");
-  }
-
- private:
-  const std::filesystem::path socket_ =
-      std::filesystem::temp_directory_path() / ("fuzz_" + std::to_string(::getpid()) + ".socket");
   server::EncoderDemand demand_;
   server::Metrics metrics_;
-  std::unique_ptr<server::WebServer> web_;  // last: its thread uses the members above
+  server::WebServer::State state_;
 };
 
-const Service& running_service() {
-  static const Service service;
+Service& running_service() {
+  static Service service;
   return service;
 }
 

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """What viewers through a media server cost a real `lumigraft serve`.
 
-  publish.py PROGRAM RECORDING VIEWERS [--counts 0,1,50,200] [--seconds 15] [--rounds 3]
+  publish.py PROGRAM RECORDING VIEWERS [--server janus|go2rtc|mediamtx] [--counts 0,1,50,200] [--seconds 15] [--rounds 3]
 
-VIEWERS is viewers/ built (`go build -o VIEWERS .` there). The media server is the Janus of Debian with the mountpoint of
-configs/. Two services run one after the other: one with a viewer of its websocket (H.264), one that publishes to Janus, with
-so many WebRTC viewers there. The exhibit is empty: pictures that cost little are those of which the stream is a large part. Runs in a network namespace of its own (root). Prints a line of JSON for each case and round:
+VIEWERS is viewers/ built (`go build -o VIEWERS .` there). The media server is the Janus of Debian, or what
+tests/integration/end_to_end/build_media_servers.sh built, as configs/ configures it. Two services run one after the other:
+one with a viewer of its websocket (H.264), one that publishes to the media server, with so many WebRTC viewers there, in turn. The exhibit is empty: pictures that cost little are those of which the stream is a large part. Runs in a network namespace of its own (root). Prints a line of JSON for each case and round:
 processor time for a picture, ms, of the whole service, and of its threads that encode and publish; pictures a second; and
 packets that the viewers received, the least and the median.
 """
@@ -28,6 +28,7 @@ from child_process import interrupt, start  # noqa: E402
 from media_servers import Janus  # noqa: E402
 from own_network import enter_network  # noqa: E402
 from published import Service, listening, wait  # noqa: E402
+from whep_programs import Go2rtc, MediaMtx  # noqa: E402
 
 PORT, JANUS = 8080, 8088
 WARM_UP_S = 20  # the room is learnt
@@ -59,8 +60,20 @@ def watch_websocket(stop):
     viewer.close()
 
 
-def with_janus_viewers(program, count, service, seconds):
-    viewers = start([program, f"http://127.0.0.1:{JANUS}/janus", str(count)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+def run_media_server(name, folder):
+    """The media server, the address to publish to, and its viewers' way to it."""
+    if name == "janus":
+        server = Janus(str(ROOT / "configs/janus.plugin.streaming.jcfg"), f"{folder}/janus", JANUS)
+        wait(lambda: listening(JANUS), "Janus")
+        return server, "rtp://127.0.0.1:5004", ["janus", f"http://127.0.0.1:{JANUS}/janus"]
+    configs = str(ROOT / "configs")
+    server = Go2rtc(configs, folder) if name == "go2rtc" else MediaMtx(configs, folder, f"http://127.0.0.1:{PORT}")
+    wait(lambda: listening(server.PORT), name)
+    return server, server.publish, ["whep", server.watch]
+
+
+def with_viewers(command, count, service, seconds):
+    viewers = start([*command, str(count)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     try:
         assert viewers.stdout.readline().split() == ["connected", str(count)]
         found = measure(service, seconds)
@@ -76,6 +89,7 @@ def main():
     arguments = argparse.ArgumentParser()
     for name in ("program", "recording", "viewers"):
         arguments.add_argument(name)
+    arguments.add_argument("--server", choices=("janus", "go2rtc", "mediamtx"), default="janus")
     arguments.add_argument("--counts", default="0,1,50,200")
     arguments.add_argument("--seconds", type=float, default=15)
     arguments.add_argument("--rounds", type=int, default=3)
@@ -102,16 +116,15 @@ def main():
         stop.set()
         viewer.join()
         interrupt(service.process)
-        janus = Janus(str(ROOT / "configs/janus.plugin.streaming.jcfg"), f"{folder}/janus", JANUS)
-        service = Service(given.program, given.recording, PORT, f"{folder}/log", [f"exhibit={exhibit}", "server.publish=rtp://127.0.0.1:5004"])
-        wait(lambda: listening(JANUS), "Janus")
+        server, address, way = run_media_server(given.server, folder)
+        service = Service(given.program, given.recording, PORT, f"{folder}/log", [f"exhibit={exhibit}", f"server.publish={address}"])
         service.wait_connected()
         time.sleep(WARM_UP_S)
         for _ in range(given.rounds):
             for count in (int(n) for n in given.counts.split(",")):
-                say(f"published {count}", with_janus_viewers(given.viewers, count, service, given.seconds))
+                say(f"published {count}", with_viewers([given.viewers, *way], count, service, given.seconds))
         interrupt(service.process)
-        janus.close()
+        server.close()
     medians = {case: {key: statistics.median(r[key] for r in all_rounds) for key in all_rounds[0] if key != "packets"} for case, all_rounds in found.items()}
     print(json.dumps({"medians": medians}))
 

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""A viewer behind 2 Mbit/s, 200 ms round trip and 5 % loss has pictures all the time.
+"""A viewer behind 2 Mbit/s, 200 ms round trip and 5 % loss has pictures all the time; one behind 0.6 Mbit/s gets the smaller
+stream, though a near viewer keeps the larger one.
 
   far_viewer_test.py SERVE_PICTURES RECORDING
 
@@ -20,13 +21,23 @@ from packet_link import why_not  # noqa: E402
 
 @unittest.skipIf(why_not(), why_not())
 class FarViewerTest(unittest.TestCase):
+    def measure(self, *options):
+        """What each viewer saw, by its name."""
+        out = subprocess.run([sys.executable, BENCH / "far_viewer.py", PROGRAM, RECORDING, *options], check=True, stdout=subprocess.PIPE, timeout=120).stdout
+        print(out.decode())
+        return {found["viewer"]: found for found in map(json.loads, out.splitlines())}
+
     def test_pictures_arrive_in_spite_of_loss(self):
-        found = json.loads(subprocess.run([sys.executable, BENCH / "far_viewer.py", PROGRAM, RECORDING, "--loss", "0.05", "--seconds", "8"],
-                                          check=True, stdout=subprocess.PIPE, timeout=120).stdout)
-        print(found)
+        found = self.measure("--loss", "0.05", "--seconds", "8")["far"]
         self.assertGreater(found["received_hz"], 3)
         self.assertLess(found["longest_ms"], 3000)
         self.assertLess(found["age_ms"][0], 1500)
+
+    def test_half_size_beside_a_near_viewer(self):
+        found = self.measure("--mbit", "0.6", "--viewers", "both", "--seconds", "10")
+        width = max(map(int, found["near"]["widths"]))
+        self.assertEqual(set(found["near"]["widths"]), {str(width)})
+        self.assertIn(str(width // 2), found["far"]["widths"])
 
 
 if __name__ == "__main__":

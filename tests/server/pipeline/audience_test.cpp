@@ -35,6 +35,32 @@ TEST(Audience, ASinglePictureIsWatchedToo) {
   EXPECT_TRUE(audience.watches(later + 1s));
 }
 
+TEST(Audience, TheFirstPictureComesBeforeTheBackground) {
+  EncoderDemand demand;
+  Audience audience(demand, kStart);
+  EXPECT_FALSE(audience.waits_for_picture(kStart)) << "the room is learnt first at the start";
+  const auto came = kStart + 100s;
+  audience.picture_made(came - 30s);
+  EXPECT_TRUE(audience.background_may_rest(false, came));
+  demand.h264 = 1;
+  EXPECT_FALSE(audience.stages_may_rest(false, came));
+  EXPECT_TRUE(audience.background_may_rest(false, came));
+  audience.picture_made(came - 1ms);
+  EXPECT_TRUE(audience.background_may_rest(false, came + 1ms)) << "that one was begun before";
+  audience.picture_made(came + 1ms);
+  EXPECT_FALSE(audience.background_may_rest(false, came + 2ms));
+  EXPECT_FALSE(audience.waits_for_picture(came + 3s)) << "who goes on watching waits for nothing";
+}
+
+TEST(Audience, WithoutPicturesTheBackgroundRestsNoLonger) {
+  EncoderDemand demand;
+  Audience audience(demand, kStart);
+  const auto came = kStart + 100s;
+  audience.seen(came);
+  EXPECT_TRUE(audience.background_may_rest(false, came));
+  EXPECT_FALSE(audience.background_may_rest(false, came + kPipeline.first_picture_patience));
+}
+
 TEST(Audience, TheRoomIsLearntFirstButNotForever) {
   const EncoderDemand demand;
   Audience audience(demand, kStart);

@@ -349,6 +349,9 @@ TEST_P(LiveRelighterOn, WithoutAGraphicsProcessorRaysDraw) {
   asked.budget_ms = 33;
   EXPECT_EQ(relighter.relight(grey_frame(), scene, exhibit, asked).picture.plan.trace_scale, 16) << "the first step";
 
+  LiveRelighter without_device(small_camera(), asked, [] { return nullptr; });
+  EXPECT_TRUE(without_device.draws_prepared()) << "whoever makes devices knows that there is none but software";
+
   // What the user chose stays.
   relight::Plan chosen = asked;
   chosen.user_set.insert("method");

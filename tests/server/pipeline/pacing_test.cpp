@@ -76,5 +76,20 @@ TEST(LatencyScheduler, TheWaitEndsWithRelight) {
   EXPECT_TRUE(pace.wait_for_pose(stop.get_token())) << "the usual end is an hour away";
 }
 
+TEST(LatencyScheduler, WaitsForRelightWhereThatIsWanted) {
+  LatencyScheduler pace;
+  pace.relight_begins();
+  const std::stop_source stop;
+  bool ended = false;
+  const std::jthread relight([&] {
+    ended = true;
+    pace.relight_ends();
+  });
+  EXPECT_TRUE(pace.wait_for_relight(std::chrono::hours(1), stop.get_token()));
+  EXPECT_TRUE(ended) << "though relight was usually done at once";
+  pace.relight_begins();
+  EXPECT_TRUE(pace.wait_for_relight(PaceClock::duration::zero(), stop.get_token())) << "no longer than asked for";
+}
+
 }  // namespace
 }  // namespace lumigraft::server

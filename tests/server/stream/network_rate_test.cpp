@@ -127,5 +127,45 @@ TEST(NetworkRate, LessThanTheLowerLimitIsSaidAndNoBound) {
   for (const Moment& one : moments) EXPECT_TRUE(one.bound_kbit_s == 0 || one.bound_kbit_s >= RateLimits{}.min_kbit_s);
 }
 
+/// A viewer asks for a stream before its network has answered the greeting.
+TEST(NetworkRate, TheGreetingTellsOfTheNetworkAlsoOnceAStreamHasBegun) {
+  const RateLimits limits;
+  NetworkRate rate(limits);
+  rate.sent(0xffffffff, 0, time_at(1));
+  rate.restart(limits);
+  rate.sent(0, 90'000, time_at(1.01));
+  rate.confirmed(0xffffffff, time_at(1.2));
+  EXPECT_EQ(rate.bound_kbit_s(), 0);
+  rate.confirmed(0, time_at(2.5));
+  EXPECT_EQ(rate.bound_kbit_s(), limits.min_kbit_s) << "720 kbit took 1.3 s more than the greeting";
+}
+
+/// As beside a near viewer: what the window of the far one does not let through is missed and does not wait.
+TEST(NetworkRate, ANetworkThatIsBusyWithLessThanTheLowerLimitIsSaidThoughNoPictureWaits) {
+  constexpr double kCarried_kbit_s = 600, kRoundTrip_s = 0.2;
+  const auto below_with = [](std::size_t in_flight) {
+    NetworkRate rate(RateLimits{});
+    rate.sent(0, 0, time_at(0.5));
+    rate.confirmed(0, time_at(0.5 + kRoundTrip_s));
+    rate.sent(1, 90'000, time_at(1));
+    rate.confirmed(1, time_at(1 + kRoundTrip_s + 720 / kCarried_kbit_s));
+    std::deque<std::pair<double, std::uint32_t>> arriving;
+    double now_s = 3, free_s = 0;
+    for (std::uint32_t id = 2; now_s < 8 && !rate.below_limits(); ++id) {
+      while (arriving.size() >= in_flight) {
+        now_s = arriving.front().first;
+        rate.confirmed(arriving.front().second, time_at(now_s));
+        arriving.pop_front();
+      }
+      free_s = std::max(now_s, free_s) + 80 / kCarried_kbit_s;
+      rate.sent(id, 10'000, time_at(now_s));
+      arriving.emplace_back(free_s + kRoundTrip_s, id);
+    }
+    return rate.below_limits();
+  };
+  EXPECT_TRUE(below_with(3)) << "they fill the network";
+  EXPECT_FALSE(below_with(1)) << "the network may carry more";
+}
+
 }  // namespace
 }  // namespace lumigraft::server

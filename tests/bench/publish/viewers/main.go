@@ -1,13 +1,15 @@
-// WebRTC viewers of Janus's streaming plugin, for publish.py: they receive and decrypt, but do not decode.
+// WebRTC viewers of a media server, for publish.py: they receive and decrypt, but do not decode.
 //
-//	viewers JANUS COUNT
+//	viewers janus|whep ADDRESS COUNT
 //
+// ADDRESS is that of Janus's HTTP transport, whose streaming mountpoint 1 is watched, or a WHEP endpoint.
 // Prints a line "connected N" when all have received a packet, then receives until its input ends, then prints
 // "packets LEAST MEDIAN" of what each received meanwhile.
 package main
 
 import (
 	"bytes"
+	"crypto/tls"
 	"encoding/json"
 	"fmt"
 	"io"
@@ -16,6 +18,7 @@ import (
 	"os"
 	"sort"
 	"strconv"
+	"strings"
 	"sync"
 	"sync/atomic"
 
@@ -46,8 +49,8 @@ func ask(url string, body map[string]any) (reply, error) {
 	return answer, json.NewDecoder(response.Body).Decode(&answer)
 }
 
-// answerTo makes a connection for an offer, and counts its packets.
-func answerTo(offer webrtc.SessionDescription, packets *atomic.Int64, first func()) (*webrtc.SessionDescription, error) {
+// receiver makes a connection that counts its packets.
+func receiver(packets *atomic.Int64, first func()) (*webrtc.PeerConnection, error) {
 	peer, err := webrtc.NewPeerConnection(webrtc.Configuration{})
 	if err != nil {
 		return nil, err
@@ -62,6 +65,24 @@ func answerTo(offer webrtc.SessionDescription, packets *atomic.Int64, first func
 			}
 		}
 	})
+	return peer, nil
+}
+
+// described returns the local description with all its candidates.
+func described(peer *webrtc.PeerConnection, own webrtc.SessionDescription) (*webrtc.SessionDescription, error) {
+	gathered := webrtc.GatheringCompletePromise(peer)
+	if err := peer.SetLocalDescription(own); err != nil {
+		return nil, err
+	}
+	<-gathered
+	return peer.LocalDescription(), nil
+}
+
+func answerTo(offer webrtc.SessionDescription, packets *atomic.Int64, first func()) (*webrtc.SessionDescription, error) {
+	peer, err := receiver(packets, first)
+	if err != nil {
+		return nil, err
+	}
 	if err := peer.SetRemoteDescription(offer); err != nil {
 		return nil, err
 	}
@@ -69,15 +90,42 @@ func answerTo(offer webrtc.SessionDescription, packets *atomic.Int64, first func
 	if err != nil {
 		return nil, err
 	}
-	gathered := webrtc.GatheringCompletePromise(peer)
-	if err := peer.SetLocalDescription(answer); err != nil {
-		return nil, err
-	}
-	<-gathered
-	return peer.LocalDescription(), nil
+	return described(peer, answer)
 }
 
-func watch(janus string, packets *atomic.Int64, first func()) error {
+func watchWHEP(endpoint string, packets *atomic.Int64, first func()) error {
+	peer, err := receiver(packets, first)
+	if err != nil {
+		return err
+	}
+	receiving := webrtc.RTPTransceiverInit{Direction: webrtc.RTPTransceiverDirectionRecvonly}
+	if _, err := peer.AddTransceiverFromKind(webrtc.RTPCodecTypeVideo, receiving); err != nil {
+		return err
+	}
+	offer, err := peer.CreateOffer(nil)
+	if err != nil {
+		return err
+	}
+	own, err := described(peer, offer)
+	if err != nil {
+		return err
+	}
+	response, err := http.Post(endpoint, "application/sdp", strings.NewReader(own.SDP))
+	if err != nil {
+		return err
+	}
+	defer response.Body.Close()
+	answer, err := io.ReadAll(response.Body)
+	if err != nil {
+		return err
+	}
+	if response.StatusCode != http.StatusCreated {
+		return fmt.Errorf("%s: %s", response.Status, answer)
+	}
+	return peer.SetRemoteDescription(webrtc.SessionDescription{Type: webrtc.SDPTypeAnswer, SDP: string(answer)})
+}
+
+func watchJanus(janus string, packets *atomic.Int64, first func()) error {
 	session, err := ask(janus, map[string]any{"janus": "create"})
 	if err != nil {
 		return err
@@ -109,7 +157,10 @@ func watch(janus string, packets *atomic.Int64, first func()) error {
 }
 
 func main() {
-	count, err := strconv.Atoi(os.Args[2])
+	// The certificate of a media server that runs for this measurement is signed by itself.
+	http.DefaultTransport.(*http.Transport).TLSClientConfig = &tls.Config{InsecureSkipVerify: true}
+	watch := map[string]func(string, *atomic.Int64, func()) error{"janus": watchJanus, "whep": watchWHEP}[os.Args[1]]
+	count, err := strconv.Atoi(os.Args[3])
 	if err != nil {
 		log.Fatal(err)
 	}
@@ -117,7 +168,7 @@ func main() {
 	var waiting sync.WaitGroup
 	waiting.Add(count)
 	for i := range packets {
-		if err := watch(os.Args[1], &packets[i], waiting.Done); err != nil {
+		if err := watch(os.Args[2], &packets[i], waiting.Done); err != nil {
 			log.Fatal(err)
 		}
 	}
