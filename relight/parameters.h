@@ -25,9 +25,11 @@ inline constexpr struct RelightParameters {
   /// overlaps with that of now by so much: until it is 0.67 s old, errors of a moving camera's pictures grow by less
   /// than a tenth (tests/bench/late_light).
   double light_rest = 3;
+  double max_light_rest_ms = 500;
   float min_overlap = 0.9f;
-  float few_moved = 0.01f;  ///< of a view's pixels: noise of depth at edges shows so many as moved
-  double rest_s = 1;        ///< without motion, until the camera counts as resting
+  float few_moved = 0.01f;   ///< of a view's pixels: noise of depth at edges shows so many as moved
+  double hung_light_s = 10;  ///< pictures then wait for it, as the watchdog of a service does for them
+  double rest_s = 1;         ///< without motion, until the camera counts as resting
   /// Of the quality ladder: times of the budget over which the step goes down, and under which the next one may take to
   /// go up; pictures that contain the change of step itself; all pictures over which a still scene is gathered anew
   /// (GatherQuality::rounds, twice for new objects); and those in a row that keep what was computed, until nothing

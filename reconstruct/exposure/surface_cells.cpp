@@ -89,8 +89,8 @@ void SurfaceCells::learn(const std::vector<Place>& places, const Array3f& gain, 
     const int number = numbers_.find(place.key);
     if (number < 0) {
       if (!gain_is_known) continue;
-      numbers_.insert(place.key, static_cast<int>(cells_.size()));
       cells_.push_back({place.key, {now, {}}});
+      numbers_.insert(place.key, static_cast<int>(cells_.size() - 1));
       continue;
     }
     Lights& lights = cells_[static_cast<std::size_t>(number)].lights;

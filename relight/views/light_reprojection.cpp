@@ -7,6 +7,7 @@ namespace lumigraft::relight {
 const PixelRays& LightReprojection::rays_of(const RoomInView& view, const CameraRays& eye) {
   if (view.scale == 1) return eye.rays;
   if (view.scale != room_scale_) {
+    room_scale_ = 0;  // until they are made: memory may run out
     room_rays_.emplace(view.camera);
     room_scale_ = view.scale;
   }

@@ -27,6 +27,7 @@ struct LiveRayRenderer::State {
   MovedObjects::Trees trees;
 
   // Of the last picture.
+  bool interrupted = false;                ///< it showed no objects: light is that of a moment ago
   std::shared_ptr<const ViewLight> light;  ///< as it was found
   std::vector<ReferenceMesh> objects;
   Eigen::Isometry3f T_tag_camera = Eigen::Isometry3f::Identity();
@@ -38,15 +39,13 @@ struct LiveRayRenderer::State {
       : session(s), thread(s, std::move(models)), drawer(s), held(s.color.model), pixel_rays(s.color.model) {}
 
   FoundLight find_light(const capture::FrameSet& frame, const reconstruct::Scene& scene, const Exhibit& exhibit,
-                        const Plan& plan, const std::vector<ReferenceMesh>& wanted);
+                        const Plan& plan, const std::vector<DrawnObject>& asked,
+                        const std::vector<ReferenceMesh>& wanted);
+  bool may_rest(const FoundLight& found, const reconstruct::Scene& scene,
+                const std::vector<ReferenceMesh>& wanted) const;
 };
 
 namespace {
-
-/// Whether these are the objects that light was found for, wherever they are.
-bool same_objects(const std::vector<ReferenceMesh>& wanted, const FoundLight& found) {
-  return std::ranges::equal(wanted, found.asked, {}, &ReferenceMesh::model);
-}
 
 /// Those that are prepared.
 std::vector<ReferenceMesh> prepared(const std::vector<ReferenceMesh>& wanted, const FoundLight& found) {
@@ -65,43 +64,48 @@ Exhibit without(Exhibit exhibit, const std::vector<std::string>& preparing) {
   return exhibit;
 }
 
-/// Whether light was found for objects at these places.
+/// Whether light was found for objects at these places, of these materials.
 bool in_place(const std::vector<ReferenceMesh>& objects, const ViewLight& light) {
   return std::ranges::equal(objects, light.placed, [](const ReferenceMesh& now, const PlacedModel& then) {
-    return now.T_tag_model.matrix() == then.T_tag_model.matrix() && now.pose == then.pose;
+    return now.T_tag_model.matrix() == then.T_tag_model.matrix() && now.pose == then.pose &&
+           now.material == then.material && now.white_radiance == then.white_radiance;
   });
-}
-
-/// Whether nothing but the camera moved since light was found.
-bool holds(const FoundLight& found, const reconstruct::Scene& scene, const std::vector<ReferenceMesh>& objects) {
-  const ViewLight& light = *found.light;
-  return light.moved < kRelight.few_moved && light.traced_room->illumination() == scene.illumination &&
-         in_place(objects, light);
 }
 
 }  // namespace
 
+/// Whether light of the last view is as good as new light would be, nearly, and may rest.
+bool LiveRayRenderer::State::may_rest(const FoundLight& found, const reconstruct::Scene& scene,
+                                      const std::vector<ReferenceMesh>& wanted) const {
+  const ViewLight& then = *found.light;
+  if (found.failure || found.changes || then.moved >= kRelight.few_moved || found.shadows != scene.shadows)
+    return false;
+  if (!then.traced_room->shares_surfaces_with(*room) || then.traced_room->illumination() != scene.illumination)
+    return false;
+  if (!in_place(prepared(wanted, found), then)) return false;
+  if (overlap(then.room, then.T_tag_camera, T_tag_camera) < kRelight.min_overlap) return false;
+  const std::chrono::duration<double, std::milli> rested = std::chrono::steady_clock::now() - found.ended;
+  return rested.count() < std::min(kRelight.light_rest * found.took_ms, kRelight.max_light_rest_ms);
+}
+
 /// Asks for the light of this frame, and waits for it where it must, or where it comes soon.
 FoundLight LiveRayRenderer::State::find_light(const capture::FrameSet& frame, const reconstruct::Scene& scene,
                                               const Exhibit& exhibit, const Plan& plan,
+                                              const std::vector<DrawnObject>& asked,
                                               const std::vector<ReferenceMesh>& wanted) {
-  LightRequest request{frame, scene, exhibit, plan, T_tag_camera, room};
   FoundLight found = thread.newest();
-  const bool must_wait = !found.light || !same_objects(wanted, found) || !(plan.budget_ms > 0);
-  if (must_wait) {
-    thread.wait_idle();
-  } else if (holds(found, scene, prepared(wanted, found)) &&
-             overlap(found.light->room, found.light->T_tag_camera, T_tag_camera) >= kRelight.min_overlap) {
-    const std::chrono::duration<double, std::milli> rested = std::chrono::steady_clock::now() - found.ended;
-    if (rested.count() < kRelight.light_rest * found.took_ms) return found;
-  }
-  const std::optional<std::uint64_t> number = thread.ask(std::move(request));
-  if (!number) return found;
+  const bool must_wait = interrupted || !found.light || found.asked != asked || !(plan.budget_ms > 0) || thread.hangs();
   if (must_wait)
-    thread.wait(*number);
-  else if (found.took_ms <= plan.budget_ms)
-    thread.wait_for(*number, plan.budget_ms);
-  found = thread.newest();
+    thread.wait_idle();
+  else if (may_rest(found, scene, wanted))
+    return found;
+  if (const auto number = thread.ask({frame, scene, exhibit, plan, T_tag_camera, room})) {
+    if (must_wait)
+      thread.wait(*number);
+    else if (found.took_ms <= plan.budget_ms)
+      thread.wait_for(*number, plan.budget_ms);
+    found = thread.newest();
+  }
   if (found.failure) std::rethrow_exception(found.failure);
   return found;
 }
@@ -126,10 +130,12 @@ RelitPicture LiveRayRenderer::relight(const capture::FrameSet& frame, const reco
   s.drawer.take(frame, scene.pose, like_camera, clock);
   result.camera = s.drawer.camera().coded();
   result.srgb = *result.camera;
-  const std::vector<ReferenceMesh> wanted = reference_objects_of(exhibit, 1e-9 * static_cast<double>(frame.time_ns));
+  const double time_s = 1e-9 * static_cast<double>(frame.time_ns);
+  const std::vector<ReferenceMesh> wanted = reference_objects_of(exhibit, time_s);
   std::string missing = what_is_missing(scene, !wanted.empty());
   if (missing.empty() && !s.room) missing = "the room is not ready for rays yet";
   if (!missing.empty()) {
+    s.interrupted = true;
     pass_through(missing, &result);
     return result;
   }
@@ -138,9 +144,12 @@ RelitPicture LiveRayRenderer::relight(const capture::FrameSet& frame, const reco
       (s.moved ? s.held.hold(T_now, s.moved->meshes().spheres()) : T_now).cast<float>();
   const bool same_view = s.T_tag_camera.matrix() == T_tag_camera.matrix();
   s.T_tag_camera = T_tag_camera;
-  FoundLight found = s.find_light(frame, scene, exhibit, plan, wanted);
+  if (!same_view) s.shown = nullptr;
+  const std::vector<DrawnObject> asked = drawn_objects(exhibit, time_s);
+  FoundLight found = s.find_light(frame, scene, exhibit, plan, asked, wanted);
   const Exhibit shown = found.preparing.empty() ? exhibit : without(exhibit, found.preparing);
-  if (!found.light || !same_objects(wanted, found)) {
+  s.interrupted = !found.light;
+  if (!found.light || found.asked != asked) {
     pass_through(being_prepared(found.preparing), &result);
     return result;
   }
@@ -149,22 +158,26 @@ RelitPicture LiveRayRenderer::relight(const capture::FrameSet& frame, const reco
     for (const std::string& line : left_out(object)) result.warnings.push_back("relight: " + line);
   }
   if (!found.preparing.empty()) result.warnings.push_back("relight: " + being_prepared(found.preparing));
-  result.plan = found.plan;
+  result.plan.trace_scale = found.plan.trace_scale;
+  result.plan.rays = found.plan.rays;
 
   std::vector<ReferenceMesh> objects = prepared(wanted, found);
   const bool new_light = found.light != s.light;
   const bool same_objects = same_meshes(objects, s.objects);
   if (new_light) result.passes.insert(result.passes.end(), found.passes.begin(), found.passes.end());
-  if (new_light) s.shown = nullptr;
+  if (new_light || !same_objects) {
+    s.shown = nullptr;  // until that of now is made: memory may run out
+    s.moved.reset();
+  }
   s.light = std::move(found.light);
-  if (new_light || !same_objects || !s.moved) {
+  if (!s.moved) {
     s.moved = std::make_unique<MovedObjects>(*s.light, objects, s.trees);
     s.objects = std::move(objects);
   }
   const CameraRays eye{s.pixel_rays, {model, T_tag_camera}};
   const CurrentDepth depth(s.pixel_rays, depth_of(frame, model), s.light->traced_room->voxel_m(),
                            s.session.depth_noise());
-  const bool anew = new_light || !same_objects || !same_view || frame.depth != s.last_depth || !s.shown;
+  const bool anew = !s.shown || frame.depth != s.last_depth;
   s.last_depth = frame.depth;
   if (anew) {
     clock.done("wait for light");
@@ -172,7 +185,7 @@ RelitPicture LiveRayRenderer::relight(const capture::FrameSet& frame, const reco
     const bool same_outlines = s.light->front.empty() || found.frame_index == static_cast<std::int64_t>(frame.index);
     const bool found_here =
         s.light->T_tag_camera.matrix() == T_tag_camera.matrix() && in_place(s.objects, *s.light) && same_outlines;
-    s.shown = nullptr;  // until it is made: memory may run out
+    s.shown = nullptr;
     s.shown = found_here ? s.light.get() : &s.reprojection.reproject(*s.light, *s.moved, eye, depth, clock);
   }
   const ViewLight& light = *s.shown;
@@ -183,6 +196,10 @@ RelitPicture LiveRayRenderer::relight(const capture::FrameSet& frame, const reco
   s.drawer.draw(light, anew, eye, depth, motion, clock);
   s.drawer.compose(light, frame, anew, &result.srgb, clock);
   return result;
+}
+
+bool LiveRayRenderer::shows_surfaces_of(const reconstruct::Scene& scene) const {
+  return state_->light && state_->light->traced_room->has_surfaces_of(scene);
 }
 
 }  // namespace lumigraft::relight

@@ -4,7 +4,6 @@
 #include <array>
 #include <bit>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <utility>
 
@@ -24,7 +23,7 @@ struct RoomDepth {
   const RoomInView& room;
   float operator()(int u, int v) const {
     const ViewSurface& surface = room.at(u, v);
-    return surface.known ? surface.depth_m : std::numeric_limits<float>::infinity();
+    return surface.known ? surface.depth_m : 0;  // the view may not have looked there: rays find out
   }
 };
 
@@ -162,6 +161,9 @@ class ObjectReprojection {
 }  // namespace
 
 MovedObjects::MovedObjects(const ViewLight& view, const std::vector<ReferenceMesh>& now, Trees& trees) {
+  std::erase_if(trees, [&](const auto& of_model) {
+    return std::ranges::find(view.placed, of_model.first, &PlacedModel::at_rest) == view.placed.end();
+  });
   std::vector<ReferenceMesh> meshes;
   std::vector<std::shared_ptr<const ModelTree>> trees_now;
   for (std::size_t k = 0; k < now.size(); ++k) {
@@ -174,7 +176,7 @@ MovedObjects::MovedObjects(const ViewLight& view, const std::vector<ReferenceMes
     std::shared_ptr<const ModelTree> tree = then.places->tree;
     if (!(now[k].pose == then.pose)) {
       model = posed_model(then.at_rest->model, now[k].pose);
-      tree = now[k].pose.at_rest() ? then.at_rest->tree : trees[then.at_rest.get()].at(model, *then.at_rest->tree);
+      tree = now[k].pose.at_rest() ? then.at_rest->tree : trees[then.at_rest].at(model, *then.at_rest->tree);
     }
     meshes.push_back({.model = std::move(model),
                       .T_tag_model = now[k].T_tag_model,

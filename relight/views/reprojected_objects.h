@@ -11,9 +11,9 @@ namespace lumigraft::relight {
 /// The objects of a view's light at other places and in other poses, ready for rays.
 class MovedObjects {
  public:
-  /// `trees`: of models in other poses, kept between calls, by the model at rest. `now`: the objects of `view` in the
-  /// same order.
-  using Trees = std::map<const IrradianceProbes*, PosedTrees>;
+  /// `trees`: of models in other poses, by the model at rest; those of the view's objects are kept between calls.
+  /// `now`: the objects of `view` in the same order.
+  using Trees = std::map<std::shared_ptr<const IrradianceProbes>, PosedTrees>;
   MovedObjects(const ViewLight& view, const std::vector<ReferenceMesh>& now, Trees& trees);
 
   const Meshes& meshes() const { return *meshes_; }

@@ -31,7 +31,15 @@ class RoomReprojection {
         height_(view.camera.height),
         right_(width_ > 1 ? 1 : 0),
         below_(height_ > 1 ? static_cast<std::size_t>(width_) : 0),
-        out_(out) {}
+        out_(out) {
+    double sum_m = 0;
+    int known = 0;
+    for (const ViewSurface& surface : view.surfaces) {
+      sum_m += surface.known ? surface.depth_m : 0;
+      known += surface.known ? 1 : 0;
+    }
+    if (known > 0) usual_m_ = static_cast<float>(sum_m / known);
+  }
 
   void row(int v) const {
     // Where the surface of the pixel to the left was: most are near it.
@@ -44,6 +52,7 @@ class RoomReprojection {
       std::optional<Source> source;
       if (!w.isZero(0)) source = at_depth(u, v, w);
       if (!source && !w.isZero(0)) source = nearer(find(w, within(pixel + shift)), find(w, pixel));
+      if (!source && !w.isZero(0)) source = at(usual_m_, w);
       if (!source) {
         shift.setZero();
         continue;
@@ -74,12 +83,16 @@ class RoomReprojection {
     const int centre_u = std::min(u * view_.scale + central_offset(view_.scale), depth_.width() - 1),
               centre_v = std::min(v * view_.scale + central_offset(view_.scale), depth_.height() - 1);
     const float depth_m = depth_.at(centre_u, centre_v);
-    if (!(depth_m > 0)) return std::nullopt;
-    const auto pixel = projection_.pixel(eye_m_ + depth_m * w);
-    if (!pixel) return std::nullopt;
-    const std::optional<Source> found = find(w, within(*pixel));
+    if (!(depth_m > 0 && std::isfinite(depth_m))) return std::nullopt;
+    const std::optional<Source> found = at(depth_m, w);
     if (!found || depth_.differs(centre_u, centre_v, found->distance_m)) return std::nullopt;
     return found;
+  }
+
+  /// Begins with what is there so far along the ray.
+  std::optional<Source> at(float distance_m, const Vector3f& w) const {
+    const auto pixel = projection_.pixel(eye_m_ + distance_m * w);
+    return pixel ? find(w, within(*pixel)) : std::nullopt;
   }
 
   static std::optional<Source> nearer(const std::optional<Source>& a, const std::optional<Source>& b) {
@@ -154,6 +167,7 @@ class RoomReprojection {
   Eigen::Isometry3f T_tag_camera_;
   const CurrentDepth& depth_;
   Vector3f eye_m_;
+  float usual_m_ = 1;  ///< mean distance of the view's surfaces
   int width_, height_;
   std::size_t right_, below_;  ///< from a pixel to its right and lower neighbour, 0 if there is none
   RoomInView& out_;
@@ -169,7 +183,7 @@ RoomInView reprojected(const RoomInView& view, const Eigen::Isometry3f& T_tag_vi
   out.camera = model;
   out.surfaces.resize(view.surfaces.size());
   for (capture::Image<float>* image : {&out.change, &out.radiance}) {
-    if (image->width != model.width || image->height != model.height)
+    if (image->width != model.width || image->height != model.height || image->data.empty())
       *image = capture::Image<float>(model.width, model.height, 3);
     else
       std::fill(image->data.begin(), image->data.end(), 0.0f);
@@ -183,7 +197,7 @@ RoomInView reprojected(const RoomInView& view, const Eigen::Isometry3f& T_tag_vi
 float overlap(const RoomInView& view, const Eigen::Isometry3f& T_tag_view, const Eigen::Isometry3f& T_tag_camera) {
   constexpr int kAcross = 16;
   const ViewProjection then(view.camera, T_tag_view);
-  const Eigen::Isometry3f T_camera_view = T_tag_camera * T_tag_view.inverse();
+  const Eigen::Isometry3f T_now_then = T_tag_camera * T_tag_view.inverse();
   int inside = 0, all = 0;
   for (int k = 0; k < kAcross * kAcross; ++k) {
     const int u = (2 * (k % kAcross) + 1) * view.camera.width / (2 * kAcross),
@@ -194,7 +208,7 @@ float overlap(const RoomInView& view, const Eigen::Isometry3f& T_tag_view, const
     if (!surface.known) continue;
     ++all;
     // What was there in the view, as if it were there in the camera.
-    const auto pixel = then.pixel(T_camera_view * surface.position_m);
+    const auto pixel = then.pixel(T_now_then * surface.position_m);
     inside += pixel && view.camera.inside(pixel->cast<double>()) ? 1 : 0;
   }
   return all > 0 ? static_cast<float>(inside) / static_cast<float>(all) : 0;

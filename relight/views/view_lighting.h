@@ -45,6 +45,8 @@ class ViewLighting {
   bool find(const capture::FrameSet& frame, const CameraUpload& camera, const Eigen::Isometry3f& T_tag_camera,
             const Plan& plan, bool whole, PassClock& clock);
 
+  /// Whether the next `find` of the same view finds other light (RayLight::changes).
+  bool changes() const { return light_.changes(); }
   /// Of the last `find`.
   const ViewLight& found() const { return found_; }
   /// Albedo, normals and depth of the room's pixels and, where `shown` covers them, of the objects.

@@ -95,10 +95,10 @@ LiveRelighter::Result LiveRelighter::relight(const capture::FrameSet& sensed, co
     if (by_rays_) {
       const std::lock_guard lock(prepared_mutex_);
       if (prepared_ && prepared_ != drawn_with_) by_rays_->take(drawn_with_ = prepared_);
-      result.up_to_date = prepared_ && prepared_->has_surfaces_of(scene);
     }
     if (by_rays_ || on_device_) {
       result.picture = draw(frame, scene, exhibit, plan);
+      if (by_rays_) result.up_to_date = by_rays_->shows_surfaces_of(scene);
       pause_ = std::chrono::seconds(0);
       failure_.clear();
       if (result.picture.passed_through)

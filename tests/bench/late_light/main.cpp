@@ -61,6 +61,8 @@ class LateLight {
     std::vector<relight::gpu::PassTime> passes;
     relight::PassClock clock(passes);
     if (!lighting_.room() || !lighting_.room()->has_surfaces_of(scene)) lighting_.enter(lighting_.room_of(scene));
+    if (lighting_.room()->illumination() != scene.illumination)
+      lighting_.enter(std::make_shared<const relight::RayRoom>(*lighting_.room(), scene.illumination));
     const relight::Exhibit ready = lighting_.prepare(exhibit, nullptr);
     const std::vector<relight::ReferenceMesh> objects = relight::reference_objects_of(ready, time_s);
     drawer_.take(frame, scene.pose, false, clock);
@@ -104,8 +106,12 @@ class LateLight {
     for (std::size_t age = 0; age < sums_.size(); ++age) {
       const Sums& s = sums_[age];
       if (s.drawn == 0) continue;
-      std::printf("%zu; %.3f; %.3f; %.2f; %.1f\n", age, s.relight_error / s.scored, s.object_error / s.scored,
-                  s.rms_codes / s.drawn, s.cpu_ms / s.drawn);
+      std::printf("%zu; ", age);
+      if (s.scored > 0)
+        std::printf("%.3f; %.3f; ", s.relight_error / s.scored, s.object_error / s.scored);
+      else
+        std::printf("-; -; ");
+      std::printf("%.2f; %.1f\n", s.rms_codes / s.drawn, s.cpu_ms / s.drawn);
     }
   }
 
