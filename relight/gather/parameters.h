@@ -53,7 +53,8 @@ inline constexpr struct GatherParameters {
   float visible_codes = 0.5f;  ///< of an 8-bit picture: less rounds to the camera's own code
   /// Part of a pixel's radiance: at most 0.22 of an 8-bit picture's steps, as 255 d sRGB / d ln(linear) is below 113.
   float visible_part = 1.0f / 512;
-  float even_part = 0.1f;  ///< of the depth that noise and voxels explain: within it two planes explain depth alike
+  int uncovered_reach_px = 8;  ///< of a view: how far surface that it did not see is continued
+  float even_part = 0.1f;      ///< of the depth that noise and voxels explain: within it two planes explain depth alike
   float least_open = 1.0f / 512;           ///< what layers leave of a camera ray: half a step of an 8-bit picture
   float thickness_m = 0.4f;                ///< of a person: what is nearer behind a surface may be its own side
   float recent_cell_m = 0.05f;             ///< of space where something moved,

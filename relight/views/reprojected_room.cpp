@@ -45,14 +45,21 @@ class RoomReprojection {
     // Where the surface of the pixel to the left was: most are near it.
     Vector2f shift = Vector2f::Zero();
     for (int u = 0; u < width_; ++u) {
-      const auto i = static_cast<std::size_t>(v) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(u);
+      const std::size_t i = index(u, v);
       out_.surfaces[i].known = false;
       const Vector3f w = T_tag_camera_.linear() * rays_.at(u, v);
       const Vector2f pixel(u, v);
+      const float depth_m = w.isZero(0) ? 0 : depth_at(u, v);
+      out_.surfaces[i].depth_m = 0;
       std::optional<Source> source;
-      if (!w.isZero(0)) source = at_depth(u, v, w);
+      if (depth_m > 0) source = at(depth_m, w);
       if (!source && !w.isZero(0)) source = nearer(find(w, within(pixel + shift)), find(w, pixel));
       if (!source && !w.isZero(0)) source = at(usual_m_, w);
+      if (source && depth_m > 0 && std::abs(source->distance_m - depth_m) > depth_.allowed_m(depth_m)) {
+        out_.surfaces[i].position_m = eye_m_ + depth_m * w;
+        out_.surfaces[i].depth_m = depth_m;
+        continue;
+      }
       if (!source) {
         shift.setZero();
         continue;
@@ -63,7 +70,40 @@ class RoomReprojection {
     }
   }
 
+  /// The surface next to a pixel that explains its depth, where the view saw none there; -1: none. After all rows.
+  int around(int u, int v) const {
+    const ViewSurface& own = out_.surfaces[index(u, v)];
+    if (own.known || !(own.depth_m > 0)) return -1;
+    const float allowed_m = depth_.allowed_m(own.depth_m);
+    int nearest = -1, least = kGather.uncovered_reach_px * kGather.uncovered_reach_px + 1;
+    for (int y = std::max(v - kGather.uncovered_reach_px, 0);
+         y <= std::min(v + kGather.uncovered_reach_px, height_ - 1); ++y) {
+      for (int x = std::max(u - kGather.uncovered_reach_px, 0);
+           x <= std::min(u + kGather.uncovered_reach_px, width_ - 1); ++x) {
+        const int off = (x - u) * (x - u) + (y - v) * (y - v);
+        const ViewSurface& other = out_.surfaces[index(x, y)];
+        if (off >= least || !other.known) continue;
+        if (std::abs(other.normal.dot(own.position_m - other.position_m)) > allowed_m) continue;
+        least = off;
+        nearest = static_cast<int>(index(x, y));
+      }
+    }
+    return nearest;
+  }
+  /// Continues that surface there.
+  void continue_from(std::size_t other, std::size_t i) const {
+    ViewSurface& surface = out_.surfaces[i];
+    surface = {surface.position_m, out_.surfaces[other].normal, surface.depth_m, true, out_.surfaces[other].glossy};
+    set_at(out_.change, i, radiance_at(out_.change, other));
+    set_at(out_.radiance, i, radiance_at(out_.radiance, other));
+    const int u = static_cast<int>(i) % width_, v = static_cast<int>(i) / width_;
+    out_.tiles.set(u / TileMask::kEdge, v / TileMask::kEdge);
+  }
+
  private:
+  std::size_t index(int u, int v) const {
+    return static_cast<std::size_t>(v) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(u);
+  }
   Vector2f within(const Vector2f& pixel) const {
     return pixel.cwiseMax(0).cwiseMin(Vector2f(static_cast<float>(width_ - 1), static_cast<float>(height_ - 1)));
   }
@@ -78,15 +118,11 @@ class RoomReprojection {
     Vector2f at;
   };
 
-  /// Empty where depth is unknown, or no surface of the view goes through it.
-  std::optional<Source> at_depth(int u, int v, const Vector3f& w) const {
-    const int centre_u = std::min(u * view_.scale + central_offset(view_.scale), depth_.width() - 1),
-              centre_v = std::min(v * view_.scale + central_offset(view_.scale), depth_.height() - 1);
-    const float depth_m = depth_.at(centre_u, centre_v);
-    if (!(depth_m > 0 && std::isfinite(depth_m))) return std::nullopt;
-    const std::optional<Source> found = at(depth_m, w);
-    if (!found || depth_.differs(centre_u, centre_v, found->distance_m)) return std::nullopt;
-    return found;
+  /// Of the central pixel of the camera's in this one; 0: unknown.
+  float depth_at(int u, int v) const {
+    const float depth_m = depth_.at(std::min(u * view_.scale + central_offset(view_.scale), depth_.width() - 1),
+                                    std::min(v * view_.scale + central_offset(view_.scale), depth_.height() - 1));
+    return std::isfinite(depth_m) ? depth_m : 0;
   }
 
   /// Begins with what is there so far along the ray.
@@ -191,6 +227,13 @@ RoomInView reprojected(const RoomInView& view, const Eigen::Isometry3f& T_tag_vi
   out.tiles = {model.width, model.height, false};
   const RoomReprojection reprojection(view, T_tag_view, rays, T_tag_camera, depth, out);
   for_each_index(model.height, TileMask::kEdge, [&](int v) { reprojection.row(v); });  // no two threads share a tile
+  // What moved since covers and uncovers surface.
+  for (const auto& [i, other] : found_in_rows<std::pair<int, int>>(model.height, [&](int v, auto&found) {
+         for (int u = 0; u < model.width; ++u) {
+           if (const int other = reprojection.around(u, v); other >= 0) found.emplace_back(v * model.width + u, other);
+         }
+       }))
+    reprojection.continue_from(static_cast<std::size_t>(other), static_cast<std::size_t>(i));
   return out;
 }
 

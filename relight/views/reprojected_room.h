@@ -9,9 +9,9 @@ namespace lumigraft::relight {
 /// Each pixel takes what the view found of the surface that its ray meets: a fixed point of ray, plane of the surface
 /// at a pixel of the view, and the pixel there (Bowles et al. 2012, "Iterative Image Warping"), interpolated between
 /// pixels of this surface. A change of light on matt surfaces is the same from all sides. Surface that the view did not
-/// see continues what is beside it; beyond the view's border its last pixels do. `rays`: of the view's camera. `depth`:
-/// of now, of the camera's own pixels; it tells which of several surfaces on a ray is seen. `memory`: an earlier
-/// result, whose memory is reused.
+/// see continues what is beside it and explains the depth of now; where nothing does, nothing changes. Beyond the
+/// view's border its last pixels continue. `rays`: of the view's camera. `depth`: of now, of the camera's own pixels;
+/// it tells which of several surfaces on a ray is seen. `memory`: an earlier result, whose memory is reused.
 RoomInView reprojected(const RoomInView& view, const Eigen::Isometry3f& T_tag_view, const PixelRays& rays,
                        const Eigen::Isometry3f& T_tag_camera, const CurrentDepth& depth, RoomInView memory);
 
