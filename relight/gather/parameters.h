@@ -53,6 +53,7 @@ inline constexpr struct GatherParameters {
   float visible_codes = 0.5f;  ///< of an 8-bit picture: less rounds to the camera's own code
   /// Part of a pixel's radiance: at most 0.22 of an 8-bit picture's steps, as 255 d sRGB / d ln(linear) is below 113.
   float visible_part = 1.0f / 512;
+  float brighter = 1.5f;       ///< than before is surface in other light: more than texture between its pixels
   int uncovered_reach_px = 8;  ///< of a view: how far surface that it did not see is continued
   float even_part = 0.1f;      ///< of the depth that noise and voxels explain: within it two planes explain depth alike
   float least_open = 1.0f / 512;           ///< what layers leave of a camera ray: half a step of an 8-bit picture

@@ -15,10 +15,12 @@ const PixelRays& LightReprojection::rays_of(const RoomInView& view, const Camera
 }
 
 const ViewLight& LightReprojection::reproject(const ViewLight& light, const MovedObjects& objects,
-                                              const CameraRays& eye, const CurrentDepth& depth, PassClock& clock) {
+                                              const CameraRays& eye, const CurrentDepth& depth,
+                                              const CameraUpload& picture, PassClock& clock) {
   const Eigen::Isometry3f& T = eye.camera.T_tag_camera;
   now_.T_tag_camera = T;
-  now_.room = reprojected(light.room, light.T_tag_camera, rays_of(light.room, eye), T, depth, std::move(now_.room));
+  now_.room =
+      reprojected(light.room, light.T_tag_camera, rays_of(light.room, eye), T, depth, &picture, std::move(now_.room));
   clock.done("reproject room");
   now_.objects = reprojected_objects(light, objects, now_.room, eye, depth);
   clock.done("reproject objects");

@@ -10,9 +10,10 @@ namespace lumigraft::relight {
 
 class LightReprojection {
  public:
-  /// Of the result room, objects and pose are valid, until the next call. `eye`, `depth`: of the camera's own pixels.
+  /// Of the result room, objects and pose are valid, until the next call. `eye`, `depth`, `picture`: of now, of the
+  /// camera's own pixels.
   const ViewLight& reproject(const ViewLight& light, const MovedObjects& objects, const CameraRays& eye,
-                             const CurrentDepth& depth, PassClock& clock);
+                             const CurrentDepth& depth, const CameraUpload& picture, PassClock& clock);
 
  private:
   const PixelRays& rays_of(const RoomInView& view, const CameraRays& eye);

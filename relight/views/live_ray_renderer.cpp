@@ -186,7 +186,8 @@ RelitPicture LiveRayRenderer::relight(const capture::FrameSet& frame, const reco
     const bool found_here =
         s.light->T_tag_camera.matrix() == T_tag_camera.matrix() && in_place(s.objects, *s.light) && same_outlines;
     s.shown = nullptr;
-    s.shown = found_here ? s.light.get() : &s.reprojection.reproject(*s.light, *s.moved, eye, depth, clock);
+    s.shown = found_here ? s.light.get()
+                         : &s.reprojection.reproject(*s.light, *s.moved, eye, depth, s.drawer.camera(), clock);
   }
   const ViewLight& light = *s.shown;
   const MotionBlur motion = like_camera ? MotionBlur(motions_while_exposed(s.session.color, shown, frame.time_ns),

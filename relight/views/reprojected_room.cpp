@@ -20,12 +20,14 @@ using Eigen::Vector3f;
 class RoomReprojection {
  public:
   RoomReprojection(const RoomInView& view, const Eigen::Isometry3f& T_tag_view, const PixelRays& rays,
-                   const Eigen::Isometry3f& T_tag_camera, const CurrentDepth& depth, RoomInView& out)
+                   const Eigen::Isometry3f& T_tag_camera, const CurrentDepth& depth, const CameraUpload* picture,
+                   RoomInView& out)
       : view_(view),
         projection_(view.camera, T_tag_view),
         rays_(rays),
         T_tag_camera_(T_tag_camera),
         depth_(depth),
+        picture_(picture),
         eye_m_(T_tag_camera.translation()),
         width_(view.camera.width),
         height_(view.camera.height),
@@ -191,10 +193,26 @@ class RoomReprojection {
       change += weight[k] / sum * radiance_at(view_.change, corners[k]);
       radiance += weight[k] / sum * radiance_at(view_.radiance, corners[k]);
     }
+    if (picture_ && !change.isZero(0)) change *= bound(i, radiance);
     const ViewSurface& surface = view_.surfaces[corners[most]];
     out_.surfaces[i] = {p_m, surface.normal, distance_m, true, surface.glossy};
     set_at(out_.change, i, change);
     set_at(out_.radiance, i, radiance);
+  }
+
+  /// By which a change that was found under this light is to be multiplied. Four pixels of a square tell its light.
+  Rgb bound(std::size_t i, const Rgb& then) const {
+    const int scale = view_.scale, left = static_cast<int>(i) % width_ * scale,
+              top = static_cast<int>(i) / width_ * scale;
+    Rgb now = Rgb::Zero();
+    for (int k = 0; k < 4; ++k) {
+      const int u = std::min(left + (k & 1 ? (3 * scale) / 4 : scale / 4), depth_.width() - 1),
+                v = std::min(top + (k >> 1 ? (3 * scale) / 4 : scale / 4), depth_.height() - 1);
+      now += picture_->radiance(static_cast<std::size_t>(v) * static_cast<std::size_t>(depth_.width()) +
+                                static_cast<std::size_t>(u)) /
+             4;
+    }
+    return (now > kGather.brighter * then).select(kGather.brighter * then / now, 1);
   }
 
   const RoomInView& view_;
@@ -202,6 +220,7 @@ class RoomReprojection {
   const PixelRays& rays_;
   Eigen::Isometry3f T_tag_camera_;
   const CurrentDepth& depth_;
+  const CameraUpload* picture_;
   Vector3f eye_m_;
   float usual_m_ = 1;  ///< mean distance of the view's surfaces
   int width_, height_;
@@ -212,7 +231,8 @@ class RoomReprojection {
 }  // namespace
 
 RoomInView reprojected(const RoomInView& view, const Eigen::Isometry3f& T_tag_view, const PixelRays& rays,
-                       const Eigen::Isometry3f& T_tag_camera, const CurrentDepth& depth, RoomInView memory) {
+                       const Eigen::Isometry3f& T_tag_camera, const CurrentDepth& depth, const CameraUpload* picture,
+                       RoomInView memory) {
   RoomInView out = std::move(memory);
   const capture::CameraModel& model = view.camera;
   out.scale = view.scale;
@@ -225,7 +245,7 @@ RoomInView reprojected(const RoomInView& view, const Eigen::Isometry3f& T_tag_vi
       std::fill(image->data.begin(), image->data.end(), 0.0f);
   }
   out.tiles = {model.width, model.height, false};
-  const RoomReprojection reprojection(view, T_tag_view, rays, T_tag_camera, depth, out);
+  const RoomReprojection reprojection(view, T_tag_view, rays, T_tag_camera, depth, picture, out);
   for_each_index(model.height, TileMask::kEdge, [&](int v) { reprojection.row(v); });  // no two threads share a tile
   // What moved since covers and uncovers surface.
   for (const auto& [i, other] : found_in_rows<std::pair<int, int>>(model.height, [&](int v, auto&found) {

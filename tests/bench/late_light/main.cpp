@@ -83,7 +83,7 @@ class LateLight {
       const reconstruct::CostClock drawing;
       const relight::MovedObjects moved(lights_[age], objects, trees_);
       const relight::ViewLight& light =
-          age == 0 ? lights_[0] : reprojection_.reproject(lights_[age], moved, eye, depth, clock);
+          age == 0 ? lights_[0] : reprojection_.reproject(lights_[age], moved, eye, depth, drawer_.camera(), clock);
       drawer_.draw(light, true, eye, depth, {}, clock);
       Picture picture = *drawer_.camera().coded();
       drawer_.compose(light, frame, true, &picture, clock);

@@ -73,7 +73,7 @@ class ReprojectedRoom : public testing::Test {
                float allowed) const {
     const relight::PixelRays rays(small_), full_rays(camera_);
     const relight::CurrentDepth depth(full_rays, depth_m, 0.008f);
-    const relight::RoomInView found = relight::reprojected(seen_from(then), then, rays, now, depth, {});
+    const relight::RoomInView found = relight::reprojected(seen_from(then), then, rays, now, depth, nullptr, {});
     const relight::RoomInView true_view = seen_from(now);
     int count = 0, off = 0;
     constexpr int kBorder = 12;
@@ -110,6 +110,50 @@ TEST_F(ReprojectedRoom, DepthTellsWhichSurfaceIsInFront) {
   EXPECT_LT(wrong(pose(0, 0), other, &other_depth_m, 0.03f), 0.08);
 }
 
+// A hand came before the wall and stays; where it was beside that, the wall continues.
+TEST_F(ReprojectedRoom, WhatCameChangesByNothingAndWhatItUncoversContinues) {
+  relight::RoomInView view = seen_from(pose(0, 0));
+  capture::Image<float> depth_m = depth_from(pose(0, 0));
+  const auto at = [&](int u, int v) { return static_cast<std::size_t>(v * view.camera.width + u); };
+  for (int v = 20; v < 30; ++v) {
+    for (int u = 50; u < 54; ++u) {  // where a hand was at 0.7 m, which is gone now
+      relight::ViewSurface& hand = view.surfaces[at(u, v)];
+      hand.position_m *= 0.7f / kWall_m;
+      hand.depth_m *= 0.7f / kWall_m;
+      relight::set_at(view.change, at(u, v), relight::Rgb::Constant(2));
+    }
+    for (int u = 60; u < 64; ++u) {  // where it is
+      for (int k = 0; k < kSquare_px * kSquare_px; ++k)
+        depth_m.at(kSquare_px * u + k % kSquare_px, kSquare_px * v + k / kSquare_px) = 0.7f;
+    }
+  }
+  const relight::PixelRays rays(small_), full_rays(camera_);
+  const relight::CurrentDepth depth(full_rays, &depth_m, 0.008f);
+  const relight::RoomInView found = relight::reprojected(view, pose(0, 0), rays, pose(0, 0), depth, nullptr, {});
+  EXPECT_NEAR(found.change.at(52, 25), change_at(view.surfaces[at(52, 25)].position_m * kWall_m / 0.7f), 0.05f);
+  EXPECT_EQ(found.change.at(62, 25), 0);
+  EXPECT_FALSE(found.surfaces[at(62, 25)].known);
+}
+
+TEST_F(ReprojectedRoom, AChangeIsBoundedWhereTheLightOfNowIsBrighter) {
+  relight::RoomInView view = seen_from(pose(0, 0));
+  for (float& radiance : view.radiance.data) radiance = 0.1f;  // a shadow, gone since
+  const capture::ColorCamera camera = session_of(camera_.width, camera_.height, 140).color;
+  auto color = std::make_shared<capture::Frame>();
+  color->exposure = 1;
+  color->encoded = capture::Image<std::uint8_t>(camera_.width, camera_.height, 3, 200);
+  capture::FrameSet frame;
+  frame.color = color;
+  relight::CameraUpload picture(camera);
+  picture.take(frame);
+  const relight::PixelRays rays(small_), full_rays(camera_);
+  const relight::CurrentDepth none(full_rays, nullptr, 0.008f);
+  const relight::RoomInView found = relight::reprojected(view, pose(0, 0), rays, pose(0, 0), none, &picture, {});
+  const float now = picture.radiance(0)[0];
+  ASSERT_GT(now, 0.3f);
+  EXPECT_NEAR(found.change.at(40, 30) / view.change.at(40, 30), 1.5f * 0.1f / now, 1e-3f);
+}
+
 TEST_F(ReprojectedRoom, TheOverlapOfViewsIsThatOfTheirImages) {
   const relight::RoomInView view = seen_from(pose(0, 0));
   EXPECT_EQ(relight::overlap(view, pose(0, 0), pose(0, 0)), 1);
@@ -124,7 +168,7 @@ TEST_F(ReprojectedRoom, WhatWasNotTracedStaysUnknown) {
   for (std::size_t i = 0; i < view.surfaces.size(); ++i) view.surfaces[i].known = i % view.camera.width < 40;
   const relight::PixelRays rays(small_), full_rays(camera_);
   const relight::CurrentDepth none(full_rays, nullptr, 0.008f);
-  const relight::RoomInView found = relight::reprojected(view, pose(0, 0), rays, pose(0, 2), none, {});
+  const relight::RoomInView found = relight::reprojected(view, pose(0, 0), rays, pose(0, 2), none, nullptr, {});
   EXPECT_TRUE(found.surfaces[30 * view.camera.width + 20].known);
   EXPECT_FALSE(found.surfaces[30 * view.camera.width + 60].known);
   EXPECT_EQ(found.change.at(60, 30), 0);
