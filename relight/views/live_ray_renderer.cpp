@@ -17,6 +17,7 @@ namespace lumigraft::relight {
 
 struct LiveRayRenderer::State {
   capture::Session session;
+  std::shared_ptr<const RayModels> models;
   LightThread thread;
   ViewDrawer drawer;
   HeldPose held;
@@ -35,8 +36,13 @@ struct LiveRayRenderer::State {
   std::unique_ptr<MovedObjects> moved;  ///< `objects`, for `light`
   const ViewLight* shown = nullptr;     ///< `light`, or that reprojected; null: nothing was drawn
 
-  State(const capture::Session& s, std::shared_ptr<const RayModels> models)
-      : session(s), thread(s, std::move(models)), drawer(s), held(s.color.model), pixel_rays(s.color.model) {}
+  State(const capture::Session& s, std::shared_ptr<const RayModels> the_models)
+      : session(s),
+        models(std::move(the_models)),
+        thread(s, models),
+        drawer(s),
+        held(s.color.model),
+        pixel_rays(s.color.model) {}
 
   FoundLight find_light(const capture::FrameSet& frame, const reconstruct::Scene& scene, const Exhibit& exhibit,
                         const Plan& plan, const std::vector<DrawnObject>& asked,
@@ -132,7 +138,11 @@ RelitPicture LiveRayRenderer::relight(const capture::FrameSet& frame, const reco
   result.srgb = *result.camera;
   const double time_s = 1e-9 * static_cast<double>(frame.time_ns);
   const std::vector<ReferenceMesh> wanted = reference_objects_of(exhibit, time_s);
-  std::string missing = what_is_missing(scene, !wanted.empty());
+  std::vector<std::string> preparing;
+  for (const VirtualObject& object : exhibit.objects) {
+    if (object.drawn(time_s) && !s.models->find(object.model)) preparing.push_back(object.name);
+  }
+  std::string missing = what_is_missing(scene, preparing.size() < wanted.size(), preparing);
   if (missing.empty() && !s.room) missing = "the room is not ready for rays yet";
   if (!missing.empty()) {
     s.interrupted = true;
