@@ -66,6 +66,14 @@ std::vector<std::string> left_out(const VirtualObject& object) {
   return lines;
 }
 
+void warn_of_objects(const Exhibit& exhibit, const std::vector<std::string>& preparing, RelitPicture* result) {
+  for (const VirtualObject& object : exhibit.objects) {
+    if (!object.visible) continue;
+    for (const std::string& line : left_out(object)) result->warnings.push_back("relight: " + line);
+  }
+  if (!preparing.empty()) result->warnings.push_back("relight: " + being_prepared(preparing));
+}
+
 std::vector<std::string> quality_warnings(const Exhibit& exhibit, const std::vector<PlacedObject>& objects,
                                           const Placement& placement, const reconstruct::Scene& scene) {
   std::vector<std::string> lines;

@@ -30,5 +30,7 @@ std::vector<std::string> quality_warnings(const Exhibit& exhibit, const std::vec
 
 /// The lines about what an object lacks of its model file, if anything.
 std::vector<std::string> left_out(const VirtualObject& object);
+/// The same of all visible objects, and that others are being prepared, as warnings of a result.
+void warn_of_objects(const Exhibit& exhibit, const std::vector<std::string>& preparing, RelitPicture* result);
 
 }  // namespace lumigraft::relight

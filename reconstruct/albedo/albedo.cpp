@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <utility>
 
 #include "capture/message_text.h"
 #include "reconstruct/albedo/albedo_bricks.h"
+#include "reconstruct/albedo/albedo_warnings.h"
 #include "reconstruct/albedo/clipped_albedo.h"
 #include "reconstruct/albedo/incremental_solver.h"
 #include "reconstruct/albedo/kept_albedo.h"
@@ -95,39 +97,6 @@ float share_of(const PointLight& light, const Illumination& illumination) {
   return light.irradiance.mean() / std::max(all, 1e-9f);
 }
 
-std::string distance_warning(const std::vector<PointLight>& lights) {
-  const auto unknown =
-      std::count_if(lights.begin(), lights.end(), [](const PointLight& l) { return !l.distance_known; });
-  if (unknown == 0) return "";
-  return std::to_string(unknown) + (unknown == 1 ? " lamp is" : " lamps are") +
-         " treated as infinitely distant: the room's shading does not determine the distance";
-}
-
-std::string guessed_distance_warning(const std::vector<PointLight>& lights) {
-  const auto guessed = std::count_if(lights.begin(), lights.end(), [](const PointLight& l) {
-    return l.distance_known && l.distance_log_sigma > kStage.guess_log_sigma;
-  });
-  if (guessed == 0) return "";
-  return "the distance of " + std::to_string(guessed) + (guessed == 1 ? " lamp" : " lamps") +
-         " is a guess, of a usual height: the room's shading does not determine it";
-}
-
-std::string power_warning(const std::vector<PointLight>& lights) {
-  const auto guessed = std::count_if(lights.begin(), lights.end(),
-                                     [](const PointLight& l) { return l.power_log_sigma > kStage.guess_log_sigma; });
-  if (guessed == 0) return "";
-  return "the power of " + std::to_string(guessed) + (guessed == 1 ? " clipped lamp" : " clipped lamps") +
-         " is a guess: neither white paper nor shadows determine it, and albedo may be higher or lower than estimated";
-}
-
-std::string beam_warning(const std::vector<LampEstimate>& estimates) {
-  const auto beams =
-      std::count_if(estimates.begin(), estimates.end(), [](const LampEstimate& estimate) { return estimate.beam; });
-  if (beams == 0) return "";
-  return std::to_string(beams) + (beams == 1 ? " lamp emits a beam: it is" : " lamps emit beams: they are") +
-         " rendered as a panel and may be farther away; a tag on it would determine its distance";
-}
-
 /// Absolute change of the environment over its sum.
 float environment_change(const EnvironmentMap& now, const EnvironmentMap& before) {
   if (now.radiance.data.size() != before.radiance.data.size()) return 1;
@@ -137,16 +106,6 @@ float environment_change(const EnvironmentMap& now, const EnvironmentMap& before
     sum += before.radiance.data[i];
   }
   return static_cast<float>(change / std::max(sum, 1e-12));
-}
-
-constexpr const char* kNoSurface =
-    "no surface of the room is known: the depth frames contain no measurements, or none within range";
-
-std::string extrinsics_warning(const ExtrinsicsError& error) {
-  return capture::formatted(
-      "T_tag_fisheye is wrong: rotated by about %.0f degrees and moved by about %.0f cm the fish-eye would agree with "
-      "the colour camera",
-      error.turn_degrees, 100 * error.shift_m);
 }
 
 }  // namespace
@@ -373,9 +332,8 @@ void AlbedoStage::State::add_warnings(const Illumination& lit) {
     if (const auto estimate = estimates.find(light.id); estimate != estimates.end())
       lamps.push_back(estimate->second.estimate);
   }
-  for (const std::string& warning : {distance_warning(lit.lights), guessed_distance_warning(lit.lights),
-                                     beam_warning(lamps), power_warning(lit.lights), extrinsics_found})
-    if (!warning.empty()) last.warnings.push_back(warning);
+  for (std::string& warning : lamp_warnings(lit.lights, lamps)) last.warnings.push_back(std::move(warning));
+  if (!extrinsics_found.empty()) last.warnings.push_back(extrinsics_found);
 }
 
 std::optional<AlbedoStage::Result> AlbedoStage::solve_incremental(const DistanceField& field,

@@ -97,7 +97,7 @@ void LightThread::answer(const LightRequest& request, FoundLight* found) {
   PassClock clock(found->passes);
   const std::shared_ptr<const reconstruct::Illumination>& illumination = request.scene.illumination;
   if (!lighting_) {
-    lighting_.emplace(session_, models_, ViewLighting::Views::nearby);
+    lighting_.emplace(session_, known_, models_, ViewLighting::Views::nearby);
     entered_.reset();
     found->light.reset();
   }

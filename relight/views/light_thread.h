@@ -37,20 +37,21 @@ struct DrawnObject {
 /// Those that are drawn at this time, in the order of reference_objects_of.
 std::vector<DrawnObject> drawn_objects(const Exhibit& exhibit, double time_s);
 
+/// The answer to the last request.
 struct FoundLight {
-  std::uint64_t number = 0;                     ///< of the last request that was answered; 0: none
-  std::shared_ptr<const ViewLight> light;       ///< null: every object's model is yet to be prepared
-  std::int64_t frame_index = -1;                ///< for which it was found
-  std::vector<DrawnObject> asked;               ///< of the exhibit,
-  std::vector<bool> drawn;                      ///< and which of them are prepared
-  std::vector<std::string> preparing;           ///< names of the others
-  Plan plan;                                    ///< its settings
-  std::vector<gpu::PassTime> passes;            ///< of the last request
-  double took_ms = 0;                           ///< likewise
-  std::chrono::steady_clock::time_point ended;  ///< likewise
-  bool changes = false;                         ///< more light would be found for the same view, object and room
+  std::uint64_t number = 0;                ///< of the request; 0: none was answered
+  std::shared_ptr<const ViewLight> light;  ///< null: every object's model is yet to be prepared
+  std::int64_t frame_index = -1;           ///< for which it was found
+  std::vector<DrawnObject> asked;          ///< of the exhibit,
+  std::vector<bool> drawn;                 ///< and which of them are prepared
+  std::vector<std::string> preparing;      ///< names of the others
+  Plan plan;                               ///< its settings
+  std::vector<gpu::PassTime> passes;       ///< that were computed for it
+  double took_ms = 0;
+  std::chrono::steady_clock::time_point ended;
+  bool changes = false;  ///< more light would be found for the same view, object and room
   std::shared_ptr<const reconstruct::LampShadows> shadows;  ///< Scene::shadows
-  std::exception_ptr failure;  ///< of the last request; then all but number, passes and ended is of the one before
+  std::exception_ptr failure;  ///< if it failed; then all but number, passes and ended is of the request before
 };
 
 class LightThread {

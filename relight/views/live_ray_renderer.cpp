@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdint>
 #include <optional>
 #include <utility>
 
@@ -29,6 +30,7 @@ struct LiveRayRenderer::State {
 
   // Of the last picture.
   bool interrupted = false;                ///< it showed no objects: light is that of a moment ago
+  std::uint64_t answered = 0;              ///< FoundLight::number
   std::shared_ptr<const ViewLight> light;  ///< as it was found
   std::vector<ReferenceMesh> objects;
   Eigen::Isometry3f T_tag_camera = Eigen::Isometry3f::Identity();
@@ -163,18 +165,15 @@ RelitPicture LiveRayRenderer::relight(const capture::FrameSet& frame, const reco
     pass_through(being_prepared(found.preparing), &result);
     return result;
   }
-  for (const VirtualObject& object : shown.objects) {
-    if (!object.visible) continue;
-    for (const std::string& line : left_out(object)) result.warnings.push_back("relight: " + line);
-  }
-  if (!found.preparing.empty()) result.warnings.push_back("relight: " + being_prepared(found.preparing));
+  warn_of_objects(shown, found.preparing, &result);
   result.plan.trace_scale = found.plan.trace_scale;
   result.plan.rays = found.plan.rays;
 
   std::vector<ReferenceMesh> objects = prepared(wanted, found);
   const bool new_light = found.light != s.light;
   const bool same_objects = same_meshes(objects, s.objects);
-  if (new_light) result.passes.insert(result.passes.end(), found.passes.begin(), found.passes.end());
+  if (std::exchange(s.answered, found.number) != found.number)
+    result.passes.insert(result.passes.end(), found.passes.begin(), found.passes.end());
   if (new_light || !same_objects) {
     s.shown = nullptr;  // until that of now is made: memory may run out
     s.moved.reset();

@@ -20,14 +20,14 @@ class LiveRayRenderer {
   ~LiveRayRenderer();
 
   /// As Renderer::relight. With plan.budget_ms = 0, where objects appear or disappear, and after pictures without any,
-  /// it waits for the light of this frame. `passes`: those of the picture, and those of the light that it is the first
-  /// to show.
+  /// it waits for the light of this frame. `passes`: those of the picture, and those that were computed for light
+  /// since the one before.
   RelitPicture relight(const capture::FrameSet& frame, const reconstruct::Scene& scene, const Exhibit& exhibit,
                        const Plan& plan);
 
   /// Whether the last picture's light was found in these surfaces.
   bool shows_surfaces_of(const reconstruct::Scene& scene) const;
-  /// The room of a scene with field and illumination; takes some tenths of a second. Callable on any thread.
+  /// The room of a scene with field and illumination, for `take`. Takes some tenths of a second, on any thread.
   std::shared_ptr<const RayRoom> room_of(const reconstruct::Scene& scene) const;
   /// Later calls of `relight` use it; until the first one the camera frame passes through. Must not run concurrently
   /// with `relight`.

@@ -14,7 +14,7 @@ namespace lumigraft::relight {
 
 struct RayRenderer::State {
   capture::Session session;
-  Rooms rooms;
+  std::vector<KnownSurface> known;
   ViewLighting lighting;
   ViewDrawer drawer;
   ViewMotion view_motion;
@@ -22,10 +22,10 @@ struct RayRenderer::State {
   HeldPose held;
   PixelRays pixel_rays;
 
-  State(const capture::Session& s, Rooms the_rooms, std::shared_ptr<const RayModels> models)
+  explicit State(const capture::Session& s)
       : session(s),
-        rooms(the_rooms),
-        lighting(s, std::move(models), ViewLighting::Views::found),
+        known(known_surfaces(s.real_surfaces)),
+        lighting(s, known, nullptr, ViewLighting::Views::found),
         drawer(s),
         view_motion(s.color.model),
         held(s.color.model),
@@ -33,13 +33,9 @@ struct RayRenderer::State {
 
   void enter_room_of(const reconstruct::Scene& scene, PassClock& clock) {
     const RayRoom* room = lighting.room().get();
-    if (rooms == Rooms::made_here) {
-      if (room && room->has_surfaces_of(scene) && room->illumination() == scene.illumination) return;
-      lighting.enter(lighting.room_of(scene));
-      clock.done("room");
-    } else if (room->illumination() != scene.illumination) {
-      lighting.enter(std::make_shared<const RayRoom>(*room, scene.illumination));
-    }
+    if (room && room->has_surfaces_of(scene) && room->illumination() == scene.illumination) return;
+    lighting.enter(std::make_shared<const RayRoom>(scene, known, session.tag));
+    clock.done("room");
   }
 
   MotionBlur motion_blur(const Exhibit& exhibit, const CameraRays& eye, std::int64_t time_ns) const {
@@ -48,14 +44,8 @@ struct RayRenderer::State {
   }
 };
 
-RayRenderer::RayRenderer(const capture::Session& session, Rooms rooms, std::shared_ptr<const RayModels> models)
-    : state_(std::make_unique<State>(session, rooms, std::move(models))) {}
+RayRenderer::RayRenderer(const capture::Session& session) : state_(std::make_unique<State>(session)) {}
 RayRenderer::~RayRenderer() = default;
-
-std::shared_ptr<const RayRoom> RayRenderer::room_of(const reconstruct::Scene& scene) const {
-  return state_->lighting.room_of(scene);
-}
-void RayRenderer::take(std::shared_ptr<const RayRoom> room) { state_->lighting.enter(std::move(room)); }
 
 RelitPicture RayRenderer::relight(const capture::FrameSet& frame, const reconstruct::Scene& scene,
                                   const Exhibit& wanted, const Plan& asked, bool with_maps) {
@@ -69,20 +59,14 @@ RelitPicture RayRenderer::relight(const capture::FrameSet& frame, const reconstr
   s.drawer.take(frame, scene.pose, like_camera, clock);
   result.camera = s.drawer.camera().coded();
   result.srgb = *result.camera;
-  std::vector<std::string> preparing;
-  const Exhibit exhibit = s.lighting.prepare(wanted, &preparing);
+  const Exhibit exhibit = s.lighting.prepare(wanted, nullptr);
   const std::vector<ReferenceMesh> objects = reference_objects_of(exhibit, time_s);
-  std::string missing = what_is_missing(scene, !objects.empty(), preparing);
-  if (missing.empty() && s.rooms == Rooms::taken && !s.lighting.room()) missing = "the room is not ready for rays yet";
+  const std::string missing = what_is_missing(scene, !objects.empty());
   if (!missing.empty()) {
     pass_through(missing, &result);
     return result;
   }
-  for (const VirtualObject& object : exhibit.objects) {
-    if (!object.visible) continue;
-    for (const std::string& line : left_out(object)) result.warnings.push_back("relight: " + line);
-  }
-  if (!preparing.empty()) result.warnings.push_back("relight: " + being_prepared(preparing));
+  warn_of_objects(exhibit, {}, &result);
   s.enter_room_of(scene, clock);
   const bool chooses = QualityLadder::chooses(asked);
   if (chooses) {

@@ -9,8 +9,6 @@
 #include <memory>
 
 #include "capture/session/session.h"
-#include "relight/gather/irradiance_probes.h"
-#include "relight/gather/ray_room.h"
 #include "relight/renderer.h"
 
 namespace lumigraft::relight {
@@ -20,24 +18,12 @@ namespace lumigraft::relight {
 /// again; a camera motion that moves the objects by less than an eighth of a pixel counts as static.
 class RayRenderer : public Renderer {
  public:
-  /// Who builds the RayRoom of a scene, which takes some tenths of a second: `relight`, when the scene has changed, or
-  /// the caller, who calls `room_of` on another thread and passes the result to `take`. The camera frame passes through
-  /// until the first `take`; illumination is updated at once in both cases.
-  enum class Rooms { made_here, taken };
-
-  /// `models`: those that the caller prepares on another thread. Objects are not drawn until theirs is; new ones begin
-  /// with the light of lamps, and of the environment without occlusion, where the plan updates light over frames. Null:
-  /// `relight` prepares and gathers what a frame lacks. Throws InputError if a [[real_surface]] cannot be read.
-  explicit RayRenderer(const capture::Session& session, Rooms rooms = Rooms::made_here,
-                       std::shared_ptr<const RayModels> models = nullptr);
+  /// `relight` builds the RayRoom of a scene, when it has changed, and prepares the exhibit's models. Throws InputError
+  /// if a [[real_surface]] cannot be read.
+  explicit RayRenderer(const capture::Session& session);
   ~RayRenderer() override;
   RelitPicture relight(const capture::FrameSet& frame, const reconstruct::Scene& scene, const Exhibit& exhibit,
                        const Plan& plan, bool with_maps = false) override;
-
-  /// Requires scene.field and scene.illumination. Callable on any thread.
-  std::shared_ptr<const RayRoom> room_of(const reconstruct::Scene& scene) const;
-  /// Must not run concurrently with `relight`.
-  void take(std::shared_ptr<const RayRoom> room);
 
  private:
   struct State;

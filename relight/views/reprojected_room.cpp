@@ -110,11 +110,10 @@ class RoomReprojection {
     return pixel.cwiseMax(0).cwiseMin(Vector2f(static_cast<float>(width_ - 1), static_cast<float>(height_ - 1)));
   }
   std::size_t nearest(const Vector2f& pixel) const {
-    return static_cast<std::size_t>(pixel.y() + 0.5f) * static_cast<std::size_t>(width_) +
-           static_cast<std::size_t>(pixel.x() + 0.5f);
+    return index(static_cast<int>(pixel.x() + 0.5f), static_cast<int>(pixel.y() + 0.5f));
   }
 
-  /// What a ray meets: how far, and at which pixel of the view.
+  /// Intersection of a ray with the room: its distance, and the pixel of the view that shows it.
   struct Source {
     float distance_m;
     Vector2f at;
@@ -127,7 +126,7 @@ class RoomReprojection {
     return std::isfinite(depth_m) ? depth_m : 0;
   }
 
-  /// Begins with what is there so far along the ray.
+  /// Starts at the point at this distance along the ray.
   std::optional<Source> at(float distance_m, const Vector3f& w) const {
     const auto pixel = projection_.pixel(eye_m_ + distance_m * w);
     return pixel ? find(w, within(*pixel)) : std::nullopt;
@@ -138,7 +137,7 @@ class RoomReprojection {
     return a->distance_m <= b->distance_m ? a : b;
   }
 
-  /// `at`: a guess. Empty: nothing is known there.
+  /// `at`: initial guess. Empty: no surface is known there.
   std::optional<Source> find(const Vector3f& w, Vector2f at) const {
     constexpr int kSteps = 4;
     constexpr float kSettled_px = 0.25f;
@@ -173,8 +172,7 @@ class RoomReprojection {
     const int x = std::clamp(static_cast<int>(at.x()), 0, std::max(width_ - 2, 0)),
               y = std::clamp(static_cast<int>(at.y()), 0, std::max(height_ - 2, 0));
     const float right = at.x() - static_cast<float>(x), down = at.y() - static_cast<float>(y);
-    const std::size_t first =
-        static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
+    const std::size_t first = index(x, y);
     const std::array<std::size_t, 4> corners{first, first + right_, first + below_, first + right_ + below_};
     std::array<float, 4> weight{(1 - right) * (1 - down), right * (1 - down), (1 - right) * down, right * down};
     const float allowed_m = kGather.off_px * distance_m / static_cast<float>(view_.camera.fx);
@@ -200,7 +198,7 @@ class RoomReprojection {
     set_at(out_.radiance, i, radiance);
   }
 
-  /// By which a change that was found under this light is to be multiplied. Four pixels of a square tell its light.
+  /// Factor of a change that was found under this radiance. Four pixels of a square give that of now.
   Rgb bound(std::size_t i, const Rgb& then) const {
     const int scale = view_.scale, left = static_cast<int>(i) % width_ * scale,
               top = static_cast<int>(i) / width_ * scale;
@@ -247,12 +245,14 @@ RoomInView reprojected(const RoomInView& view, const Eigen::Isometry3f& T_tag_vi
   out.tiles = {model.width, model.height, false};
   const RoomReprojection reprojection(view, T_tag_view, rays, T_tag_camera, depth, picture, out);
   for_each_index(model.height, TileMask::kEdge, [&](int v) { reprojection.row(v); });  // no two threads share a tile
-  // What moved since covers and uncovers surface.
-  for (const auto& [i, other] : found_in_rows<std::pair<int, int>>(model.height, [&](int v, auto&found) {
-         for (int u = 0; u < model.width; ++u) {
-           if (const int other = reprojection.around(u, v); other >= 0) found.emplace_back(v * model.width + u, other);
-         }
-       }))
+  // Surface that came or is uncovered since the view.
+  using Continued = std::pair<int, int>;  // a pixel, and the one whose surface it shows
+  const auto find_continued = [&](int v, std::vector<Continued>& found) {
+    for (int u = 0; u < model.width; ++u) {
+      if (const int other = reprojection.around(u, v); other >= 0) found.emplace_back(v * model.width + u, other);
+    }
+  };
+  for (const auto& [i, other] : found_in_rows<Continued>(model.height, find_continued))
     reprojection.continue_from(static_cast<std::size_t>(other), static_cast<std::size_t>(i));
   return out;
 }

@@ -7,14 +7,14 @@
 
 namespace lumigraft::relight {
 
-/// Each pixel takes what the view found of the surface that its ray meets: a fixed point of ray, plane of the surface
-/// at a pixel of the view, and the pixel there (Bowles et al. 2012, "Iterative Image Warping"), interpolated between
-/// pixels of this surface. A change of light on matt surfaces is the same from all sides. Surface that the view did not
-/// see continues what is beside it and explains the depth of now; where nothing does, nothing changes. Beyond the
-/// view's border its last pixels continue. `rays`: of the view's camera. `depth`: of now, of the camera's own pixels;
-/// it tells which of several surfaces on a ray is seen. `picture`: of now; where it is much brighter than the view
-/// was, as where a hand's shadow has left, a part of its light would be too much: the change is bounded by that of the
-/// view. Null: nowhere. `memory`: an earlier result, whose memory is reused.
+/// Each pixel takes change and radiance of the surface that its ray intersects, from the pixels of the view that show
+/// it: a fixed-point iteration of ray, plane of the surface at a pixel of the view, and projection into the view
+/// (Bowles et al. 2012, "Iterative Image Warping"), then interpolation between pixels of that surface. On matt surfaces
+/// a change of light is the same from all directions. `rays`: of the view's camera. `depth`: of now, of the camera's
+/// own pixels; it selects one of several surfaces on a ray. Surface that the view does not contain gets the values of
+/// the nearest pixels whose plane explains its depth, else no change; beyond the view's border its last pixels count.
+/// `picture`: of now; where it is much brighter than the view, as after a hand's shadow, the change is limited to that
+/// of the view. Null: nowhere. `memory`: an earlier result, whose memory is reused.
 RoomInView reprojected(const RoomInView& view, const Eigen::Isometry3f& T_tag_view, const PixelRays& rays,
                        const Eigen::Isometry3f& T_tag_camera, const CurrentDepth& depth, const CameraUpload* picture,
                        RoomInView memory);

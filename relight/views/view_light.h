@@ -47,7 +47,6 @@ struct ViewLight {
   std::vector<std::vector<RayObjects::Irradiance>> irradiance;  ///< RayObjects::irradiance_of_vertices
   std::shared_ptr<const RayRoom> traced_room;
   std::vector<LightSampleSet> lamps;  ///< of the room
-  float grey_level = 0;               ///< one of 255 equal steps to the white of the picture, W/sr/m²
 };
 
 }  // namespace lumigraft::relight

@@ -21,7 +21,7 @@ constexpr std::uint32_t kPixelSeed = 4, kGlossSeed = 5;
 std::vector<ViewSurface> described(const std::vector<GBufferPixel>& pixels, Eigen::Vector3f SurfaceHit::*normal,
                                    std::vector<ViewSurface> memory) {
   memory.resize(pixels.size());
-  for_each_index(pixels.size(), kRows * kRows * TileMask::kEdge * TileMask::kEdge, [&](std::size_t i) {
+  for_each_index(pixels.size(), kGather.patch_block, [&](std::size_t i) {
     const GBufferPixel& p = pixels[i];
     memory[i] = {p.surface.position_m, p.surface.*normal, p.depth_m, p.known, p.glossy};
   });
@@ -30,16 +30,13 @@ std::vector<ViewSurface> described(const std::vector<GBufferPixel>& pixels, Eige
 
 }  // namespace
 
-ViewLighting::ViewLighting(const capture::Session& session, std::shared_ptr<const RayModels> models, Views views)
+ViewLighting::ViewLighting(const capture::Session& session, const std::vector<KnownSurface>& known,
+                           std::shared_ptr<const RayModels> models, Views views)
     : session_(session),
       views_(views),
-      known_(known_surfaces(session.real_surfaces)),
+      any_known_(!known.empty()),
       light_(std::move(models)),
       pixel_rays_(session.color.model) {}
-
-std::shared_ptr<const RayRoom> ViewLighting::room_of(const reconstruct::Scene& scene) const {
-  return std::make_shared<const RayRoom>(scene, known_, session_.tag);
-}
 
 void ViewLighting::enter(std::shared_ptr<const RayRoom> room) {
   room_ = std::move(room);
@@ -187,7 +184,7 @@ void ViewLighting::look(const capture::FrameSet& frame, const CameraRays& eye, c
     const capture::CameraModel& model = eye.camera.model;
     change() = capture::Image<float>(model.width, model.height, 3);
     indirect_.emplace(seen_, model, detail_.gather, GatherGrid::Of::even);
-    if (!known_.empty()) gloss_.emplace(seen_, model, detail_.gather, GatherGrid::Of::glossy);
+    if (any_known_) gloss_.emplace(seen_, model, detail_.gather, GatherGrid::Of::glossy);
     new_view_ = true;
     clock.done("pixels");
   }
@@ -276,7 +273,6 @@ std::shared_ptr<const RelightMaps> ViewLighting::maps(const capture::Image<float
 /// What drawing needs of all that.
 void ViewLighting::describe(const CameraRays& eye, const CurrentDepth& depth) {
   found_.T_tag_camera = eye.camera.T_tag_camera;
-  found_.grey_level = grey_level();
   found_.room.scale = reduced_ ? reduced_->scale() : 1;
   found_.room.camera = room_camera();
   const capture::CameraModel& model = session_.color.model;

@@ -25,15 +25,14 @@ class ViewLighting {
   /// which need all of ViewLight.
   enum class Views { found, nearby };
 
-  /// `models`: as RayRenderer's. Throws InputError if a [[real_surface]] cannot be read.
-  ViewLighting(const capture::Session& session, std::shared_ptr<const RayModels> models, Views views);
+  /// `known`: of session.real_surfaces. `models`: prepared on another thread; null: `prepare` does it.
+  ViewLighting(const capture::Session& session, const std::vector<KnownSurface>& known,
+               std::shared_ptr<const RayModels> models, Views views);
 
-  /// As RayLight::prepare.
+  /// As RayLight::prepare. `preparing` may be null if it was constructed without models.
   Exhibit prepare(const Exhibit& exhibit, std::vector<std::string>* preparing) {
     return light_.prepare(exhibit, preparing);
   }
-  /// Requires scene.field and scene.illumination. Callable on any thread.
-  std::shared_ptr<const RayRoom> room_of(const reconstruct::Scene& scene) const;
   void enter(std::shared_ptr<const RayRoom> room);
   const std::shared_ptr<const RayRoom>& room() const { return room_; }  ///< null until `enter`
 
@@ -77,7 +76,7 @@ class ViewLighting {
 
   capture::Session session_;
   Views views_;
-  std::vector<KnownSurface> known_;
+  bool any_known_;  ///< surface of known material, which may be glossy
   RayLight light_;
   PixelRays pixel_rays_;
 

@@ -2,7 +2,9 @@
 // Pixels of points in single precision, for points that the camera surely sees or nearly does: CameraModel::project
 // also finds out where a distorted image folds back, which takes several times as long.
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
+#include <limits>
 #include <optional>
 
 #include "capture/camera/camera_model.h"
@@ -15,7 +17,8 @@ class ViewProjection {
       : camera_(camera), T_camera_tag_(T_tag_camera.inverse()) {
     for (std::size_t i = 0; i < 5; ++i) k_[i] = static_cast<float>(camera.distortion[i]);
     // Where r (1 + k1 r² + k2 r⁴ + k3 r⁶) stops growing the image folds back.
-    for (float s = 0; s < max_square_; s += 0.01f) {
+    constexpr float kStep = 0.01f, kEnd = 25;  // tan² of 79 degrees
+    for (float s = 0; s < std::min(kEnd, max_square_); s += kStep) {
       if (!(1 + s * (3 * k_[0] + s * (5 * k_[1] + s * 7 * k_[4])) > 0)) max_square_ = s;
     }
   }
@@ -41,7 +44,7 @@ class ViewProjection {
   capture::CameraModel camera_;
   Eigen::Isometry3f T_camera_tag_;
   std::array<float, 5> k_;
-  float max_square_ = 25;  ///< of the tangent of the angle to the axis
+  float max_square_ = std::numeric_limits<float>::infinity();  ///< of the tangent of the angle to the axis
 };
 
 }  // namespace lumigraft::relight

@@ -7,11 +7,11 @@
 #include <thread>
 #include <utility>
 
-#include "capture/error.h"
 #include "reconstruct/scene_builder.h"
 #include "relight/planner.h"
 #include "server/pipeline/audience.h"
 #include "server/pipeline/background_threads.h"
+#include "server/pipeline/exhibit_loader.h"
 #include "server/pipeline/frame_player.h"
 #include "server/pipeline/heartbeats.h"
 #include "server/pipeline/mailbox.h"
@@ -44,10 +44,6 @@ struct FisheyeView {
 struct Pipeline::State {
   const capture::Session session;
   ExhibitState exhibit;
-  std::vector<relight::UnloadedObject> unloaded;  ///< in reverse; used by the models thread only, and so is
-  std::vector<std::string> load_failures;         ///< this
-  std::mutex next_exhibit_mutex;
-  std::optional<std::pair<relight::Exhibit, ExhibitLimits>> next_exhibit;  ///< to be prepared and shown
   OpenCameras open_again;
   FramePlayer frames;
   const std::unique_ptr<capture::FisheyeReader> fisheye;
@@ -61,6 +57,7 @@ struct Pipeline::State {
   reconstruct::SceneStore& store = builder.store();
   relight::Planner planner;
   LiveRelighter relighter;
+  ExhibitLoader exhibit_loader;
   relight::Standing standing;
   EncodeStage encode;
 
@@ -102,7 +99,6 @@ struct Pipeline::State {
         EncoderDemand& the_demand, Metrics& the_metrics, Publish the_publish, Keep the_keep)
       : session(input.session),
         exhibit(std::move(input.exhibit), input.limits),
-        unloaded(input.unloaded.rbegin(), input.unloaded.rend()),
         open_again(std::move(the_open_again)),
         frames(std::move(cameras.frames)),
         fisheye(std::move(cameras.fisheye)),
@@ -112,6 +108,7 @@ struct Pipeline::State {
         builder(session, {}, std::make_unique<RestingPace>(the_metrics, audience), input.server.fusion),
         planner(input.plan),
         relighter(session, input.plan, std::move(make_device)),
+        exhibit_loader(input.unloaded, {exhibit, relighter, store, metrics}),
         encode(input.server.jpeg_quality, demand, metrics),
         room_keeper(std::move(the_keep), builder, metrics) {
     if (input.tag_map) builder.restore_tag_map(*std::move(input.tag_map));
@@ -171,9 +168,6 @@ struct Pipeline::State {
   void light_turn();
   void albedo_turn();
   void room_turn();
-  void load_next_model();
-  bool prepare_model_of(const relight::Exhibit& shown);
-  bool replace_exhibit();
   void models_turn();
   void maps_turn();
   void keep_turn();
@@ -397,60 +391,8 @@ void Pipeline::State::room_turn() {
   store.publish_warnings("room stage", {});
 }
 
-/// A model that cannot be loaded leaves its object away, and a warning for as long as the service runs.
-void Pipeline::State::load_next_model() {
-  const relight::UnloadedObject object = std::move(unloaded.back());
-  unloaded.pop_back();
-  const auto warn = [&](const std::string& line) {
-    std::vector<std::string> lines = load_failures;
-    if (!line.empty()) lines.push_back(line);
-    store.publish_warnings("loading", std::move(lines));
-  };
-  const StageTimer timer(metrics, "load model");
-  int reported_percent = -1;
-  try {
-    exhibit.give_model(object.index, object.load([&](float done) {
-      const int percent = static_cast<int>(100 * done);
-      if (percent != std::exchange(reported_percent, percent))
-        warn("object \"" + object.name + "\" is being loaded: " + std::to_string(percent) + " %");
-    }));
-  } catch (const capture::InputError& error) {
-    load_failures.push_back("object \"" + object.name + "\" is left out: " + error.what());
-  }
-  warn("");
-}
-
-/// False if all are prepared.
-bool Pipeline::State::prepare_model_of(const relight::Exhibit& shown) {
-  if (!relighter.wants_models(shown)) return false;
-  const StageTimer timer(metrics, "models");
-  relighter.prepare_model(shown);
-  store.publish_warnings("models stage", {});
-  return true;
-}
-
-/// One step towards the next exhibit. False if there is none.
-bool Pipeline::State::replace_exhibit() {
-  const std::lock_guard lock(next_exhibit_mutex);
-  if (!next_exhibit) return false;
-  relight::Exhibit both = *exhibit.newest();  // what is shown stays prepared
-  both.objects.insert(both.objects.end(), next_exhibit->first.objects.begin(), next_exhibit->first.objects.end());
-  if (prepare_model_of(both)) return true;
-  unloaded.clear();  // they belong to the exhibit before
-  load_failures.clear();
-  store.publish_warnings("loading", {});
-  exhibit.replace(std::move(next_exhibit->first), std::move(next_exhibit->second));
-  next_exhibit.reset();
-  return true;
-}
-
 void Pipeline::State::models_turn() {
-  if (replace_exhibit()) return;
-  if (!unloaded.empty()) {
-    load_next_model();
-    return;
-  }
-  if (!prepare_model_of(*exhibit.newest())) sleep_until(Clock::now() + kPipeline.tick / 2);
+  if (!exhibit_loader.step()) sleep_until(Clock::now() + kPipeline.tick / 2);
 }
 
 void Pipeline::State::maps_turn() {
@@ -564,8 +506,7 @@ std::optional<std::string> Pipeline::change_object(ObjectCommand command) {
 }
 
 void Pipeline::replace_exhibit(relight::Exhibit exhibit, ExhibitLimits limits) {
-  const std::lock_guard lock(state_->next_exhibit_mutex);
-  state_->next_exhibit = {std::move(exhibit), std::move(limits)};
+  state_->exhibit_loader.replace(std::move(exhibit), std::move(limits));
 }
 
 Playback& Pipeline::playback() { return state_->playback; }

@@ -42,7 +42,8 @@ class NetworkRate {
   /// Of recent round trips; zero while none is known.
   Clock::duration shortest_trip() const;
 
-  /// Begins again with another stream on this network, without bound. What is under way still tells of the network.
+  /// Begins again with another stream on this network, without bound. Round trips of what is under way still count as
+  /// measurements of the network.
   void restart(const RateLimits& limits);
 
  private:

@@ -51,7 +51,8 @@ class LateLight {
   LateLight(const capture::Session& session, const relight::Plan& plan)
       : session_(session),
         plan_(plan),
-        lighting_(session, nullptr, relight::ViewLighting::Views::nearby),
+        known_(relight::known_surfaces(session.real_surfaces)),
+        lighting_(session, known_, nullptr, relight::ViewLighting::Views::nearby),
         drawer_(session),
         rays_(session.color.model) {}
 
@@ -60,7 +61,8 @@ class LateLight {
     const double time_s = 1e-9 * static_cast<double>(frame.time_ns);
     std::vector<relight::gpu::PassTime> passes;
     relight::PassClock clock(passes);
-    if (!lighting_.room() || !lighting_.room()->has_surfaces_of(scene)) lighting_.enter(lighting_.room_of(scene));
+    if (!lighting_.room() || !lighting_.room()->has_surfaces_of(scene))
+      lighting_.enter(std::make_shared<const relight::RayRoom>(scene, known_, session_.tag));
     if (lighting_.room()->illumination() != scene.illumination)
       lighting_.enter(std::make_shared<const relight::RayRoom>(*lighting_.room(), scene.illumination));
     const relight::Exhibit ready = lighting_.prepare(exhibit, nullptr);
@@ -118,6 +120,7 @@ class LateLight {
  private:
   capture::Session session_;
   relight::Plan plan_;
+  std::vector<relight::KnownSurface> known_;
   relight::ViewLighting lighting_;
   relight::ViewDrawer drawer_;
   relight::PixelRays rays_;

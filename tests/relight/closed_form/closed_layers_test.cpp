@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "relight/exhibit/sheen.h"
+#include "relight/tracing/bsdf.h"
 #include "relight/views/ray_renderer.h"
 #include "tests/relight/closed_form/closed_scene.h"
 

@@ -1,6 +1,7 @@
 // Textures of metallic, roughness and normals in every renderer, against objects without textures that look the same;
 // and the layer of glTF files against paths.
 #include "relight/reference/reference_renderer.h"
+#include "relight/tracing/microfacets.h"
 #include "relight/views/ray_renderer.h"
 #include "tests/relight/closed_form/closed_scene.h"
 #include "tests/relight/exhibit/model_shapes.h"

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "relight/reference/reference_renderer.h"
+#include "relight/views/live_ray_renderer.h"
 #include "relight/views/ray_renderer.h"
 #include "tests/relight/closed_form/clipping_camera.h"
 
@@ -85,9 +86,11 @@ TEST(ClippedPixels, FollowTheLight) {
   }();
   const float exposure = 0.97f / brightest;
   // As where rooms are made in the background: light changes before the room does.
-  relight::RayRenderer renderer(scene.session(), relight::RayRenderer::Rooms::taken);
+  const auto models = std::make_shared<relight::RayModels>(relight::make_ray_model);
+  models->prepare_next(scene.exhibit);
+  relight::LiveRayRenderer renderer(scene.session(), models);
   renderer.take(renderer.room_of(before));
-  renderer.relight(encoded(scene.frame(), exposure), before, scene.exhibit, rays_plan(2), true);
+  renderer.relight(encoded(scene.frame(), exposure), before, scene.exhibit, rays_plan(2));
   // The lamp becomes three times as strong: now the floor clips.
   scene.lamps[0].intensity *= 3;
   scene.lamps[0].irradiance *= 3;
@@ -98,14 +101,16 @@ TEST(ClippedPixels, FollowTheLight) {
   reconstruct::Scene after = before;
   after.illumination = scene.scene().illumination;
   const capture::FrameSet frame = encoded(scene.frame(), exposure);
-  const auto kept = renderer.relight(frame, after, scene.exhibit, rays_plan(2), true);
-  relight::RayRenderer fresh(scene.session(), relight::RayRenderer::Rooms::taken);
+  const auto kept = renderer.relight(frame, after, scene.exhibit, rays_plan(2));
+  relight::LiveRayRenderer fresh(scene.session(), models);
   fresh.take(fresh.room_of(before));
-  const auto anew = fresh.relight(frame, after, scene.exhibit, rays_plan(2), true);
+  const auto anew = fresh.relight(frame, after, scene.exhibit, rays_plan(2));
+  relight::RayRenderer with_maps(scene.session());
+  const auto maps = with_maps.relight(frame, after, scene.exhibit, rays_plan(2), true).maps;
   std::vector<int> off;  // of shadowed pixels that clip
   for (std::size_t i = 0; i < anew.srgb.data.size(); ++i) {
     const bool shadowed = std::min(kept.srgb.data[i], anew.srgb.data[i]) < 245;
-    if (frame.color->encoded.data[i] < 250 || anew.maps->mask.data[i / 3] > 0 || !shadowed) continue;
+    if (frame.color->encoded.data[i] < 250 || maps->mask.data[i / 3] > 0 || !shadowed) continue;
     off.push_back(std::abs(kept.srgb.data[i] - anew.srgb.data[i]));
   }
   ASSERT_GT(off.size(), 100u);

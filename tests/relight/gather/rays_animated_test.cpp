@@ -1,4 +1,5 @@
 // Animated objects with rays, against the same pose as a rigid model.
+#include "relight/gather/irradiance_probes.h"
 #include "relight/views/ray_renderer.h"
 #include "tests/relight/closed_form/bending_bar.h"
 

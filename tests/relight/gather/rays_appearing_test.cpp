@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "relight/gather/ray_objects.h"
+#include "relight/views/live_ray_renderer.h"
 #include "relight/views/ray_renderer.h"
 #include "tests/relight/closed_form/closed_scene.h"
 
@@ -21,7 +22,7 @@ TEST(RaysAppearing, AnObjectIsNotDrawnBeforeItsModelIsPreparedAndThenItsLightArr
   const reconstruct::Scene room = scene.scene();
   const capture::FrameSet frame = scene.frame();
   const relight::Plan live = rays_plan(8, 20, 4);
-  relight::RayRenderer renderer(scene.session(), relight::RayRenderer::Rooms::taken, models);
+  relight::LiveRayRenderer renderer(scene.session(), models);
   renderer.take(renderer.room_of(room));
   const relight::RelitPicture early = renderer.relight(frame, room, scene.exhibit, live);
   EXPECT_TRUE(early.passed_through);

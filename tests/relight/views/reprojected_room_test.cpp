@@ -32,8 +32,8 @@ class ReprojectedRoom : public testing::Test {
     T.rotate(Eigen::AngleAxisf(turn_deg * std::numbers::pi_v<float> / 180, Vector3f::UnitY()));
     return T;
   }
-  /// Where a ray from there meets the board or the wall.
-  static Vector3f met(const Vector3f& eye_m, const Vector3f& w) {
+  /// Intersection of a ray from there with the board or the wall.
+  static Vector3f intersection(const Vector3f& eye_m, const Vector3f& w) {
     const Vector3f on_board = eye_m + (kBoard_m - eye_m.z()) / w.z() * w;
     return on_board.x() < 0 ? on_board : Vector3f(eye_m + (kWall_m - eye_m.z()) / w.z() * w);
   }
@@ -49,7 +49,7 @@ class ReprojectedRoom : public testing::Test {
     const relight::PixelRays rays(small_);
     for (int v = 0; v < small_.height; ++v) {
       for (int u = 0; u < small_.width; ++u) {
-        const Vector3f w = T.linear() * rays.at(u, v), p_m = met(T.translation(), w);
+        const Vector3f w = T.linear() * rays.at(u, v), p_m = intersection(T.translation(), w);
         relight::set_at(view.change, view.surfaces.size(), relight::Rgb::Constant(change_at(p_m)));
         relight::set_at(view.radiance, view.surfaces.size(), relight::Rgb::Constant(1));
         view.surfaces.push_back({p_m, -Vector3f::UnitZ(), (p_m - T.translation()).norm(), true, false});
@@ -62,7 +62,7 @@ class ReprojectedRoom : public testing::Test {
     const relight::PixelRays rays(camera_);
     for (int v = 0; v < camera_.height; ++v) {
       for (int u = 0; u < camera_.width; ++u) {
-        const Vector3f in_camera = T.inverse() * met(T.translation(), T.linear() * rays.at(u, v));
+        const Vector3f in_camera = T.inverse() * intersection(T.translation(), T.linear() * rays.at(u, v));
         depth_m.at(u, v) = in_camera.z();
       }
     }
@@ -110,7 +110,7 @@ TEST_F(ReprojectedRoom, DepthTellsWhichSurfaceIsInFront) {
   EXPECT_LT(wrong(pose(0, 0), other, &other_depth_m, 0.03f), 0.08);
 }
 
-// A hand came before the wall and stays; where it was beside that, the wall continues.
+// A hand has moved in front of the wall. Where it is nothing changes; where it was the wall's change continues.
 TEST_F(ReprojectedRoom, WhatCameChangesByNothingAndWhatItUncoversContinues) {
   relight::RoomInView view = seen_from(pose(0, 0));
   capture::Image<float> depth_m = depth_from(pose(0, 0));
