@@ -40,6 +40,7 @@ class LiveRays : public testing::Test {
     frame_.index = ++index_;
     const relight::RelitPicture picture = renderer_->relight(frame_, room_, scene_.exhibit, plan);
     EXPECT_FALSE(picture.passed_through);
+    changed_ = !picture.passes.empty();
     reprojected_ = std::ranges::any_of(picture.passes, [](const auto& pass) { return pass.name == "reproject room"; });
     return picture.srgb;
   }
