@@ -98,6 +98,27 @@ TEST_F(ReprojectedRoom, ACameraThatTurnsSeesTheSameChange) {
       << "pixels next to the board's edge are of two surfaces";
 }
 
+TEST_F(ReprojectedRoom, PointsAreOnThePlanesThatTheViewShows) {
+  // From 1.2 m above a floor, obliquely; y is downwards.
+  Eigen::Isometry3f then = Eigen::Isometry3f::Identity(), now;
+  then.rotate(Eigen::AngleAxisf(-0.6f, Vector3f::UnitX()));
+  now = then;
+  now.translation() = Vector3f(0.1f, -0.05f, 0.1f);
+  relight::RoomInView view = seen_from(pose(0, 0));
+  const relight::PixelRays rays(small_), full_rays(camera_);
+  for (std::size_t i = 0; i < view.surfaces.size(); ++i) {
+    const auto u = static_cast<int>(i) % small_.width, v = static_cast<int>(i) / small_.width;
+    const Vector3f w = then.linear() * rays.at(u, v), p_m = 1.2f / w.y() * w;
+    view.surfaces[i] = {p_m, -Vector3f::UnitY(), p_m.norm(), true, false};
+  }
+  const relight::CurrentDepth none(full_rays, nullptr, 0.008f);
+  const relight::RoomInView found = relight::reprojected(view, then, rays, now, none, nullptr, {});
+  for (const relight::ViewSurface& surface : found.surfaces) {
+    ASSERT_TRUE(surface.known);
+    EXPECT_NEAR(surface.position_m.y(), 1.2f, 1e-3f);
+  }
+}
+
 TEST_F(ReprojectedRoom, DepthTellsWhichSurfaceIsInFront) {
   // To the right: the board's edge moves 10 pixels over the wall more than the wall itself, and hides what the view
   // saw.
