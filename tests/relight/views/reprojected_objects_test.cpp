@@ -101,7 +101,7 @@ TEST(ReprojectedObjects, PointsOfAnObjectThatBendsToo) {
 TEST(ReprojectedObjects, SurfaceThatTheViewDidNotShowHasTheLightAndTheShadowsOfLamps) {
   ClosedScene scene = box_on_floor();
   scene.sky = 0;
-  scene.exhibit.objects.push_back(box_object({0.16f, -0.02f, 0.2f}, {0.22f, 0.2f, 0.3f}, 0.9f));
+  scene.exhibit.objects.push_back(box_object({0.16f, -0.05f, 0.25f}, {0.22f, 0.2f, 0.45f}, 0.9f));
   scene.exhibit.objects.back().name = "board";
   Reprojection reprojection(scene);
   const relight::ObjectLayer seen = reprojection.drawn(scene.exhibit);

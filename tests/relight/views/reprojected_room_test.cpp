@@ -98,6 +98,10 @@ TEST_F(ReprojectedRoom, ACameraThatTurnsSeesTheSameChange) {
       << "pixels next to the board's edge are of two surfaces";
 }
 
+TEST_F(ReprojectedRoom, PixelsOfTwoSurfacesAreNotMixed) {
+  EXPECT_LT(wrong(pose(0, 0), pose(0, 0.41f), nullptr, 0.03f), 0.003) << "by half a pixel: a column is 0.018 of all";
+}
+
 TEST_F(ReprojectedRoom, PointsAreOnThePlanesThatTheViewShows) {
   // From 1.2 m above a floor, obliquely; y is downwards.
   Eigen::Isometry3f then = Eigen::Isometry3f::Identity(), now;
